@@ -69,7 +69,12 @@ LOCKED = {
     "dev.txt": {"cxbridge": "dev", "cxbridge-web": "foxglove", "cxbridge-ros2": "zenoh"}
     | {f"cxbridge-{name}": "" for name in PLUGINS - {"web", "ros2"}},
     "run.txt": {"cxbridge": "test", "cxbridge-planning": "", "cxbridge-studio": "", "cxbridge-web": ""},
-    "container.txt": {"cxbridge": "packed", "cxbridge-protobuf": "", "cxbridge-web": ""},
+    "container.txt": {
+        "cxbridge": "packed",
+        "cxbridge-protobuf": "",
+        "cxbridge-studio": "",
+        "cxbridge-web": "",
+    },
 }
 """The distributions that each lock is for, with their extra."""
 

@@ -1,28 +1,36 @@
-"""The bounds of an exploration, and the options of its execution."""
+"""The bounds of an exploration, and the options of its execution; both are options of the command."""
 
 from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from typing import Annotated
+
+import typer
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_explore.forking import HAS_FORK
-
-PATIENCE_S = 60.0  # default limit of a run's processor time between two choices, in seconds
 
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
     """The bounds of an exploration. The result is complete within them.
 
-    :param faults: the maximum number of faults in a run.
     :param depth: the number of first choice points with unusual options; None for all.
-    :param merge: whether to visit equal states once.
     """
 
-    faults: int = 1
-    depth: int | None = None
-    merge: bool = True
+    faults: Annotated[int, typer.Option(metavar="K", help="How many faults a run may meet.")] = 1
+    depth: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Only at the first N choice points the world does other than usual; all by default.",
+            show_default=False,
+        ),
+    ] = None
+    merge: Annotated[bool, typer.Option("--merge/--no-merge", help="Visit states that are equal once.")] = (
+        True
+    )
 
     def check(self) -> None:
         """Raise `CxbridgeError` if a bound is invalid."""
@@ -35,22 +43,44 @@ class Bounds:
 class ExecutionOptions:
     """Options without influence on the result.
 
-    :param jobs: the number of parallel runs; None for the number of cores.
-    :param fork: whether to fork runs; otherwise each run starts from the beginning.
+    :param fork: whether to fork runs; None to fork where the system can.
     :param patience_s: the limit of a run's processor time between two choices.
     :param coverage: whether to record the used parts of the agent.
     """
 
-    jobs: int | None = None
-    fork: bool = HAS_FORK
-    patience_s: float = PATIENCE_S
+    jobs: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Runs at the same time; one a core by default.", show_default=False),
+    ] = None
+    fork: Annotated[
+        bool | None,
+        typer.Option(
+            "--fork/--no-fork",
+            help="Fork a run at its choices, or begin each run at the beginning; fork where the system can.",
+            show_default=False,
+        ),
+    ] = None
+    patience_s: Annotated[
+        float,
+        typer.Option(
+            "--patience",
+            metavar="S",
+            help="Seconds of processor time that a run may take from one choice to the next.",
+        ),
+    ] = 60.0
     coverage: bool = False
+
+    @property
+    def forks(self) -> bool:
+        """Whether runs are forked."""
+        return HAS_FORK if self.fork is None else self.fork
 
     @property
     def processes(self) -> int:
         """The number of parallel runs."""
         if self.jobs is not None:
             return self.jobs
+        # In a container, a process may use fewer cores than the machine has.
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
     def check(self) -> None:

@@ -46,8 +46,6 @@ def check(agent: Agent) -> Iterator[Finding]:
             joined(read_properties(properties), builtin_properties())
         except CxbridgeError as error:
             finding = of_error(error, PROPERTIES)
-            yield (
-                finding
-                if finding.place.file
-                else replace(finding, place=replace(finding.place, file=str(properties)))
-            )
+            if not finding.place.file:  # two properties of one name are an error without a place
+                finding = replace(finding, place=replace(finding.place, file=str(properties)))
+            yield finding

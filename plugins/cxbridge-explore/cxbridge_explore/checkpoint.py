@@ -46,32 +46,32 @@ def identity_of(
     make: MakeAssembly,
 ) -> ProgramIdentity:
     """Return the identity of the explored program. Any difference leads to other runs or verdicts."""
-    limits = {each.name: str(getattr(bounds, each.name)) for each in fields(bounds)}
-    limits |= {each.name: str(getattr(options, each.name)) for each in fields(options)}
+    limits = {field.name: str(getattr(bounds, field.name)) for field in fields(bounds)}
+    limits |= {field.name: str(getattr(options, field.name)) for field in fields(options)}
     # The seed of a league game is in the bound method or in the arguments.
     game = make if isinstance(make, partial) else partial(make)
     return limits | {
         "world": repr(world),
-        "properties": "\n".join(f"{each.name}: {each.text}" for each in properties),
+        "properties": "\n".join(f"{property_.name}: {property_.text}" for property_ in properties),
         "game or its seed": f"{game.args}{getattr(game.func, '__self__', '')}",
         "version": __version__,
         "files of the agent": _digest(options),
     }
 
 
-def write_checkpoint(file: Path, graph: Graph, known: ProgramIdentity) -> None:
+def write_checkpoint(file: Path, graph: Graph, identity: ProgramIdentity) -> None:
     """Write the explored graph with its open edges.
 
-    :param known: see :func:`identity_of`.
+    :param identity: see :func:`identity_of`.
     :raises CxbridgeError: if the file cannot be written; an existing file stays unchanged.
     """
-    write_file(file, encode(_Checkpoint("cxbridge exploration", dict(known), graph.save())))
+    write_file(file, encode(_Checkpoint("cxbridge exploration", dict(identity), graph.save())))
 
 
-def read_checkpoint(file: Path, graph: Graph, known: ProgramIdentity) -> None:
+def read_checkpoint(file: Path, graph: Graph, identity: ProgramIdentity) -> None:
     """Load an explored graph.
 
-    :param known: see :func:`identity_of`.
+    :param identity: see :func:`identity_of`.
     :raises CxbridgeError: if the file is not a checkpoint, or belongs to another exploration.
     """
     try:
@@ -80,12 +80,10 @@ def read_checkpoint(file: Path, graph: Graph, known: ProgramIdentity) -> None:
         raise CxbridgeError(f"cannot be read: {error.strerror}", file=file) from error
     except (DecodeError, UnicodeDecodeError) as error:
         raise CxbridgeError("is not an exploration that was interrupted", file=file) from error
-    different = [name for name in known if checkpoint.identity.get(name) != known[name]]
+    different = [name for name in identity if checkpoint.identity.get(name) != identity[name]]
     if different:
         raise CxbridgeError(
-            f"is of another exploration: {', '.join(different)} differ"
-            if different
-            else "is of another kind",
+            f"is of another exploration: {', '.join(different)} differ",
             file=file,
             hint="give the same options as before, with the same agent; or begin again without --resume",
         )

@@ -37,18 +37,17 @@ from cxbridge_explore.wire import (
 )
 from cxbridge_explore.worlds.points import DivergedError
 
-# Limits: seconds between two looks at the processes, and tries of an edge before it counts as crashed.
-_LOOK_S: Final = 0.25
-_ATTEMPTS: Final = 3
+_POLL_S: Final = 0.25  # seconds between two checks of the processes
+_ATTEMPTS: Final = 3  # deaths of processes after which an edge counts as crashed
 _BACKLOG: Final = 128  # connections of children that wait to be accepted
-_CHUNK: Final = 65536
+_CHUNK: Final = 65536  # bytes read at once
 
 
 class _Peer:
     """A process of the exploration.
 
     :ivar edge: the open edge of its run; None while the run waits.
-    :ivar held: the edges of the choice point at which its run waits, the usual one first.
+    :ivar options: the edges of the choice point at which its run waits, the usual one first.
     """
 
     def __init__(self, connection: socket.socket) -> None:
@@ -56,11 +55,12 @@ class _Peer:
         self.reports = Reports()
         self.pid = 0
         self.edge: Edge | None = None
-        self.held: list[Edge] = []
+        self.options: list[Edge] = []
         self.ordered: list[Edge] = []  # edges of ordered copies that have not reported yet
-        self.used_s = 0.0  # processor time, as the process reports it
-        self.since = time.monotonic()
-        self.cpu_s = 0.0
+        self.reported_cpu_s = 0.0  # processor time, as the process reports it
+        # Real and processor time when the run left its last choice point.
+        self.mark_s = time.monotonic()
+        self.mark_cpu_s = 0.0
 
     def take(self, edge: Edge) -> None:
         """Put the run of the process on an edge."""
@@ -76,7 +76,7 @@ class _Peer:
 
     def mark(self) -> None:
         """Restart the measurement of its processor time."""
-        self.since, self.cpu_s = time.monotonic(), forking.cpu_seconds(self.pid)
+        self.mark_s, self.mark_cpu_s = time.monotonic(), forking.cpu_seconds(self.pid)
 
     def send(self, order: Order) -> None:
         """Send an order. The end of the connection reveals a dead process."""
@@ -105,8 +105,8 @@ class Coordinator(Closing):
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._listening, selectors.EVENT_READ)
         self._peers: dict[socket.socket, _Peer] = {}
-        self._holders: list[_Peer] = []
-        self._waiting: list[Edge] = list(graph.open)[::-1]
+        self._waiting_runs: list[_Peer] = []  # at choice points with unexplored options
+        self._pending_edges: list[Edge] = list(graph.open)[::-1]  # edges without a process
         self._attempts: dict[Edge, int] = {}
         self._loader: _Peer | None = None
         self._loader_pid = 0
@@ -120,13 +120,13 @@ class Coordinator(Closing):
         self._load()
         while self.graph.open and not is_over():
             self._schedule()
-            for key, _ in self._selector.select(_LOOK_S):
+            for key, _ in self._selector.select(_POLL_S):
                 if key.data is None:
                     self._accept()
                 else:
                     self._receive(key.data)
             self._kill_endless_runs()
-            self._look_after_loader()
+            self._restart_loader()
 
     def _load(self) -> None:
         """Start the process that loads the scenario."""
@@ -152,24 +152,24 @@ class Coordinator(Closing):
     def _schedule(self) -> None:
         """Resume as many runs as the limit allows."""
         for _ in range(self._execution.processes - self._running):
-            if self._holders:
-                self._continue_run(self._holders[-1])
-            elif self._waiting and self._is_ready and self._loader is not None:
-                self._send_along(self._loader, self._waiting.pop())
+            if self._waiting_runs:  # the latest first, so that few runs wait
+                self._continue_run(self._waiting_runs[-1])
+            elif self._pending_edges and self._is_ready and self._loader is not None:
+                self._start_run(self._loader, self._pending_edges.pop())
             else:
                 return
 
     def _continue_run(self, peer: _Peer) -> None:
         """Fork a waiting run for its next option; the last option is taken by the run itself."""
-        edge = peer.held.pop()
-        if peer.held:
+        edge = peer.options.pop()
+        if peer.options:
             self._order_copy(peer, edge, Fork(edge))
             return
-        self._holders.remove(peer)
+        self._waiting_runs.remove(peer)
         peer.take(edge)
         peer.send(Continue(edge[1]))
 
-    def _send_along(self, loader: _Peer, edge: Edge) -> None:
+    def _start_run(self, loader: _Peer, edge: Edge) -> None:
         """Start a run from the beginning along the path to an edge."""
         path = self.graph.path_to(edge)
         choices = tuple((index, step.subject, step.option) for index, step in path.items())
@@ -179,6 +179,7 @@ class Coordinator(Closing):
 
     @staticmethod
     def _order_copy(peer: _Peer, edge: Edge, order: Order) -> None:
+        """Order a process to fork for an edge."""
         peer.ordered.append(edge)
         peer.send(order)
 
@@ -191,18 +192,18 @@ class Coordinator(Closing):
             data = b""
         for report in peer.reports.feed(data):
             if peer.connection in self._peers:
-                self._take(peer, report)
+                self._handle(peer, report)
         if not data:
-            self._lose(peer)
+            self._handle_death(peer)
 
-    def _take(self, peer: _Peer, report: Report) -> None:
+    def _handle(self, peer: _Peer, report: Report) -> None:
         match report:
             case Hello():
                 self._greet(peer, report)
             case Reached():
                 self._reached(peer, report)
             case Ended():
-                peer.used_s = report.cpu_s
+                peer.reported_cpu_s = report.cpu_s
                 self.graph.used.update(report.used)
                 if report.leaf.outcome == BAD_INPUT:
                     raise CxbridgeError(report.leaf.reason)
@@ -220,15 +221,15 @@ class Coordinator(Closing):
             peer.pid = hello.pid
             peer.mark()
         else:  # The parent opens the connection for its copy, so the copy greets a second time.
-            orderer = next((each for each in self._peers.values() if hello.edge in each.ordered), None)
-            if orderer is None:
-                self._drop(peer)  # the parent died before the fork; the edge is open again
+            parent = next((other for other in self._peers.values() if hello.edge in other.ordered), None)
+            if parent is None:
+                self._disconnect(peer)  # the parent died before the fork; its edge is pending again
             else:
-                orderer.ordered.remove(hello.edge)
+                parent.ordered.remove(hello.edge)
                 peer.take(hello.edge)
 
     def _reached(self, peer: _Peer, report: Reached) -> None:
-        peer.used_s = report.cpu_s
+        peer.reported_cpu_s = report.cpu_s
         self.graph.used.update(report.used)
         if report.hidden:
             self.hidden[report.hidden] = None
@@ -236,42 +237,42 @@ class Coordinator(Closing):
         if number is None:
             peer.send(Leave())
             return
-        peer.held = [(number, option) for option in self.graph.options(number)]
-        self._holders.append(peer)
-        if len(peer.held) == 1:
+        peer.options = [(number, option) for option in self.graph.options(number)]
+        self._waiting_runs.append(peer)
+        if len(peer.options) == 1:
             self._continue_run(peer)
 
     # ---- dead processes
 
-    def _drop(self, peer: _Peer) -> None:
+    def _disconnect(self, peer: _Peer) -> None:
         """Close the connection of a process. The process ends when it notices."""
         self._selector.unregister(peer.connection)
         peer.connection.close()
         del self._peers[peer.connection]
-        self.cpu_seconds += peer.used_s
+        self.cpu_seconds += peer.reported_cpu_s
 
-    def _lose(self, peer: _Peer) -> None:
+    def _handle_death(self, peer: _Peer) -> None:
         """Reopen the edges of a process that has died."""
         if peer.connection not in self._peers:
             return
-        self._drop(peer)
-        if peer in self._holders:
-            self._holders.remove(peer)
+        self._disconnect(peer)
+        if peer in self._waiting_runs:
+            self._waiting_runs.remove(peer)
         if peer is self._loader:
             self._loader, self._is_ready = None, False
-        self._waiting += [*peer.held, *peer.ordered]
+        self._pending_edges += [*peer.options, *peer.ordered]
         if peer.edge is not None:
             self._retry(peer.edge)
 
     def _retry(self, edge: Edge) -> None:
         self._attempts[edge] = self._attempts.get(edge, 0) + 1
         if self._attempts[edge] < _ATTEMPTS:
-            self._waiting.append(edge)
+            self._pending_edges.append(edge)
         else:
             reason = f"its process ended {_ATTEMPTS} times without a word"
             self.graph.ended(edge, Leaf("crashed", reason, 0.0, is_given_up=True))
 
-    def _look_after_loader(self) -> None:
+    def _restart_loader(self) -> None:
         """Restart the loader if it has died."""
         if not forking.has_ended(self._loader_pid):
             return
@@ -286,9 +287,10 @@ class Coordinator(Closing):
         patience_s = self._execution.patience_s
         for peer in list(self._peers.values()):
             is_loading = peer is self._loader and not self._is_ready
-            if not (peer.edge or is_loading) or not peer.pid or time.monotonic() - peer.since < patience_s:
+            if not (peer.edge or is_loading) or not peer.pid or time.monotonic() - peer.mark_s < patience_s:
                 continue
-            if forking.cpu_seconds(peer.pid) - peer.cpu_s < patience_s:
+            # Real time alone proves nothing: on a busy machine, a run may wait for a core.
+            if forking.cpu_seconds(peer.pid) - peer.mark_cpu_s < patience_s:
                 continue
             forking.kill(peer.pid)
             if peer.edge is None:
@@ -298,7 +300,7 @@ class Coordinator(Closing):
                 )
             reason = f"no end of a loop within {patience_s:g} s of processor time"
             self.graph.ended(peer.edge, Leaf("timed out", reason, 0.0, is_given_up=True))
-            self._drop(peer)
+            self._disconnect(peer)
 
     def close(self) -> None:
         """End all processes and release all resources. Open edges stay open."""
@@ -307,7 +309,7 @@ class Coordinator(Closing):
             with contextlib.suppress(ProcessLookupError):
                 forking.kill(pid)
         for connection, peer in self._peers.items():
-            self.cpu_seconds += peer.used_s
+            self.cpu_seconds += peer.reported_cpu_s
             connection.close()
         self._peers.clear()
         self._selector.close()

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
 from cxbridge.run.options import RunOptions
-from cxbridge_explore.counterexample_playing import Played, Wanted, WantedChooser, play, unusual_choices
+from cxbridge_explore.counterexample_playing import NthChoice, NthChooser, PlayedRun, play, unusual_choices
 from cxbridge_explore.counterexample_pytest import identifier, pytest_text
 from cxbridge_explore.counterexample_shrinking import shrunk
 from cxbridge_explore.counterexample_words import in_words
@@ -39,6 +38,7 @@ class Counterexample:
     words: str
 
     def as_dict(self) -> dict[str, Any]:
+        """Return the counterexample as JSON values."""
         return {
             "property": self.property,
             "message": self.message,
@@ -66,31 +66,34 @@ def write_counterexample(
     :param make: makes the program to run; only scenarios get a test.
     :raises CxbridgeError: if the path does not violate the property, or a file cannot be written.
     """
-    chosen = [each for each in properties if each.name == name]
+    violated = [property_ for property_ in properties if property_.name == name]
 
-    def play_wanted(choices: Sequence[Wanted]) -> Played:
-        return play(options, chosen, WantedChooser(choices), world=world, make=make, briefly=True)
+    def play_choices(choices: Sequence[NthChoice]) -> PlayedRun:
+        return play(options, violated, NthChooser(choices), world=world, make=make, briefly=True)
 
-    first = play(options, chosen, PathChooser(path), world=world, make=make, briefly=True)
-    shortest = shrunk(unusual_choices(first.choices), name, play_wanted) if first.violation(name) else None
+    first = play(options, violated, PathChooser(path), world=world, make=make, briefly=True)
+    shortest = shrunk(unusual_choices(first.choices), name, play_choices) if first.violation(name) else None
     violation = None if shortest is None else shortest.violation(name)
     if shortest is None or violation is None:
         raise CxbridgeError(f"'{name}' is not violated on this path", hint="the agent may have changed since")
     words = in_words(shortest, violation)
     stem = identifier(name)
     recording = folder / f"{stem}.mcap"
-    chooser = WantedChooser(unusual_choices(shortest.choices))
-    _writing(folder, partial(folder.mkdir, parents=True, exist_ok=True))
-    play(options, chosen, chooser, recording, world=world, make=make, briefly=True)
+    chooser = NthChooser(unusual_choices(shortest.choices))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CxbridgeError(f"cannot be written: {error.strerror}", file=folder) from error
+    play(options, violated, chooser, recording, world=world, make=make, briefly=True)
     file, test = folder / f"test_{stem}.py", None
-    if make is make_scenario:
-        test = _write_test(options, shortest, chosen[0], words, file)
+    if make is make_scenario:  # the fixture `cx` of a test makes no other programs
+        test = _write_test(options, shortest, violated[0], words, file)
     unusual = tuple(choice for choice in shortest.choices if choice.option != USUAL)
     return Counterexample(name, violation.message, unusual, recording, test, words)
 
 
 def _write_test(
-    options: RunOptions, played: Played, violated: Property, words: str, file: Path
+    options: RunOptions, played: PlayedRun, violated: Property, words: str, file: Path
 ) -> Path | None:
     try:
         text = pytest_text(options, played, violated, words, file.parent)
@@ -98,10 +101,3 @@ def _write_test(
         return None
     write_file(file, text)
     return file
-
-
-def _writing(file: Path, write: partial[Any]) -> None:
-    try:
-        write()
-    except OSError as error:
-        raise CxbridgeError(f"cannot be written: {error.strerror}", file=file) from error

@@ -20,7 +20,7 @@ from cxbridge_explore.worlds.skills import SkillResult
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class NthChoice:
     """A choice, identified independently of the run.
 
     :param subject: the subject of its choice point.
@@ -33,7 +33,11 @@ class Wanted:
     option: str
 
 
-def unusual_choices(choices: Sequence[Choice]) -> tuple[Wanted, ...]:
+def unusual_choices(choices: Sequence[Choice]) -> tuple[NthChoice, ...]:
+    """Return the unusual choices of a run, independently of its other choices.
+
+    Without one of them, the run has other choice points, so that their indices in the run do not help.
+    """
     counts: dict[str, int] = {}
     unusual = []
     for choice in choices:
@@ -41,27 +45,27 @@ def unusual_choices(choices: Sequence[Choice]) -> tuple[Wanted, ...]:
         nth = counts.get(subject, 0)
         counts[subject] = nth + 1
         if choice.option != USUAL:
-            unusual.append(Wanted(subject, nth, choice.taken.name))
+            unusual.append(NthChoice(subject, nth, choice.taken.name))
     return tuple(unusual)
 
 
-class WantedChooser:
+class NthChooser:
     """Takes the given choices at their points, and the usual option elsewhere."""
 
-    def __init__(self, choices: Sequence[Wanted]) -> None:
-        self._options = {(each.subject, each.nth): each.option for each in choices}
+    def __init__(self, choices: Sequence[NthChoice]) -> None:
+        self._options = {(choice.subject, choice.nth): choice.option for choice in choices}
         self._counts: dict[str, int] = {}
 
     def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - subjects identify the points
         nth = self._counts.get(point.subject, 0)
         self._counts[point.subject] = nth + 1
         option = self._options.get((point.subject, nth))
-        names = [each.name for each in point.options]
+        names = [candidate.name for candidate in point.options]
         return names.index(option) if option in names else USUAL
 
 
 @dataclass(frozen=True, slots=True)
-class Played:
+class PlayedRun:
     """A run that was played.
 
     :param results: the results of the skill calls.
@@ -77,7 +81,8 @@ class Played:
     on_board: bool
 
     def violation(self, name: str) -> Violation | None:
-        return next((each for each in self.violations if each.property == name), None)
+        """Return the violation of a property, or None."""
+        return next((violation for violation in self.violations if violation.property == name), None)
 
 
 def play(
@@ -89,7 +94,7 @@ def play(
     world: WorldModel | None = None,
     make: MakeAssembly = make_scenario,
     briefly: bool = False,
-) -> Played:
+) -> PlayedRun:
     """Play a run to its end.
 
     :param trace: the file to record to.
@@ -113,7 +118,7 @@ def play(
         start_us = assembly.clock.now_us()
         _, result = run.play()
         on_board = any(agent.skill_board is not None for agent in assembly.agents)
-        return Played(
+        return PlayedRun(
             result.choices,
             tuple(run.properties.violations),
             history,

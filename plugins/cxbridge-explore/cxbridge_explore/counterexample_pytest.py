@@ -13,7 +13,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 from cxbridge.skiller.simulation.deciders import FOREVER, Outcome
 from cxbridge.skiller.status import Status
-from cxbridge_explore.counterexample_playing import Played
+from cxbridge_explore.counterexample_playing import PlayedRun
 from cxbridge_explore.properties.monitor import Property
 from cxbridge_explore.worlds.points import USUAL, ChoiceKind
 
@@ -28,13 +28,13 @@ _OPTIONS: Final = (
     "skill_dirs",
     "config",
 )
-_OF_SKILLS: Final = frozenset({ChoiceKind.SKILL, ChoiceKind.DURATION})
+_SCRIPTABLE: Final = frozenset({ChoiceKind.SKILL, ChoiceKind.DURATION})
 _USUAL_S: Final = 1.0  # default duration of a scripted skill, in seconds
 
-_NO_NAME: Final = re.compile(r"\W+")
+_NOT_IN_NAMES: Final = re.compile(r"\W+")
 
 
-def pytest_text(options: RunOptions, played: Played, violated: Property, words: str, folder: Path) -> str:
+def pytest_text(options: RunOptions, played: PlayedRun, violated: Property, words: str, folder: Path) -> str:
     """Return the text of a test file.
 
     :param folder: the folder of the file; paths in the test are relative to it.
@@ -51,7 +51,7 @@ def pytest_text(options: RunOptions, played: Played, violated: Property, words: 
             "",
             "",
         ]
-    option_arguments = "".join(f", {key}={value!r}" for key, value in _given(options, folder))
+    option_arguments = "".join(f", {key}={value!r}" for key, value in _option_arguments(options, folder))
     lines += [
         f"def test_{identifier(violated.name)}(cx):",
         f'    """{_docstring(words)}"""',
@@ -63,40 +63,40 @@ def pytest_text(options: RunOptions, played: Played, violated: Property, words: 
     return "\n".join(lines)
 
 
-def _script(played: Played) -> Iterator[str]:
+def _script(played: PlayedRun) -> Iterator[str]:
     """Yield the lines that script the results of skills."""
     if played.agents > 1:
         raise CxbridgeError("a test runs only one agent")
     for choice in played.choices:
-        if choice.option != USUAL and choice.point.kind not in _OF_SKILLS:
+        if choice.option != USUAL and choice.point.kind not in _SCRIPTABLE:
             raise CxbridgeError(f"a test cannot script {choice.point.subject}")
     outcomes: dict[str, list[Outcome | None]] = {}
     for call, outcome in played.results:
         args = [f"{key}={value!r}" for key, value in call.args.items() if isinstance(key, str)]
         outcomes.setdefault(f"run.skills({', '.join((repr(call.name), *args))})", []).append(outcome)
-    for selection, found in outcomes.items():
-        while found and found[-1] is None:
-            found.pop()
-        if found:
-            yield selection + "".join(_behaviours(found, on_board=played.on_board))
+    for selection, results in outcomes.items():
+        while results and results[-1] is None:  # the script's default comes after its last entry
+            results.pop()
+        if results:
+            yield selection + "".join(_behaviours(results, on_board=played.on_board))
 
 
 def _behaviours(outcomes: Sequence[Outcome | None], *, on_board: bool) -> Iterator[str]:
-    for outcome, same in groupby(outcomes):
-        times = f"times={len(list(same))}"
+    for outcome, run in groupby(outcomes):
+        times = f"times={len(list(run))}"
         seconds = _USUAL_S if outcome is None or outcome.seconds is None else outcome.seconds
         if outcome is None:
             yield f".does(usual, {times})" if on_board else f".succeeds({times})"
         elif seconds >= FOREVER:
             yield f".hangs({times})"
         else:
-            more = [repr(outcome.error)] if outcome.error else []
-            more += [f"after={seconds!r}"] if seconds != _USUAL_S else []
+            arguments = [repr(outcome.error)] if outcome.error else []
+            arguments += [f"after={seconds!r}"] if seconds != _USUAL_S else []
             verb = "fails" if outcome.status is Status.S_FAILED else "succeeds"
-            yield f".{verb}({', '.join((*more, times))})"
+            yield f".{verb}({', '.join((*arguments, times))})"
 
 
-def _given(options: RunOptions, folder: Path) -> Iterator[tuple[str, Any]]:
+def _option_arguments(options: RunOptions, folder: Path) -> Iterator[tuple[str, Any]]:
     for key in _OPTIONS:
         value = _plain(getattr(options, key), folder)
         if value:
@@ -115,12 +115,13 @@ def _plain(value: object, folder: Path) -> object:
         except ValueError:  # another drive of Windows
             return str(value.resolve())
     if isinstance(value, tuple):
-        return tuple(_plain(each, folder) for each in value)
+        return tuple(_plain(item, folder) for item in value)
     return value
 
 
 def identifier(name: str) -> str:
-    return _NO_NAME.sub("_", name).strip("_").lower()[:60].strip("_") or "property"
+    """Return the name of a property as a part of a file's or a function's name."""
+    return _NOT_IN_NAMES.sub("_", name).strip("_").lower()[:60].strip("_") or "property"
 
 
 def _docstring(words: str) -> str:

@@ -1,4 +1,8 @@
-"""Finds the shortest path of choices that violates a property."""
+"""Finds the shortest path of choices that violates a property.
+
+Delta debugging finds a path without needless choices, but maybe not the shortest. So it only reduces long
+paths, and of the remaining choices all subsets are tried, the smallest first.
+"""
 
 from __future__ import annotations
 
@@ -6,30 +10,30 @@ from collections.abc import Callable, Sequence
 from itertools import combinations
 from typing import Final
 
-from cxbridge_explore.counterexample_playing import Played, Wanted, unusual_choices
+from cxbridge_explore.counterexample_playing import NthChoice, PlayedRun, unusual_choices
 
-_ALL_SUBSETS: Final = 6  # limit of choices for trying all subsets
+_ALL_SUBSETS: Final = 6  # limit of choices for trying all subsets, at most 64 runs
 
-PlayWanted = Callable[[Sequence[Wanted]], Played]  # plays a run with these choices
+PlayChoices = Callable[[Sequence[NthChoice]], PlayedRun]  # plays a run with these choices
 
 
-def shrunk(choices: Sequence[Wanted], name: str, play: PlayWanted) -> Played | None:
+def shrunk(choices: Sequence[NthChoice], name: str, play: PlayChoices) -> PlayedRun | None:
     """Return the run with the fewest choices that violates a property; of equal runs, the earliest violation.
 
     :param choices: the unusual choices of a failing run.
     :param name: the property.
     :returns: None if the run with all choices does not violate the property.
     """
-    tried: dict[frozenset[Wanted], Played] = {}
+    tried: dict[frozenset[NthChoice], PlayedRun] = {}
 
-    def violates(subset: Sequence[Wanted]) -> Played | None:
+    def violates(subset: Sequence[NthChoice]) -> PlayedRun | None:
         key = frozenset(subset)
         if key not in tried:
             tried[key] = play(subset)
         return tried[key] if tried[key].violation(name) is not None else None
 
     if len(choices) > _ALL_SUBSETS:
-        choices = _without_needless(choices, lambda subset: violates(subset) is not None)
+        choices = _minimized(choices, lambda subset: violates(subset) is not None)
     for size in range(min(len(choices), _ALL_SUBSETS) + 1):
         violating_runs = [
             run for subset in combinations(choices, size) if (run := violates(subset)) is not None
@@ -41,26 +45,26 @@ def shrunk(choices: Sequence[Wanted], name: str, play: PlayWanted) -> Played | N
     return violates(choices)
 
 
-def _seconds(run: Played, name: str) -> float:
+def _seconds(run: PlayedRun, name: str) -> float:
     violation = run.violation(name)
     return violation.seconds if violation is not None else 0.0
 
 
-def _without_needless(
-    choices: Sequence[Wanted], violates: Callable[[Sequence[Wanted]], bool]
-) -> list[Wanted]:
+def _minimized(
+    choices: Sequence[NthChoice], violates: Callable[[Sequence[NthChoice]], bool]
+) -> list[NthChoice]:
     """Remove choices until none can be left out: Zeller's delta debugging, by halves, quarters and so on."""
-    rest = list(choices)
-    parts = 2
-    while len(rest) > 1:
-        size = -(-len(rest) // parts)
-        for start in range(0, len(rest), size):
-            smaller = rest[:start] + rest[start + size :]
+    remaining = list(choices)
+    chunks = 2
+    while len(remaining) > 1:
+        size = -(-len(remaining) // chunks)
+        for start in range(0, len(remaining), size):
+            smaller = remaining[:start] + remaining[start + size :]
             if violates(smaller):
-                rest, parts = smaller, max(parts - 1, 2)
+                remaining, chunks = smaller, max(chunks - 1, 2)
                 break
         else:
             if size == 1:
                 break
-            parts = min(parts * 2, len(rest))
-    return rest
+            chunks = min(chunks * 2, len(remaining))
+    return remaining

@@ -1,4 +1,8 @@
-"""Checks whether an agent is deterministic, by playing the usual run twice."""
+"""Checks whether an agent is deterministic, by playing the usual run twice.
+
+An exploration compares states and follows paths, so its result is only valid if equal choices lead to equal
+runs. A second usual run, in a separate process, reveals most agents that depend on time or on random numbers.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ import random
 import signal
 import sys
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Final
 
@@ -40,7 +45,7 @@ class _MomentRecorder:
         self.moments.append((round(point.seconds, 6), point.subject))
         return USUAL
 
-    def take(self, event: Event) -> None:
+    def record(self, event: Event) -> None:
         match event:
             case RuleFired():
                 text = f"rule {event.rule} fires for {event.basis}"
@@ -66,12 +71,11 @@ class UsualRun:
 
     def moments(self) -> list[Moment] | None:
         """Wait for the end and return the events; None if the run failed."""
-        try:
-            found: list[Moment] | None = self._receiving.recv()
-        except EOFError:
-            found = None
+        moments: list[Moment] | None = None
+        with suppress(EOFError):
+            moments = self._receiving.recv()
         self._process.join()
-        return found
+        return moments
 
     def close(self) -> None:
         """Kill the run if it is still active."""
@@ -81,6 +85,7 @@ class UsualRun:
 
 
 def _started(target: Callable[..., None], arguments: tuple[object, ...]) -> BaseProcess:
+    """Return a started child process. A fork need not load the program again."""
     process: BaseProcess
     if sys.platform != "win32":
         process = multiprocessing.get_context("fork").Process(target=target, args=arguments, daemon=True)
@@ -96,18 +101,18 @@ def _play(sending: Connection, make: MakeRun, is_detailed: bool, seed: int | Non
     """Play the usual run in a child process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     random.seed(seed)
-    notes = _MomentRecorder()
+    recorder = _MomentRecorder()
     try:
         with file_errors():
-            run = make(notes)
+            run = make(recorder)
             run.world.start()
-        notes.start_us = run.world.assembly.clock.now_us()
+        recorder.start_us = run.world.assembly.clock.now_us()
         if is_detailed:
-            run.world.assembly.bus.subscribe(notes.take, LogLine, RuleFired, *TRANSITION_TYPES)
+            run.world.assembly.bus.subscribe(recorder.record, LogLine, RuleFired, *TRANSITION_TYPES)
         leaf = run.leaf()
     except CxbridgeError:
         return  # the exploration reports the same error
-    sending.send([*notes.moments, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")])
+    sending.send([*recorder.moments, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")])
 
 
 def usual_moments(graph: Graph) -> list[Moment] | None:
@@ -132,14 +137,14 @@ def explain_difference(make: MakeRun, divergence: DivergedError) -> CxbridgeErro
 
     :param divergence: the difference that was noticed first.
     """
-    first, second = _two(make, None)
+    first, second = _play_twice(make, None)
     difference = _difference(first, second)
     if not difference:
         return CxbridgeError(
             f"the agent is not deterministic: {divergence.message}",
             hint="look for what depends on the time of day, on random numbers or on other processes",
         )
-    same_with_seed = not _difference(*_two(make, _SEED))
+    same_with_seed = not _difference(*_play_twice(make, _SEED))
     cause = (
         "random numbers without a seed: seed the generator, or draw from a world"
         if same_with_seed
@@ -148,7 +153,8 @@ def explain_difference(make: MakeRun, divergence: DivergedError) -> CxbridgeErro
     return CxbridgeError(f"the agent is not deterministic: {difference}", hint=f"the cause: {cause}")
 
 
-def _two(make: MakeRun, seed: int | None) -> tuple[list[Moment], list[Moment]]:
+def _play_twice(make: MakeRun, seed: int | None) -> tuple[list[Moment], list[Moment]]:
+    """Return the events of two usual runs, which are played at the same time."""
     runs = [UsualRun(make, is_detailed=True, seed=seed) for _ in range(2)]
     first, second = (run.moments() or [] for run in runs)
     return first, second
@@ -158,9 +164,10 @@ def _difference(first: Iterable[Moment], second: Iterable[Moment]) -> str:
     """Return the first difference of two runs; empty if they are equal."""
     for first_moment, second_moment in zip_longest(first, second):
         if first_moment != second_moment:
-            return f"the first difference of two runs is {_words(first_moment)}, and {_words(second_moment)}"
+            moments = f"{_describe(first_moment)}, and {_describe(second_moment)}"
+            return f"the first difference of two runs is {moments}"
     return ""
 
 
-def _words(moment: Moment | None) -> str:
+def _describe(moment: Moment | None) -> str:
     return "the end" if moment is None else f"'{moment[1]}' at {moment[0]:.3f} s"

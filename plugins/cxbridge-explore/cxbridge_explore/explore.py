@@ -82,7 +82,7 @@ def explore(  # noqa: PLR0913 - each is an option of the command line, or shows 
             serve(address, explored, merge=bounds.merge)
 
         try:
-            if execution.fork:
+            if execution.forks:
                 with Coordinator(graph, execution, load) as coordinator:
                     coordinator.explore(is_over)
             else:

@@ -38,7 +38,7 @@ class PointOption(Struct, frozen=True):
     faults: int
 
 
-class Point(Struct, frozen=True):
+class Point(Struct, frozen=True, rename={"options": "ways"}):
     """A choice point as stored in the graph.
 
     :param index: its number in the run, from 0.
@@ -49,7 +49,7 @@ class Point(Struct, frozen=True):
     kind: str
     subject: str
     seconds: float
-    ways: tuple[PointOption, ...]
+    options: tuple[PointOption, ...]
 
 
 class Leaf(Struct, frozen=True):
@@ -86,14 +86,14 @@ class GraphNode(Struct):
     share: float
 
 
-class SavedGraph(Struct, frozen=True):
+class SavedGraph(Struct, frozen=True, rename={"node_of_state": "known"}):
     """A graph in a checkpoint; see :class:`Graph`."""
 
     nodes: list[GraphNode]
     leaves: list[tuple[Edge, Leaf]]
     links: list[tuple[Edge, int]]
     open: list[Edge]
-    known: dict[bytes, int]
+    node_of_state: dict[bytes, int]
     used: list[Used]
 
 
@@ -111,18 +111,20 @@ class Graph:
         self.open: dict[Edge, None] = {ROOT: None}  # unexplored edges, in the order of discovery
         self.merged = 0  # number of runs that reached a known state
         self.used: set[Used] = set()  # parts of the agent used by the runs, if recorded
-        self.explored = 0.0  # explored share of the run tree: Knuth's estimate
+        # Explored share of the run tree. Knuth's estimate: the options of a node lead to equally many runs.
+        self.explored = 0.0
         self._faults = faults
         self._depth = depth
-        self._known: dict[bytes, int] = {}
+        self._node_of_state: dict[bytes, int] = {}  # by the digest of the state
 
     def save(self) -> SavedGraph:
+        """Return the graph for a checkpoint."""
         return SavedGraph(
             self.nodes,
             list(self.leaves.items()),
             list(self.links.items()),
             list(self.open),
-            self._known,
+            self._node_of_state,
             sorted(self.used),
         )
 
@@ -132,7 +134,7 @@ class Graph:
         self.leaves = dict(saved.leaves)
         self.links = dict(saved.links)
         self.open = dict.fromkeys(saved.open)
-        self._known = saved.known
+        self._node_of_state = saved.node_of_state
         self.used = set(saved.used)
         self.merged = len(self.links) - len(self.nodes)
         self.explored = 1.0 - sum(map(self._share, self.open))
@@ -149,9 +151,9 @@ class Graph:
         faults = self.faults_of(edge)
         if digest:  # States are equal only if the bounds leave the same options.
             digest = b"%b %d %d" % (digest, faults, point.index if self._depth is not None else 0)
-        known = self._known.get(digest) if digest else None
-        if known is not None:
-            self.links[edge] = known
+        equal_node = self._node_of_state.get(digest) if digest else None
+        if equal_node is not None:
+            self.links[edge] = equal_node
             self.merged += 1
             self.explored += self._share(edge)
             return None
@@ -159,7 +161,7 @@ class Graph:
         self.nodes.append(GraphNode(point, edge, faults, self._share(edge)))
         self.links[edge] = number
         if digest:
-            self._known[digest] = number
+            self._node_of_state[digest] = number
         for option in self.options(number):
             self.open[number, option] = None
         return number
@@ -178,7 +180,7 @@ class Graph:
         if number < 0:
             return 0
         node = self.nodes[number]
-        return node.faults + node.point.ways[option].faults
+        return node.faults + node.point.options[option].faults
 
     def _share(self, edge: Edge) -> float:
         number = edge[0]
@@ -189,15 +191,16 @@ class Graph:
         node = self.nodes[number]
         if self._depth is not None and node.point.index >= self._depth:
             return [USUAL]
-        faults_left = self._faults - node.faults
+        allowed_faults = self._faults - node.faults
         return [
-            option
-            for option, way in enumerate(node.point.ways)
-            if option == USUAL or way.faults <= faults_left
+            index
+            for index, option in enumerate(node.point.options)
+            if index == USUAL or option.faults <= allowed_faults
         ]
 
     def cycles(self) -> list[int]:
         """Return a node of each cycle, in which a run never ends."""
+        # Kahn's algorithm, from the ends of the runs backwards.
         successors: dict[int, list[int]] = {}
         for (number, _), target in self.links.items():
             successors.setdefault(number, []).append(target)
@@ -219,18 +222,19 @@ class Graph:
     def _entries(endless: set[int], successors: dict[int, list[int]]) -> list[int]:
         """Return the first node of each cycle."""
         entries = []
-        done: set[int] = set()
+        on_cycles: set[int] = set()
         for number in sorted(endless):
-            reached: set[int] = set()
+            reachable: set[int] = set()
             pending = [number]
             while pending:
                 for target in successors.get(pending.pop(), ()):
-                    if target in endless and target not in reached:
-                        reached.add(target)
+                    if target in endless and target not in reachable:
+                        reachable.add(target)
                         pending.append(target)
-            if number in reached and not done & reached:
+            # A node that reaches itself is on a cycle; further nodes of that cycle are no further cycle.
+            if number in reachable and not on_cycles & reachable:
                 entries.append(number)
-                done |= reached
+                on_cycles |= reachable
         return entries
 
     def edges_to(self, edge: Edge) -> list[Edge]:
@@ -242,19 +246,21 @@ class Graph:
         return path[::-1]
 
     def path_to(self, edge: Edge) -> ChoicePath:
+        """Return the path of a run to an edge."""
         return {
-            node.point.index: Step(node.point.subject, node.point.ways[option].name)
+            node.point.index: Step(node.point.subject, node.point.options[option].name)
             for node, option in self._choices(edge)
             if option != USUAL
         }
 
     def choices_to(self, edge: Edge) -> list[dict[str, object]]:
+        """Return the unusual choices of a run to an edge, as JSON values."""
         return [
             {
                 "index": node.point.index,
                 "kind": node.point.kind,
                 "subject": node.point.subject,
-                "option": node.point.ways[option].name,
+                "option": node.point.options[option].name,
                 "seconds": round(node.point.seconds, 6),
             }
             for node, option in self._choices(edge)

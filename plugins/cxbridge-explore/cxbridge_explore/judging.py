@@ -21,5 +21,7 @@ def properties_of(
     """
     if property_texts:
         return joined(map(find_property, property_texts))
-    built_in = [each for each in builtin_properties() if not (is_cut and each.name == RUN_ENDS)]
+    built_in = [
+        property_ for property_ in builtin_properties() if not (is_cut and property_.name == RUN_ENDS)
+    ]
     return joined(built_in, properties_beside(source_of(options).config_file()))

@@ -70,7 +70,7 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
     """
     agent = run.assembly
     watch = PropertyWatch(
-        [each if isinstance(each, Property) else find_property(each) for each in properties],
+        [find_property(text) if isinstance(text, str) else text for text in properties],
         [agent],
         agent.clock,
     )
@@ -92,7 +92,7 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
     if watch.violations:
         raise AssertionError(
             "\n".join(
-                f"{each.property} is violated at {each.seconds:.2f} s: {each.message}"
-                for each in watch.violations
+                f"{violation.property} is violated at {violation.seconds:.2f} s: {violation.message}"
+                for violation in watch.violations
             )
         )

@@ -1,4 +1,4 @@
-"""One run of an exploration, from its start or its fork to its end."""
+"""One run of an exploration: its properties are watched from its start, and decided at its end."""
 
 from __future__ import annotations
 

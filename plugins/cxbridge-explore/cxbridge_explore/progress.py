@@ -9,8 +9,8 @@ from typing import Final
 from cxbridge_explore.graph import Graph
 
 _PERIOD_S: Final = 0.2  # seconds between two progress lines
-_DRAW_S: Final = 2.0
-_REST: Final = 20  # drawing takes at most one part in this many of the time
+_DRAW_S: Final = 2.0  # least seconds between two drawings
+_DRAW_SHARE: Final = 20  # drawing takes at most one twentieth of the time
 _LEAST_SHARE: Final = 1e-3  # below this share, an estimate of the total is meaningless
 
 
@@ -42,7 +42,7 @@ class ProgressReporter:
             self._show(self.line(now - self._begin))
         if self._draw is not None and now >= self._next_draw:
             self._draw(self._graph)
-            self._next_draw = time.monotonic() + max(_DRAW_S, _REST * (time.monotonic() - now))
+            self._next_draw = time.monotonic() + max(_DRAW_S, _DRAW_SHARE * (time.monotonic() - now))
 
     def line(self, seconds: float) -> str:
         """Return the progress as text.

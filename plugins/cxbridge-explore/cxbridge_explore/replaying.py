@@ -13,11 +13,11 @@ from cxbridge_explore.worlds.points import USUAL, ChoicePoint, PathChooser
 
 
 class _MergedError(BaseException):
-    """The run has reached a known state."""
+    """The run has reached a known state. Not an `Exception`, which code around the choice may catch."""
 
 
-class _FrontierChooser:
-    """Takes the usual options and leaves all further options open for later runs.
+class _ReportingChooser:
+    """Takes the usual options, reports each choice point to the graph, and leaves its further options open.
 
     :param edge: the open edge to explore.
     :param free: the number of the first choice point after the edge.
@@ -51,9 +51,9 @@ def explore_by_replay(
     """
     hidden: dict[str, None] = {}
     while graph.open and not is_over():
-        edge = next(reversed(graph.open))
+        edge = next(reversed(graph.open))  # depth-first, as with processes
         number = edge[0]
-        chooser = _FrontierChooser(graph, edge, 0 if number < 0 else graph.nodes[number].point.index + 1)
+        chooser = _ReportingChooser(graph, edge, 0 if number < 0 else graph.nodes[number].point.index + 1)
         with make(PathChooser(graph.path_to(edge), chooser)) as run:
             chooser.digest = state_digest(run, merge=merge)
             leaf = _play(run)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cxbridge_explore.counterexample import Counterexample
-from cxbridge_explore.graph import Edge, Graph, Leaf
+from cxbridge_explore.graph import Edge, Graph
 from cxbridge_explore.properties.builtin.table import RUN_ENDS
 from cxbridge_explore.properties.monitor import Property
 
@@ -48,61 +48,40 @@ class ExploreResult:
     @property
     def violations(self) -> list[dict[str, Any]]:
         """The violated properties, each with its counterexample, or with its shortest path."""
-        first_violations: dict[str, dict[str, Any]] = {}
-        for edge, leaf in self.graph.leaves.items():
-            for each in leaf.violations:
-                choices = self.graph.choices_to(edge)
-                known = first_violations.get(each.property)
-                if known is None or len(choices) < len(known["choices"]):
-                    first_violations[each.property] = {
-                        **each.as_dict(),
-                        "choices": choices,
-                        "recording": None,
-                        "test": None,
-                    }
-        for edge, leaf in self.graph.leaves.items():
-            if leaf.is_given_up and any(each.name == RUN_ENDS for each in self.properties):
-                first_violations.setdefault(RUN_ENDS, self._given_up(edge, leaf))
-        for number in self.graph.cycles():
-            first_violations.setdefault(
-                RUN_ENDS,
-                {
-                    "property": RUN_ENDS,
-                    "message": "the run comes to the same state again and again",
-                    "seconds": self.graph.nodes[number].point.seconds,
-                    "choices": self.graph.choices_to(self.graph.nodes[number].edge),
-                    "recording": None,
-                    "test": None,
-                },
-            )
-        first_violations |= {
-            name: {**first_violations[name], **each.as_dict()} for name, each in self.counterexamples.items()
-        }
-        return [first_violations[name] for name in sorted(first_violations)]
+        graph = self.graph
+        violations: dict[str, dict[str, Any]] = {}
+        for edge, leaf in graph.leaves.items():
+            for violation in leaf.violations:
+                row = self._violation(violation.as_dict(), edge)
+                shortest = violations.get(violation.property)
+                if shortest is None or len(row["choices"]) < len(shortest["choices"]):
+                    violations[violation.property] = row
+        for edge, leaf in graph.leaves.items():
+            if leaf.is_given_up and any(property_.name == RUN_ENDS for property_ in self.properties):
+                row = {"property": RUN_ENDS, "message": leaf.reason, "seconds": leaf.seconds}
+                # It has no counterexample, since that run would not end either.
+                violations.setdefault(RUN_ENDS, self._violation(row, edge) | {"is_given_up": True})
+        for number in graph.cycles():
+            node, message = graph.nodes[number], "the run comes to the same state again and again"
+            row = {"property": RUN_ENDS, "message": message, "seconds": node.point.seconds}
+            violations.setdefault(RUN_ENDS, self._violation(row, node.edge))
+        for name, example in self.counterexamples.items():
+            violations[name] = violations[name] | example.as_dict()
+        return [violations[name] for name in sorted(violations)]
 
-    def _given_up(self, edge: Edge, leaf: Leaf) -> dict[str, Any]:
-        """Return the violation of a run that was given up.
-
-        It has no counterexample, which would not end either.
-        """
-        return {
-            "property": RUN_ENDS,
-            "message": leaf.reason,
-            "seconds": leaf.seconds,
-            "choices": self.graph.choices_to(edge),
-            "recording": None,
-            "test": None,
-            "is_given_up": True,
-        }
+    def _violation(self, row: dict[str, Any], edge: Edge) -> dict[str, Any]:
+        """Return a violation with the path to its run, without a counterexample yet."""
+        return row | {"choices": self.graph.choices_to(edge), "recording": None, "test": None}
 
     @property
     def vacuous(self) -> list[str]:
         """The properties that no run could have violated."""
         evaluated = {name for leaf in self.graph.leaves.values() for name in leaf.evaluated}
-        return [each.name for each in self.properties if each.name not in evaluated]
+        return [property_.name for property_ in self.properties if property_.name not in evaluated]
 
     @property
     def status(self) -> int:
+        """The exit status of the command."""
         if self.violations:
             return VIOLATED
         return CLEAN if self.is_complete else INCOMPLETE
@@ -123,18 +102,20 @@ class ExploreResult:
         }
 
     def lines(self) -> Iterator[str]:
+        """Yield the result as lines of text."""
         graph = self.graph
-        rest = "complete" if self.is_complete else f"not complete, {len(graph.open)} branches are open"
-        yield f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged} merged: {rest}"
+        end = "complete" if self.is_complete else f"not complete, {len(graph.open)} branches are open"
+        yield f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged} merged: {end}"
         for outcome, count in self.outcomes.items():
             yield f"  {outcome}: {count}"
-        for each in self.violations:
-            yield f"violated: {each['property']}: {each.get('words') or each['message']}"
-            for choice in each["choices"]:
+        for violation in self.violations:
+            message = violation.get("words") or violation["message"]
+            yield f"violated: {violation['property']}: {message}"
+            for choice in violation["choices"]:
                 yield f"  {choice['seconds']:8.2f} s {choice['subject']}: {choice['option']}"
             for name in ("recording", "test"):
-                if each[name] is not None:
-                    yield f"  {name}: {each[name]}"
+                if violation[name] is not None:
+                    yield f"  {name}: {violation[name]}"
         for text in self.hidden:
             yield f"equal states were not merged: {text}"
         if self.vacuous:

@@ -7,14 +7,14 @@ with a hidden part of their state are not compared.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from hashlib import blake2b
 from typing import TYPE_CHECKING, Final
 
 from clips._clips import lib
 
 from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US, split_us
-from cxbridge.executive.host.capi import NULL, decode
+from cxbridge.executive.host.capi import NULL, CData, decode
 from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.executive.host.values import Symbol
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from cxbridge_explore.worlds.points import ChoicePoint
 
 # Features without hidden state: it is in facts or on the blackboard, or never changes.
-_SEEN_FEATURES: Final = frozenset(
+_STATELESS_FEATURES: Final = frozenset(
     {"blackboard", "config", "redefine-warning", "pddl-parser", "navgraph", "motor-switch"}
 )
 
@@ -41,7 +41,7 @@ _CALLED: Final = re.compile(r"\(([^\s()\"]+)")
 
 
 # After this time the core requests control of a Skiller again (`skills.clp`).
-_ASKED_AGAIN_S: Final = 3.0
+_REQUEST_AGAIN_S: Final = 3.0
 
 
 # Returns the digest of a state and an empty text; or an empty digest and the reason.
@@ -70,7 +70,7 @@ class StateReader:
     def digest(self, point: ChoicePoint) -> tuple[bytes, str]:
         """Return the digest of the state at a choice point; empty with the reason if a part is hidden."""
         if self._hidden is None:
-            self._hidden = next((text for agent in self._agents for text in _hidden_parts(agent)), "")
+            self._hidden = next((text for agent in self._agents for text in _hidden_state(agent)), "")
         if self._hidden:
             return b"", self._hidden
         try:
@@ -112,22 +112,20 @@ class _Names:
         self._messages: dict[int, int] = {}
         self._skills: dict[str, str] = {}
 
-    def note_skill(self, skill: str, message: object) -> None:
+    def number_skill(self, skill: str, message: object) -> None:
         """Record the id of a skill fact, which ends with its message id."""
         end = f"-{message}"
         if isinstance(message, int) and skill.endswith(end):
             number = self._messages.setdefault(message, len(self._messages))
             self._skills[skill] = f"{skill.removesuffix(end)}-#{number}"
 
-    def note_old(self, slots: dict[str, Value], seconds: float) -> None:
+    def blur_last_try(self, slots: dict[str, Value], seconds: float) -> None:
         """Replace an old time in ``last-try``: rules only test whether ``seconds`` have passed."""
-        last = slots["last-try"]
-        if isinstance(last, tuple) and len(last) == 2 and all(isinstance(each, int) for each in last):  # noqa: PLR2004
-            age_us = self._now_us - sum(
-                int(each) * unit for each, unit in zip(last, (MICROSECONDS, 1), strict=True)
-            )
-            if age_us > seconds * MICROSECONDS:
-                slots["last-try"] = Symbol("long-ago")
+        match slots["last-try"]:
+            case (int() as last_s, int() as last_us):
+                age_us = self._now_us - last_s * MICROSECONDS - last_us
+                if age_us > seconds * MICROSECONDS:
+                    slots["last-try"] = Symbol("long-ago")
 
     def plain(self, value: object) -> Hashable:
         """Return a value in which differing times and names become equal."""
@@ -135,32 +133,30 @@ class _Names:
             value = self._skills.get(value, value)
             return _GENERATED.sub(self._rename, value) if "gen" in value else str(value)
         if isinstance(value, int | float):
-            is_time = 0 <= value - _EPOCH_S < _LONGEST_S
-            return ("time", round(value - self._now_s, 6)) if is_time else value
+            return ("time", round(value - self._now_s, 6)) if self._is_time(value) else value
         if isinstance(value, frozenset | set):
-            return "set", tuple(sorted(repr(self.plain(each)) for each in sorted(value, key=repr)))
+            return "set", tuple(sorted(repr(self.plain(item)) for item in sorted(value, key=repr)))
         if isinstance(value, tuple | list):
             return self._sequence(value)
         return repr(value)
 
     def _sequence(self, values: tuple[object, ...] | list[object]) -> Hashable:
         """Return the values of a sequence; a pair of seconds and microseconds is one time."""
-        parts: list[Hashable] = []
-        rest = iter(range(len(values)))
-        for number in rest:
-            value = values[number]
-            following = values[number + 1] if number + 1 < len(values) else None
-            if (
-                isinstance(value, int)
-                and isinstance(following, int)
-                and 0 <= value - _EPOCH_S < _LONGEST_S
-                and 0 <= following < MICROSECONDS
-            ):
-                parts.append(("time", value * MICROSECONDS + following - self._now_us))
-                next(rest)
-            else:
-                parts.append(self.plain(value))
-        return tuple(parts)
+        items: list[Hashable] = []
+        number = 0
+        while number < len(values):
+            match values[number : number + 2]:
+                case [int() as seconds, int() as us] if self._is_time(seconds) and 0 <= us < MICROSECONDS:
+                    items.append(("time", seconds * MICROSECONDS + us - self._now_us))
+                    number += 2
+                case _:
+                    items.append(self.plain(values[number]))
+                    number += 1
+        return tuple(items)
+
+    @staticmethod
+    def _is_time(value: float) -> bool:
+        return 0 <= value - _EPOCH_S < _LONGEST_S
 
     def slots(self, values: Mapping[str, object]) -> Hashable:
         """Return the slots of a fact, or the fields of an interface."""
@@ -184,9 +180,9 @@ def _agent_state(agent: Run, names: _Names) -> Hashable:
     facts = list(env.facts())
     for _, template, slots in facts:
         if template == "skill":
-            names.note_skill(str(slots["id"]), slots["msgid"])
+            names.number_skill(str(slots["id"]), slots["msgid"])
         elif template == "skiller-control":
-            names.note_old(slots, _ASKED_AGAIN_S)
+            names.blur_last_try(slots, _REQUEST_AGAIN_S)
     return (
         tuple((template, names.slots(slots)) for _, template, slots in facts),
         _globals(env, names),
@@ -198,65 +194,69 @@ def _agent_state(agent: Run, names: _Names) -> Hashable:
 
 
 def _globals(env: ClipsEnvironment, names: _Names) -> Hashable:
-    values = []
-    each = lib.GetNextDefglobal(env.env, NULL)
-    while each != NULL:
-        name = decode(lib.DefglobalName(each))
-        values.append((name, names.plain(env.eval(f"?*{name}*"))))
-        each = lib.GetNextDefglobal(env.env, each)
-    return tuple(values)
+    variables = map(decode, map(lib.DefglobalName, _walk(env, lib.GetNextDefglobal)))
+    return tuple((name, names.plain(env.eval(f"?*{name}*"))) for name in variables)
+
+
+def _walk(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> Iterator[CData]:
+    """Yield the items of an environment.
+
+    :param next_item: a function of CLIPS that returns the item after another one, or the first after NULL.
+    """
+    item = next_item(env.env, NULL)
+    while item != NULL:
+        yield item
+        item = next_item(env.env, item)
 
 
 def _board_state(board: LocalBlackBoard, names: _Names) -> Hashable:
-    found = []
+    interfaces = []
     for memory in board.memories():
-        info, values = memory.info(), memory.values()
-        being_handled = 1 if memory.type == "SkillerInterface" else 0
-        instances = memory.instances()
-        if any(each.is_writer and each.msgq_size() > being_handled for each in instances):
+        info, instances = memory.info(), memory.instances()
+        # At a choice about a skill, the Skiller handles the message that calls it.
+        handled = 1 if memory.type == "SkillerInterface" else 0
+        waiting = max((instance.msgq_size() for instance in instances if instance.is_writer), default=0)
+        if waiting > handled:
             raise HiddenStateError(f"messages to {memory.uid} waited")
-        stamp = names.plain(split_us(info.timestamp_us))
-        unread = tuple(each.version_read != memory.version for each in instances)
-        block: Hashable = stamp, names.slots(values)
-        if being_handled and any(each.is_writer and each.msgq_size() for each in instances):
+        unread = tuple(instance.version_read != memory.version for instance in instances)
+        block: Hashable = names.plain(split_us(info.timestamp_us)), names.slots(memory.values())
+        if waiting:
             block = None  # The Skiller is about to write all fields, and its state is included elsewhere.
-        found.append((memory.uid, info.writer, info.readers, unread, block))
-    return tuple(found)
+        interfaces.append((memory.uid, info.writer, info.readers, unread, block))
+    return tuple(interfaces)
 
 
-def _hidden_parts(agent: Run) -> list[str]:
+def _hidden_state(agent: Run) -> list[str]:
+    """Return the reasons why the states of an agent cannot be compared."""
     env = agent.executive.env
-    parts = [
+    reasons = [
         f"the feature {name} has a hidden state"
         for name in agent.manager.loaded_features(env.name)
-        if name not in _SEEN_FEATURES
+        if name not in _STATELESS_FEATURES
     ]
     if agent.memory.is_open:
-        parts.append("the robot memory has a hidden state")
+        reasons.append("the robot memory has a hidden state")
     if agent.additions.features:
-        parts.append("a program's own features have a hidden state")
+        reasons.append("a program's own features have a hidden state")
     if lib.GetNextInstance(env.env, NULL) != NULL:
-        parts.append("the agent has instances of COOL")
+        reasons.append("the agent has instances of COOL")
     drawing = _drawing_functions(env)
-    parts += [
+    reasons += [
         f"rule {name} draws random numbers"
         for name, text in rule_texts(env).items()
         if drawing.intersection(_CALLED.findall(text))
     ]
-    return parts
+    return reasons
 
 
 def _drawing_functions(env: ClipsEnvironment) -> set[str]:
     """Return the functions that draw random numbers, directly or through other functions."""
     calls: dict[str, set[str]] = {}
-    function = lib.GetNextDeffunction(env.env, NULL)
-    while function != NULL:
+    for function in _walk(env, lib.GetNextDeffunction):
         text = lib.DeffunctionPPForm(function)
-        calls[decode(lib.DeffunctionName(function))] = set(
-            _CALLED.findall("" if text == NULL else decode(text))
-        )
-        function = lib.GetNextDeffunction(env.env, function)
+        called = set(_CALLED.findall("" if text == NULL else decode(text)))
+        calls[decode(lib.DeffunctionName(function))] = called
     drawing = {"random", "seed"}
-    while more := {name for name, called in calls.items() if called & drawing} - drawing:
-        drawing |= more
+    while callers := {name for name, called in calls.items() if called & drawing} - drawing:
+        drawing |= callers
     return drawing

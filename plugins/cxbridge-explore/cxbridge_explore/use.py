@@ -22,9 +22,9 @@ class UseWatch:
     """
 
     def __init__(self, bus: EventBus, agents: Iterable[Run]) -> None:
-        self._known: set[Used] = set()
+        self._seen: set[Used] = set()
         self._new_parts: list[Used] = []
-        bus.subscribe(self._take, *_EVENTS)
+        bus.subscribe(self._record, *_EVENTS)
         for agent in agents:  # the agent's configuration may switch the watching off
             agent.executive.env.watcher.rules.set((), on=True)
 
@@ -34,7 +34,7 @@ class UseWatch:
         self._new_parts.clear()
         return parts
 
-    def _take(self, event: Event) -> None:
+    def _record(self, event: Event) -> None:
         match event:
             case RuleFired():
                 self._note(RULE, event.rule)
@@ -47,8 +47,8 @@ class UseWatch:
             case SkillStatus(status="S_RUNNING"):
                 self._note(SKILL, event.skill_string.partition("{")[0].strip())
 
-    def _note(self, kind: str, name: str, more: str = "") -> None:
-        used = kind, name, more
-        if used not in self._known:
-            self._known.add(used)
+    def _note(self, kind: str, name: str, detail: str = "") -> None:
+        used = kind, name, detail
+        if used not in self._seen:
+            self._seen.add(used)
             self._new_parts.append(used)

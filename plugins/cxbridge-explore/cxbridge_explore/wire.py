@@ -1,4 +1,9 @@
-"""The messages between the processes of an exploration, as frames over a Unix socket."""
+"""The messages between the processes of an exploration, as frames over a Unix socket.
+
+A process reports to the coordinator and obeys its orders. A run that reaches a choice point sends
+:class:`Reached`, and then gets orders: :class:`Fork` for each option but the last, :class:`Continue` for the
+last one; or :class:`Leave` if the state is known.
+"""
 
 from __future__ import annotations
 
@@ -66,7 +71,7 @@ class Play(Struct, frozen=True, tag=True):
     """Start a run that follows a path to an edge.
 
     :param choices: index, subject and option of each choice.
-    :param free: the number of the first choice point to ask about.
+    :param free: the number of the first choice point to report; earlier points take the usual option.
     """
 
     edge: tuple[int, int]
@@ -81,6 +86,8 @@ class Fork(Struct, frozen=True, tag=True):
 
 
 class Continue(Struct, frozen=True, tag=True):
+    """Continue the run with an option."""
+
     option: int
 
 
@@ -97,6 +104,7 @@ _orders: Decoder[Order] = Decoder(Order)
 
 
 def frame(message: Report | Order) -> bytes:
+    """Return a message with its length before it."""
     data = _encoder.encode(message)
     return _LENGTH.pack(len(data)) + data
 
@@ -123,12 +131,13 @@ class Link:
         return _orders.decode(self._exactly(size))
 
     def _exactly(self, size: int) -> bytes:
+        """Return the next bytes; a socket may return fewer at once."""
         data = b""
         while len(data) < size:
-            more = self._socket.recv(size - len(data))
-            if not more:
+            chunk = self._socket.recv(size - len(data))
+            if not chunk:
                 raise EOFError
-            data += more
+            data += chunk
         return data
 
     def close(self) -> None:

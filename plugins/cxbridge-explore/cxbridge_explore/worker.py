@@ -55,7 +55,7 @@ class Process:
             return False
         self.link.close()
         self.link = link
-        self._copies.clear()
+        self._copies.clear()  # they are children of the parent
         link.send(Hello(os.getpid(), edge))
         return True
 
@@ -65,7 +65,7 @@ class Process:
 
 
 class ForkingChooser:
-    """A chooser that asks the coordinator at each choice point, and forks on its orders.
+    """A chooser that reports each choice point to the coordinator, and forks on its orders.
 
     :param free: the number of the first open choice point; earlier points take the usual option.
     :param digest: returns the digest of a state, or an empty digest and the reason.
@@ -105,8 +105,9 @@ class ForkingChooser:
 
 
 def as_point(index: int, point: ChoicePoint) -> Point:
-    ways = tuple(PointOption(option.name, option.faults) for option in point.options)
-    return Point(index, point.kind.value, point.subject, point.seconds, ways)
+    """Return a choice point as the graph stores it."""
+    options = tuple(PointOption(option.name, option.faults) for option in point.options)
+    return Point(index, point.kind.value, point.subject, point.seconds, options)
 
 
 def exit_process(status: int = 0) -> NoReturn:

@@ -12,7 +12,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import Additions
 from cxbridge.run.source import source_of
 from cxbridge.run.team import Team
-from cxbridge_explore.game.judge import Standing
+from cxbridge_explore.game.judge import GameState
 from cxbridge_explore.game.score import Score
 from cxbridge_protobuf.settings import CONNECTIONS
 from cxbridge_rcll.controller import Script
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
     from cxbridge.executive.host.values import Value
     from cxbridge.run.components.component import Component
-    from cxbridge.space.navgraph import NavGraph
     from cxbridge_protobuf.connections import MakeConnections
     from cxbridge_rcll.machines import Workplace
 
@@ -59,20 +58,23 @@ class GameReferee(Protocol):
     def components(self, script: Script) -> Iterator[Callable[[Run], Component]]:
         """Yield the factories of the referee's components."""
 
-    def machine(self, name: str) -> Workplace | None: ...
+    def machine(self, name: str) -> Workplace | None:
+        """Return a machine by name."""
 
-    def places(self) -> Iterator[dict[str, Value]]:
+    def machine_facts(self) -> Iterator[dict[str, Value]]:
         """Yield ``name``, ``zone`` and ``rotation`` of each machine."""
 
     @property
-    def score(self) -> Score: ...
+    def score(self) -> Score:
+        """The score so far."""
 
     @property
-    def standing(self) -> Standing:
+    def state(self) -> GameState:
         """The phase, and the states of the machines."""
 
     @property
-    def is_over(self) -> bool: ...
+    def is_over(self) -> bool:
+        """Whether the game has ended."""
 
     @property
     def faults(self) -> Sequence[str]:
@@ -88,7 +90,7 @@ class LeagueAssembly(Run):
             *parts.referee_components(),
             parts.interfaces({name: f"/{name}/" for name in parts.robots}),
         )
-        super().__init__(parts.run, parts.context, None, parts.added(additions), factories)
+        super().__init__(parts.run, parts.context, None, parts.extend(additions), factories)
 
     @property
     def is_over(self) -> bool:
@@ -103,14 +105,10 @@ class LeagueTeam(Team):
         self.referee = parts.referee
 
         def components(name: str) -> Sequence[MakeComponent]:
-            robot_factories = (parts.interfaces({name: ""}),)
-            return (
-                robot_factories
-                if name != parts.robots[0]
-                else (*parts.referee_components(), *robot_factories)
-            )
+            referee = parts.referee_components() if name == parts.robots[0] else ()  # one for all agents
+            return (*referee, parts.interfaces({name: ""}))
 
-        super().__init__(parts.run, parts.context, parts.robots, None, parts.added(additions), components)
+        super().__init__(parts.run, parts.context, parts.robots, None, parts.extend(additions), components)
 
     @property
     def is_over(self) -> bool:
@@ -139,7 +137,7 @@ class GameParts:
         else:
             assert settings.referee is not None
             self.referee = RemoteReferee(settings.referee, messages)
-        self.world = RobotWorld(Field(self.referee.places), self.referee.machine)
+        self.world = RobotWorld(Field(self.referee.machine_facts), self.referee.machine)
         self.context = make_base(run)
         config = self.context.config
         spec = f"{_SPECS}/{run.spec or config.get_str(_SPEC, default='')}"
@@ -155,6 +153,7 @@ class GameParts:
         self.referee.set_up(config)
 
     def _name_robots(self, config: Configuration, spec: str) -> list[str]:
+        """Return the names of the robots, after setting them in the configuration."""
         if self.is_team:
             routes = [config.keys(f"{spec}/{_ROUTES}/{team}") for team in config.keys(f"{spec}/{_ROUTES}")]
             names = next(filter(None, routes), list(_NAMES))
@@ -170,7 +169,7 @@ class GameParts:
             config.set(f"/skill-board/agents/{name}/skiller", f"/{name}/Skiller")
         return names
 
-    def added(self, additions: Additions) -> Additions:
+    def extend(self, additions: Additions) -> Additions:
         """Return the additions to a run's options: robots and message connections."""
         executors = (*additions.executors, robot_executor(self.world))
         values = {**additions.values, CONNECTIONS: self.referee.connections}
@@ -188,10 +187,8 @@ class GameParts:
         """
 
         def make(context: Run) -> Component:
-            def graph() -> NavGraph:
-                return context.navgraph
-
-            stations = StationNodes(self.world.places, graph) if self.is_team else None
+            # A graph is loaded on first use, and an agent may have none.
+            stations = StationNodes(self.world.places, lambda: context.navgraph) if self.is_team else None
             return RobotInterfaces(context, self.world, prefixes, stations)
 
         return make

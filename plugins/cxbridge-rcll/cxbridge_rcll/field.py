@@ -11,10 +11,10 @@ from cxbridge.executive.host.values import Value
 
 _ZONE: Final = re.compile(r"([CM])[-_]Z(\d)(\d)")
 _MACHINE: Final = re.compile(r"(?:WAIT-)?([CM]-(?:BS|DS|SS|CS\d|RS\d))(?:-(INPUT|OUTPUT|I|O))?")
-_BEFORE_M: Final = 0.75  # metres from the centre of a machine to a robot that works there
+_AT_MACHINE_M: Final = 0.75  # metres from the centre of a machine to a robot that works there
 
 _WAITING_M: Final = 1.5  # metres from the centre of a machine to a robot that waits for it
-_ENTRY: Final = (4.5, 0.5)
+_ENTRY: Final = (4.5, 0.5)  # metres, of the first robot; the next one stands a metre beside it
 
 
 class Pose(NamedTuple):
@@ -56,11 +56,11 @@ class Field:
         machine = _MACHINE.fullmatch(place)
         if machine is None:
             return None
-        metres = _WAITING_M if place.startswith("WAIT") else _BEFORE_M
+        metres = _WAITING_M if place.startswith("WAIT") else _AT_MACHINE_M
         return self._pose_before(machine[1], (machine[2] or "I")[0], metres)
 
     def _pose_before(self, name: str, side: str, metres: float) -> Pose | None:
-        slots = next((each for each in self._machines() if each["name"] == name), None)
+        slots = next((machine for machine in self._machines() if machine["name"] == name), None)
         zone = None if slots is None else _ZONE.fullmatch(str(slots["zone"]))
         if slots is None or zone is None:
             return None
@@ -74,5 +74,6 @@ class Field:
 
 
 def _centre(half: str, column: str, row: str) -> Pose:
+    """Return the centre of a zone; zones have a width of a metre."""
     x = int(column) - 0.5
     return Pose(-x if half == "M" else x, int(row) - 0.5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -10,7 +11,7 @@ from cxbridge.events import LogLine, Sink
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.skiller.simulation.estimators import SkillPattern
-from cxbridge_explore.game.judge import Standing
+from cxbridge_explore.game.judge import GameState
 from cxbridge_explore.game.playing import play_game
 from cxbridge_explore.game.score import GameResult, Score
 from cxbridge_explore.worldmodel.model import NOTHING_FAILS, SkillFailure, SkillModel, WorldModel
@@ -68,6 +69,7 @@ class LeagueGame(LeagueSettings):
 
     @property
     def options(self) -> RunOptions:
+        """The options of the run with the referee's clock and a time limit after the end of the game."""
         run = self.run
         return replace(
             run,
@@ -100,14 +102,7 @@ class LeagueGame(LeagueSettings):
         :param console: receives the log lines.
         :param attach: called with the run before its start.
         """
-        referees: list[GameReferee] = []
-
-        def make(options: RunOptions, additions: Additions) -> LeagueAssembly | LeagueTeam:
-            assembly = self.make(seed, options, additions)
-            referees.append(assembly.referee)
-            return assembly
-
-        verdict = Verdict()
+        verdict, judge = Verdict(), _Judge()
 
         def listen(agent: Run) -> None:
             agent.bus.subscribe(verdict, LogLine)
@@ -116,11 +111,12 @@ class LeagueGame(LeagueSettings):
 
         options, world = self.options, self._world()
         options.check()
-        result = play_game(options, seed, world, _Judge(referees), make=make, console=console, attach=listen)
+        make = partial(self.make, seed)
+        result = play_game(options, seed, world, judge, make=make, console=console, attach=listen)
         return replace(
             result,
             is_over=bool(verdict.text) if self.simtest else result.is_over,
-            faults=(*result.faults, *referees[0].faults),
+            faults=(*result.faults, *judge.referee.faults),
             simtest=verdict.text if self.simtest else "",
         )
 
@@ -145,19 +141,17 @@ class LeagueGame(LeagueSettings):
 
 
 class _Judge:
-    """Takes score and standing from the referee of a run.
+    """Takes score and state from the referee of a run."""
 
-    :param referees: receives the referee when the run is created.
-    """
-
-    def __init__(self, referees: Sequence[GameReferee]) -> None:
-        self._referees = referees
+    referee: GameReferee  # set when the run is made
 
     def watch(self, run: Run | Team) -> None:
-        """Do nothing: the referee is a part of the run."""
+        """Take the referee of a run."""
+        assert isinstance(run, LeagueAssembly | LeagueTeam)
+        self.referee = run.referee
 
-    def standing(self) -> Standing:
-        return self._referees[0].standing
+    def state(self) -> GameState:
+        return self.referee.state
 
     def score(self, _agents: Sequence[Run]) -> Score:
-        return self._referees[0].score
+        return self.referee.score

@@ -1,4 +1,7 @@
-"""The functions that the referee box defines for its rules: configuration, machines, field."""
+"""The functions that the referee box defines for its rules: configuration, machines, field.
+
+The box defines them in C++; the rules call them by these names.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,18 @@ from cxbridge.config import Configuration
 from cxbridge.executive.features.config import confvals
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
-from cxbridge_rcll.machines import Machine, MachinePlace
-from cxbridge_rcll.placing import NAMES, Placed, place
+from cxbridge_rcll.machines import BeltPosition, Machine
+from cxbridge_rcll.placing import NAMES, Placement, arrange
 from cxbridge_rcll.refbox import Refbox
 
-_TEXT: Final = "*;sy"
+_TEXT: Final = "*;sy"  # CLIPS' restriction of arguments: the first is a string or a symbol
+# Functions for parts of machines that are not simulated, with their number of arguments.
+_IGNORED: Final = {
+    "mps-reset-base-counter": 1,
+    "mps-reset-lights": 1,
+    "mps-set-light": 3,
+    "mps-set-lights": 4,
+}
 _NO_FIELD: Final = (Symbol("INVALID-GENERATION"),)
 
 
@@ -70,16 +80,19 @@ class MachineFunctions:
         self._define(env)
 
     def _define(self, env: ClipsEnvironment) -> None:
-        def define_machine_function(name: str, work: Callable[..., None], extra_arguments: int = 0) -> None:
+        def define_machine_function(name: str, task: Callable[..., None], extra_arguments: int = 0) -> None:
             env.define(
-                name, lambda machine, *rest: self._on(machine, work, rest), 1 + extra_arguments, types=_TEXT
+                name,
+                lambda machine, *arguments: self._order(machine, task, arguments),
+                1 + extra_arguments,
+                types=_TEXT,
             )
 
         def ignore(*_arguments: Value) -> None:
-            """Do nothing: lights are not simulated."""
+            """Do nothing."""
 
         define_machine_function(
-            "mps-move-conveyor", lambda machine, goal, _way: machine.move(MachinePlace(goal)), 2
+            "mps-move-conveyor", lambda machine, goal, _direction: machine.move(BeltPosition(goal)), 2
         )
         define_machine_function("mps-bs-dispense", Machine.dispense, 1)
         define_machine_function("mps-cs-retrieve-cap", Machine.retrieve_cap)
@@ -88,23 +101,21 @@ class MachineFunctions:
             "mps-rs-mount-ring", lambda machine, _slide, colour: machine.mount_ring(colour), 2
         )
         define_machine_function("mps-ds-process", Machine.deliver, 1)
-        define_machine_function("mps-deliver", lambda machine: machine.move(MachinePlace.OUTPUT))
+        define_machine_function("mps-deliver", lambda machine: machine.move(BeltPosition.OUTPUT))
         define_machine_function("mps-ss-retrieve", lambda machine, *_slot: machine.retrieve(), 2)
         define_machine_function("mps-ss-store", lambda machine, *_slot: machine.store(), 2)
         define_machine_function("mps-ss-relocate", lambda machine, *_slots: machine.relocate(), 4)
         define_machine_function("mps-reset", Machine.reset)
-        env.define("mps-reset-base-counter", ignore, 1, types=_TEXT)
-        env.define("mps-reset-lights", ignore, 1, types=_TEXT)
-        env.define("mps-set-light", ignore, 3, types=_TEXT)
-        env.define("mps-set-lights", ignore, 4, types=_TEXT)
+        for name, count in _IGNORED.items():
+            env.define(name, ignore, count, types=_TEXT)
         env.define("reconfigure-machine", self._reconfigure, 1, types=_TEXT)
 
-    def _on(self, name: str, work: Callable[..., None], rest: tuple[Value, ...]) -> None:
+    def _order(self, name: str, task: Callable[..., None], arguments: tuple[Value, ...]) -> None:
         machine = self.machines.get(name)
         if machine is None:
             self._log.error(f"Invalid station {name}")
         else:
-            work(machine, *rest)
+            task(machine, *arguments)
 
     def _reconfigure(self, name: str) -> None:
         self.machines[str(name)] = self._make(str(name))
@@ -127,7 +138,7 @@ class FieldFunctions:
         self._random = random
         self._machines = set(NAMES)
         self._size = (7, 8)
-        self._placed: list[Placed] | None = None
+        self._placements: list[Placement] | None = None
         define = env.define
         define("mps-generator-set-field", self._set_field, 2, types="*;l;l")
         define("mps-generator-add-machine", self._add, 1, types="*;l")
@@ -135,7 +146,7 @@ class FieldFunctions:
         define("mps-generator-start", self._start)
         define("mps-generator-abort", lambda: None)
         define("mps-generator-running", lambda: FALSE)
-        define("mps-generator-field-generated", lambda: _truth(self._placed))
+        define("mps-generator-field-generated", lambda: _truth(self._placements))
         define("mps-generator-get-generated-field", self._field)
 
     def _set_field(self, width: int, height: int) -> Value:
@@ -155,13 +166,14 @@ class FieldFunctions:
         return _truth(was_known)
 
     def _start(self) -> None:
-        self._placed = place(self._random, self._machines, *self._size)
+        self._placements = arrange(self._random, self._machines, *self._size)
 
     def _field(self) -> Value:
-        if self._placed is None:
+        if self._placements is None:
             return _NO_FIELD
         field: list[Value] = []
-        for each in self._placed:
-            name = NAMES.get(each.machine, "NOT-SET")
-            field += (Symbol(f"C-{name}"), Symbol(f"C_Z{each.x}{each.y}"), each.angle)
+        for placement in self._placements:
+            name = NAMES.get(placement.machine, "NOT-SET")
+            zone = Symbol(f"C_Z{placement.x}{placement.y}")
+            field += (Symbol(f"C-{name}"), zone, placement.angle)
         return tuple(field)

@@ -9,7 +9,7 @@ from cxbridge.config import Configuration
 from cxbridge.executive.host.values import Value
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge_explore.game.judge import Standing
+from cxbridge_explore.game.judge import GameState
 from cxbridge_explore.game.score import POST_GAME, Score
 from cxbridge_protobuf.connections import MakeConnections
 from cxbridge_protobuf.local import HOST, LocalNetwork
@@ -18,7 +18,7 @@ from cxbridge_protobuf.types import Message, MessageTypes, frame_of
 from cxbridge_rcll.controller import Controller, Script
 from cxbridge_rcll.machines import Machine
 from cxbridge_rcll.refbox import Refbox
-from cxbridge_rcll.referee import SERVER_PORT, STATION, Referee, RefereeSettings, referee_maker
+from cxbridge_rcll.referee import SERVER_PORT, STATION, Referee
 from cxbridge_rcll.score import phase_of, score_of, states_of
 
 
@@ -36,8 +36,9 @@ class LocalReferee:
         self._network = LocalNetwork()
         self._config = config = refbox.configuration(*overlays)
         for station in config.keys(STATION):
+            # With `mockup`, the configured connection, the rules do not count payments.
             config.set(f"{STATION}{station}/connection", "simulated")
-        self._settings = RefereeSettings(refbox, config, messages, self._network, seed)
+        self._refbox, self._seed = refbox, seed
         self._referee: Referee | None = None
 
     @property
@@ -50,6 +51,12 @@ class LocalReferee:
 
     def components(self, script: Script) -> Iterator[Callable[[Run], Component]]:
         """Yield the factories of the referee and of its controller."""
+
+        def referee(context: Run) -> Component:
+            self._referee = Referee(
+                context, self._refbox, self._config, self._messages, self._network, self._seed
+            )
+            return self._referee
 
         def controller(context: Run) -> Component:
             types = MessageTypes(context.bus.logger("Controller").warn)
@@ -65,11 +72,8 @@ class LocalReferee:
 
             return Controller(context, types, script, send)
 
-        yield referee_maker(self._settings, self._keep_referee)
+        yield referee
         yield controller
-
-    def _keep_referee(self, referee: Referee) -> None:
-        self._referee = referee
 
     @property
     def _running(self) -> Referee:
@@ -79,7 +83,7 @@ class LocalReferee:
     def machine(self, name: str) -> Machine | None:
         return self._running.machines.get(name)
 
-    def places(self) -> Iterator[dict[str, Value]]:
+    def machine_facts(self) -> Iterator[dict[str, Value]]:
         return self._running.facts("machine")
 
     @property
@@ -87,8 +91,8 @@ class LocalReferee:
         return score_of(self._running)
 
     @property
-    def standing(self) -> Standing:
-        return Standing(phase_of(self._running), states_of(self._running))
+    def state(self) -> GameState:
+        return GameState(phase_of(self._running), states_of(self._running))
 
     @property
     def is_over(self) -> bool:

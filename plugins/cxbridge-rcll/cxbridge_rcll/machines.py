@@ -1,4 +1,8 @@
-"""The machines of the field: workpieces on their belts, and timed work on the run's clock."""
+"""The machines of the field: workpieces on their belts, and timed work on the run's clock.
+
+The referee's rules order the tasks of a machine and read its sensors: whether it is busy, whether a workpiece
+is ready, and the number of bases in its slide.
+"""
 
 from __future__ import annotations
 
@@ -19,11 +23,11 @@ STORAGE_S: Final = 17.5
 DELIVERY_S: Final = (3.746, 4.746, 3.983)
 
 # Called with the name of a machine, what changed (`BUSY`, `READY`, `SLIDE-COUNTER`), and its value.
-Report = Callable[[str, str, object], None]
+Report = Callable[[str, str, int], None]
 
 
-class MachinePlace(StrEnum):
-    """The positions of workpieces at a machine."""
+class BeltPosition(StrEnum):
+    """The positions of workpieces on the belt of a machine."""
 
     INPUT = "INPUT"
     MIDDLE = "MIDDLE"
@@ -48,20 +52,22 @@ class Workplace(Protocol):
 
     name: str
 
-    def has(self, place: MachinePlace) -> bool: ...
+    def has(self, position: BeltPosition) -> bool:
+        """Return whether the position has a workpiece."""
 
-    def put(self, workpiece: Workpiece) -> None: ...
+    def put(self, workpiece: Workpiece) -> None:
+        """Put a workpiece on the input."""
 
     def pay(self) -> None:
         """Put a base into the slide as payment."""
 
-    def take(self, place: MachinePlace) -> Workpiece | None:
+    def take(self, position: BeltPosition) -> Workpiece | None:
         """Remove and return the workpiece at a position; None if empty."""
 
 
 @dataclass(slots=True)
-class _Work:
-    """A task of a machine.
+class _Task:
+    """A task of a machine. Tasks are done one after another.
 
     :param seconds: the duration after the start.
     :param source: the positions of which one must have a workpiece; empty if none is needed.
@@ -69,7 +75,7 @@ class _Work:
     """
 
     seconds: float
-    source: tuple[MachinePlace, ...]
+    source: tuple[BeltPosition, ...]
     end: Callable[[], None]
     due_us: int | None = None
 
@@ -82,51 +88,51 @@ class Machine:
 
     def __init__(self, name: str, clock: Clock, report: Report) -> None:
         self.name = name
-        self.belt: dict[MachinePlace, Workpiece] = {}
-        self.slide = 0
+        self.belt: dict[BeltPosition, Workpiece] = {}
+        self.slide = 0  # bases in the slide, the payment for rings
         self.has_cap = False
         self.delivered: list[Workpiece] = []
         self._clock = clock
         self._report = report
-        self._work: list[_Work] = []
+        self._tasks: list[_Task] = []
 
     # -- tasks from the referee
 
     def dispense(self, colour: str) -> None:
         """Put a base on the belt."""
-        self._begin(DISPENSE_S, (), lambda: self._place(MachinePlace.MIDDLE, Workpiece([colour])))
+        self._begin(DISPENSE_S, (), lambda: self._lay(BeltPosition.MIDDLE, Workpiece([colour])))
 
-    def move(self, goal: MachinePlace) -> None:
+    def move(self, goal: BeltPosition) -> None:
         """Move a workpiece on the belt as soon as one arrives."""
-        seconds = BELT_MIDDLE_S if goal is MachinePlace.MIDDLE else BELT_END_S
-        sources = tuple(place for place in MachinePlace if place is not goal)
+        seconds = BELT_MIDDLE_S if goal is BeltPosition.MIDDLE else BELT_END_S
+        sources = tuple(position for position in BeltPosition if position is not goal)
         self._begin(seconds, sources, lambda: self._carry(sources, goal))
 
     def mount_ring(self, colour: str) -> None:
         """Mount a ring on the workpiece in the middle."""
         self._begin(
-            RING_S, (MachinePlace.MIDDLE,), lambda: self.belt[MachinePlace.MIDDLE].parts.append(colour)
+            RING_S, (BeltPosition.MIDDLE,), lambda: self.belt[BeltPosition.MIDDLE].parts.append(colour)
         )
 
     def retrieve_cap(self) -> None:
         """Take the cap off the workpiece in the middle."""
-        self._begin(CAP_S, (MachinePlace.MIDDLE,), self._take_cap)
+        self._begin(CAP_S, (BeltPosition.MIDDLE,), self._take_cap)
 
     def mount_cap(self) -> None:
         """Mount the cap on the workpiece in the middle."""
-        self._begin(CAP_S, (MachinePlace.MIDDLE,), self._mount_cap)
+        self._begin(CAP_S, (BeltPosition.MIDDLE,), self._mount_cap)
 
     def deliver(self, gate: int) -> None:
         """Deliver the workpiece at the input."""
-        self._begin(DELIVERY_S[(gate - 1) % len(DELIVERY_S)], (MachinePlace.INPUT,), self._deliver)
+        self._begin(DELIVERY_S[(gate - 1) % len(DELIVERY_S)], (BeltPosition.INPUT,), self._deliver)
 
     def store(self) -> None:
         """Store the workpiece in the middle."""
-        self._begin(STORAGE_S, (MachinePlace.MIDDLE,), lambda: self._discard(MachinePlace.MIDDLE))
+        self._begin(STORAGE_S, (BeltPosition.MIDDLE,), lambda: self._discard(BeltPosition.MIDDLE))
 
     def retrieve(self) -> None:
         """Retrieve a workpiece from the storage."""
-        self._begin(STORAGE_S, (), lambda: self._place(MachinePlace.MIDDLE, Workpiece(["STORED"])))
+        self._begin(STORAGE_S, (), lambda: self._lay(BeltPosition.MIDDLE, Workpiece(["STORED"])))
 
     def relocate(self) -> None:
         """Relocate a workpiece within the storage."""
@@ -134,74 +140,75 @@ class Machine:
 
     def reset(self) -> None:
         """Stop all work and remove the workpieces behind the input."""
-        self._work.clear()
-        for place in (MachinePlace.MIDDLE, MachinePlace.OUTPUT):
-            if self.belt.pop(place, None) is not None and place is MachinePlace.OUTPUT:
-                self._report(self.name, "READY", False)
+        self._tasks.clear()
+        self.belt.pop(BeltPosition.MIDDLE, None)
+        if self.belt.pop(BeltPosition.OUTPUT, None) is not None:
+            self._report(self.name, "READY", False)
 
     # -- what robots do at it
 
-    def has(self, place: MachinePlace) -> bool:
-        return place in self.belt
+    def has(self, position: BeltPosition) -> bool:
+        return position in self.belt
 
     def put(self, workpiece: Workpiece) -> None:
-        self.belt[MachinePlace.INPUT] = workpiece
+        self.belt[BeltPosition.INPUT] = workpiece
 
     def pay(self) -> None:
         self.slide += 1
         self._report(self.name, "SLIDE-COUNTER", self.slide)
 
-    def take(self, place: MachinePlace) -> Workpiece | None:
-        taken = self.belt.pop(place, None)
-        if taken is not None and not self.belt.keys() & {MachinePlace.INPUT, MachinePlace.OUTPUT}:
+    def take(self, position: BeltPosition) -> Workpiece | None:
+        workpiece = self.belt.pop(position, None)
+        if workpiece is not None and not self.belt.keys() & {BeltPosition.INPUT, BeltPosition.OUTPUT}:
             self._report(self.name, "READY", False)
-        return taken
+        return workpiece
 
     # -- its work
 
     def loop(self) -> None:
         """Execute due steps."""
-        while self._work:
-            work = self._work[0]
-            if work.due_us is None:
-                if work.source and not self.belt.keys() & set(work.source):
+        while self._tasks:
+            task = self._tasks[0]
+            if task.due_us is None:  # a task without its workpiece waits
+                if task.source and not self.belt.keys() & set(task.source):
                     return
-                work.due_us = self._clock.now_us() + round(work.seconds * MICROSECONDS)
-            if self._clock.now_us() < work.due_us:
+                task.due_us = self._clock.now_us() + round(task.seconds * MICROSECONDS)
+            if self._clock.now_us() < task.due_us:
                 return
-            del self._work[0]
-            work.end()
+            del self._tasks[0]
+            task.end()
             self._report(self.name, "BUSY", False)
 
-    def _begin(self, seconds: float, source: tuple[MachinePlace, ...], end: Callable[[], None]) -> None:
+    def _begin(self, seconds: float, source: tuple[BeltPosition, ...], end: Callable[[], None]) -> None:
         self._report(self.name, "BUSY", True)
-        self._work.append(_Work(seconds, source, end))
+        self._tasks.append(_Task(seconds, source, end))
 
-    def _place(self, place: MachinePlace, workpiece: Workpiece) -> None:
-        self.belt[place] = workpiece
-        if place is not MachinePlace.MIDDLE:
+    def _lay(self, position: BeltPosition, workpiece: Workpiece) -> None:
+        """Lay a workpiece on the belt; the sensors at the ends of the belt notice it."""
+        self.belt[position] = workpiece
+        if position is not BeltPosition.MIDDLE:
             self._report(self.name, "READY", True)
 
-    def _carry(self, sources: tuple[MachinePlace, ...], goal: MachinePlace) -> None:
+    def _carry(self, sources: tuple[BeltPosition, ...], goal: BeltPosition) -> None:
         # the workpiece closest to the middle goes first
-        for place in sorted(sources, key=lambda place: place is not MachinePlace.MIDDLE):
-            if place in self.belt:
-                self._place(goal, self.belt.pop(place))
+        for position in sorted(sources, key=lambda source: source is not BeltPosition.MIDDLE):
+            if position in self.belt:
+                self._lay(goal, self.belt.pop(position))
                 return
 
     def _take_cap(self) -> None:
-        parts = self.belt[MachinePlace.MIDDLE].parts
+        parts = self.belt[BeltPosition.MIDDLE].parts
         if len(parts) > 1:
             parts.pop()
         self.has_cap = True
 
     def _mount_cap(self) -> None:
-        self.belt[MachinePlace.MIDDLE].parts.append(f"CAP-OF-{self.name}")
+        self.belt[BeltPosition.MIDDLE].parts.append(f"CAP-OF-{self.name}")
         self.has_cap = False
 
     def _deliver(self) -> None:
-        self.delivered.append(self.belt[MachinePlace.INPUT])
-        self._discard(MachinePlace.INPUT)
+        self.delivered.append(self.belt[BeltPosition.INPUT])
+        self._discard(BeltPosition.INPUT)
 
-    def _discard(self, place: MachinePlace) -> None:
-        self.belt.pop(place, None)
+    def _discard(self, position: BeltPosition) -> None:
+        self.belt.pop(position, None)

@@ -59,9 +59,9 @@ class RefboxOptions:
 
     def refuse(self) -> None:
         """Raise :class:`CxbridgeError` if an option of league games is set."""
-        for each in fields(self):
-            if each.default is not MISSING and getattr(self, each.name) != each.default:
-                name = each.name.removesuffix("s") if each.name == "proto_dirs" else each.name
+        for option in fields(self):
+            if option.default is not MISSING and getattr(self, option.name) != option.default:
+                name = option.name.removesuffix("s") if option.name == "proto_dirs" else option.name
                 raise CxbridgeError(
                     f"--{name.replace('_', '-')} is for games of the league",
                     hint="name the referee: --refbox-dir",
@@ -148,7 +148,7 @@ class PlayedLeague(RefboxOptions):
         address = self._address()
         if several and address is not None:
             raise CxbridgeError("a referee box plays one game", hint="play many with --refbox-dir")
-        found = LeagueGame(
+        game = LeagueGame(
             run=run,
             refbox_dir=self.refbox_dir,
             referee=address,
@@ -159,7 +159,7 @@ class PlayedLeague(RefboxOptions):
             failures=self.failures,
             simtest=self.simtest,
         )
-        return found if minutes is None else replace(found, minutes=minutes)
+        return game if minutes is None else replace(game, minutes=minutes)
 
     def _address(self) -> Address | None:
         """Return the address of the referee box; None if its rules run in the agent's process."""

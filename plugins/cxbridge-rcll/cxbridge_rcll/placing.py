@@ -24,7 +24,7 @@ _TRIES: Final = 10_000  # attempts before the arrangement counts as impossible
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class Placement:
     """The position of a machine.
 
     :param x: zone, from 1.
@@ -39,6 +39,7 @@ class Placed:
 
     @property
     def zone(self) -> tuple[int, int]:
+        """The zone of the machine."""
         return self.x, self.y
 
     def sides(self) -> Iterator[tuple[int, int]]:
@@ -53,7 +54,7 @@ class Placed:
                 yield self.x, self.y + step_y
 
 
-def place(random: Random, machines: Collection[int], width: int, height: int) -> list[Placed] | None:
+def arrange(random: Random, machines: Collection[int], width: int, height: int) -> list[Placement] | None:
     """Return random positions of machines; None if no arrangement fits.
 
     :param width: the width of the half in zones.
@@ -62,31 +63,32 @@ def place(random: Random, machines: Collection[int], width: int, height: int) ->
     zones = [(x, y) for x in range(1, width + 1) for y in range(1, height + 1)]
     # greedy placement can run into a dead end: start again
     for _ in range(_TRIES):
-        placed: list[Placed] = []
+        placements: list[Placement] = []
         for machine in sorted(machines):
-            candidates = [Placed(machine, *random.choice(zones), random.choice(ANGLES)) for _ in range(40)]
-            position = next((each for each in candidates if fits(each, placed, width, height)), None)
-            if position is None:
+            candidates = [Placement(machine, *random.choice(zones), random.choice(ANGLES)) for _ in range(40)]
+            fitting = (placement for placement in candidates if fits(placement, placements, width, height))
+            chosen = next(fitting, None)
+            if chosen is None:
                 break
-            placed.append(position)
+            placements.append(chosen)
         else:
-            return placed
+            return placements
     return None
 
 
-def fits(new: Placed, placed: Collection[Placed], width: int, height: int) -> bool:
+def fits(candidate: Placement, placements: Collection[Placement], width: int, height: int) -> bool:
     """Return whether a machine fits among the placed ones."""
-    taken = {each.zone for each in placed} | {new.zone}
-    if len(taken) != len(placed) + 1 or new.zone in _entry(width):
+    zones = {placement.zone for placement in placements} | {candidate.zone}
+    if len(zones) != len(placements) + 1 or candidate.zone in _entry(width):
         return False
-    free = set(new.sides())
-    if any(not (1 <= x <= width and 1 <= y <= height) for x, y in free) or free & _gate(width):
+    sides = set(candidate.sides())
+    if any(not (1 <= x <= width and 1 <= y <= height) for x, y in sides) or sides & _gate(width):
         return False
-    for each in placed:
-        sides = set(each.sides())
-        if new.zone in sides or each.zone in free or sides & free:
+    for placement in placements:
+        other_sides = set(placement.sides())
+        if candidate.zone in other_sides or placement.zone in sides or other_sides & sides:
             return False
-    return not _is_third(taken) and not _closes_a_corner(taken, width, height)
+    return not _has_row_of_three(zones) and not _closes_corner(zones, width, height)
 
 
 def _entry(width: int) -> set[tuple[int, int]]:
@@ -95,18 +97,20 @@ def _entry(width: int) -> set[tuple[int, int]]:
 
 
 def _gate(width: int) -> set[tuple[int, int]]:
+    """Return the zones of the robots' entrance."""
     return {(width, 1), (width - 1, 1), (width - 2, 1)}
 
 
-def _is_third(taken: set[tuple[int, int]]) -> bool:
+def _has_row_of_three(zones: set[tuple[int, int]]) -> bool:
     """Return whether three machines are in a row."""
     return any(
-        (x + step_x, y + step_y) in taken and (x + 2 * step_x, y + 2 * step_y) in taken
-        for x, y in taken
+        (x + step_x, y + step_y) in zones and (x + 2 * step_x, y + 2 * step_y) in zones
+        for x, y in zones
         for step_x, step_y in _AHEAD[:4]
     )
 
 
-def _closes_a_corner(taken: set[tuple[int, int]], width: int, height: int) -> bool:
+def _closes_corner(zones: set[tuple[int, int]], width: int, height: int) -> bool:
+    """Return whether two machines close the way to a corner."""
     corners = (((2, 1), (1, 2)), ((2, height), (1, height - 1)), ((width - 1, height), (width, height - 1)))
-    return any(set(pair) <= taken for pair in corners)
+    return any(set(pair) <= zones for pair in corners)

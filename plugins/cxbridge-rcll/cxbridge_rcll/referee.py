@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 from typing import Final
@@ -31,60 +30,54 @@ SERVER_PORT: Final = "/llsfrb/comm/server-port"
 _VERSION: Final = "(defglobal ?*VERSION-MAJOR* = 0 ?*VERSION-MINOR* = 0 ?*VERSION-MICRO* = 0)"
 
 
-@dataclass(frozen=True, slots=True)
-class RefereeSettings:
-    """The inputs of a referee.
-
-    :param messages: the folder with message definitions.
-    :param seed: the seed for its random choices.
-    """
-
-    refbox: Refbox
-    config: Configuration
-    messages: Path
-    network: LocalNetwork
-    seed: int
-
-
 class Referee(Component):
     """Supervises a game.
 
+    :param config: the configuration of the referee box.
+    :param messages: the folder with message definitions.
+    :param seed: the seed for its random choices.
     :raises CxbridgeError: if the rules do not load.
     """
 
     hooks = (Hook.SENSOR_ACQUIRE,)
     description = "Referee of the RoboCup Logistics League"
 
-    def __init__(self, context: Run, settings: RefereeSettings) -> None:
-        self._settings = settings
+    def __init__(
+        self,
+        context: Run,
+        refbox: Refbox,
+        config: Configuration,
+        messages: Path,
+        network: LocalNetwork,
+        seed: int,
+    ) -> None:
         self._clock = context.clock
         self.env = env = ClipsEnvironment(ENVIRONMENT, context.bus, "Referee")
-        self._protobuf = ProtobufFeature(
-            ProtobufSettings((settings.messages,)), settings.network.join, templates=False
-        )
+        self._protobuf = ProtobufFeature(ProtobufSettings((messages,)), network.join, templates=False)
         try:
-            self._define()
+            self._define(refbox, config, seed)
             self._time = NumberFact(env.env, "time")
-            self._load()
+            self._load(refbox, seed)
         except Exception:
             self._close_environment()
             raise
 
-    def _define(self) -> None:
-        env, settings = self.env, self._settings
+    def _define(self, refbox: Refbox, config: Configuration, seed: int) -> None:
+        """Define the variables and functions that the referee box gives its rules."""
+        env = self.env
         env.build_unrecorded(_VERSION)
-        ConfigFunctions(env, settings.config, settings.refbox)
+        ConfigFunctions(env, config, refbox)
         self._machines = MachineFunctions(env, self._make_machine)
-        FieldFunctions(env, Random(settings.seed))  # noqa: S311 - a game, not a secret
+        FieldFunctions(env, Random(seed))  # noqa: S311 - a game, not a secret
         env.define("print-fact-list", self._print_facts, 2, types="*;m;m")
         self._protobuf.init_context(env)
-        self._protobuf.connections(env).enable_server(settings.config.get_uint(SERVER_PORT, default=0))
+        self._protobuf.connections(env).enable_server(config.get_uint(SERVER_PORT, default=0))
 
-    def _load(self) -> None:
-        env, start = self.env, self._settings.refbox.rules / "init.clp"
+    def _load(self, refbox: Refbox, seed: int) -> None:
+        env, start = self.env, refbox.rules / "init.clp"
         if not env.batch(start):
             raise ExecutiveError("the referee's rules do not load; see the log", file=start)
-        env.call("seed", self._settings.seed)  # the rules seed with the time of the machine
+        env.call("seed", seed)  # the rules seed with the time of the machine
         env.assert_string("(init)")
         env.refresh_agenda()
         env.run()
@@ -92,11 +85,9 @@ class Referee(Component):
     def _make_machine(self, name: str) -> Machine:
         return Machine(name, self._clock, self._report)
 
-    def _report(self, machine: str, field: str, value: object) -> None:
+    def _report(self, machine: str, field: str, value: int) -> None:
         """Assert the sensor values of a machine for the rules."""
-        clips_value: Value = int(value) if isinstance(value, int) and not isinstance(value, bool) else FALSE
-        if value is True:
-            clips_value = TRUE
+        clips_value = (TRUE if value else FALSE) if isinstance(value, bool) else value
         self.env.assert_ordered("mps-status-feedback", (Symbol(machine), Symbol(field), clips_value))
 
     def _print_facts(self, _indices: tuple[Value, ...], _slots: tuple[Value, ...]) -> None:
@@ -115,6 +106,7 @@ class Referee(Component):
 
     @property
     def machines(self) -> dict[str, Machine]:
+        """The machines by name."""
         return self._machines.machines
 
     @property
@@ -138,19 +130,3 @@ class Referee(Component):
     def _close_environment(self) -> None:
         self._protobuf.context_destroyed(self.env)
         self.env.destroy()
-
-
-def referee_maker(
-    settings: RefereeSettings, on_created: Callable[[Referee], None]
-) -> Callable[[Run], Component]:
-    """Return the factory of a run's referee.
-
-    :param on_created: called with the referee.
-    """
-
-    def make(context: Run) -> Component:
-        referee = Referee(context, settings)
-        on_created(referee)
-        return referee
-
-    return make

@@ -15,7 +15,7 @@ from cxbridge.listening import is_loopback
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge_explore.game.judge import Standing
+from cxbridge_explore.game.judge import GameState
 from cxbridge_explore.game.score import Score
 from cxbridge_protobuf.inbox import Event, Presence, Received, Warned
 from cxbridge_protobuf.network import Network
@@ -27,12 +27,12 @@ from cxbridge_rcll.reported import ReportedGame, ReportedMachine
 # Seconds to wait for the first game state, which a referee sends several times a second.
 _PATIENCE_S: Final = 5.0
 
-_PAUSE_S: Final = 0.02  # seconds between two looks for messages while the connection opens
+_PAUSE_S: Final = 0.02  # seconds between two polls for messages while the connection opens
 _SPECS: Final = "/clips-executive/specs"
 _PEER: Final = "parameters/rcll/peer-address"
 _MOST_PORT: Final = 65535
 # seconds over which clock speeds are compared: long against single delays of messages
-_MEASURED_S: Final = 20.0
+_MEASUREMENT_S: Final = 20.0
 _SAME_SPEED: Final = 0.2  # tolerated difference of the clock speeds, since messages are occasionally late
 
 
@@ -100,16 +100,16 @@ class RemoteReferee:
     def machine(self, name: str) -> ReportedMachine | None:
         return self._running.game.machines.get(name)
 
-    def places(self) -> Iterator[dict[str, Value]]:
-        return self._running.game.places()
+    def machine_facts(self) -> Iterator[dict[str, Value]]:
+        return self._running.game.machine_facts()
 
     @property
     def score(self) -> Score:
         return self._running.game.score
 
     @property
-    def standing(self) -> Standing:
-        return self._running.game.standing
+    def state(self) -> GameState:
+        return self._running.game.state
 
     @property
     def is_over(self) -> bool:
@@ -134,7 +134,7 @@ class RefereeClient(Component):
         self.game = ReportedGame(self._pay)
         self._problem = ""
         self._is_lost = False
-        self._production: tuple[int, float] | None = None
+        self._production: tuple[int, float] | None = None  # run's and referee's time at its start
         self._is_compared = False
         self._network = Network(self.types, NetworkSettings(), context.clock.now_us)
         try:
@@ -172,9 +172,9 @@ class RefereeClient(Component):
 
     def _listen(self) -> None:
         for event in self._network.drain():
-            self._take(event)
+            self._handle(event)
 
-    def _take(self, event: Event) -> None:
+    def _handle(self, event: Event) -> None:
         match event:
             case Received(message=None):
                 self._problem = self._problem or f"message {event.component}:{event.type}: {event.problem}"
@@ -195,7 +195,7 @@ class RefereeClient(Component):
             return
         begun_us, begun_game_time = self._production
         seconds = (now_us - begun_us) / MICROSECONDS
-        if seconds < _MEASURED_S:
+        if seconds < _MEASUREMENT_S:
             return
         factor = (self.game.game_time - begun_game_time) / seconds
         if abs(factor - 1) > _SAME_SPEED:

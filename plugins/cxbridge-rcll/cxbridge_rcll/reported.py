@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 from cxbridge.executive.host.values import Value
-from cxbridge_explore.game.judge import Standing
+from cxbridge_explore.game.judge import GameState
 from cxbridge_explore.game.score import POST_GAME, Award, Delivery, ProductOrder, Score
 from cxbridge_protobuf.types import Message
-from cxbridge_rcll.machines import MachinePlace, Workpiece
+from cxbridge_rcll.machines import BeltPosition, Workpiece
 from cxbridge_rcll.score import TEAMS
 
 _READY: Final = "READY-AT-OUTPUT"
@@ -35,22 +35,22 @@ class ReportedMachine:
         self.rotation = 0
         self.state = ""
         self._kind = ""
-        self._is_made = False
+        self._has_product = False
         self._pay = pay
 
     def update(self, message: Message) -> None:
         """Process a report of the referee."""
         self._kind = message.type
         if message.HasField("zone"):
-            self.zone = _name(message, "zone")
+            self.zone = _enum_name(message, "zone")
             self.rotation = message.rotation
         if message.state == _READY != self.state:
-            self._is_made = True
+            self._has_product = True
         self.state = message.state
 
-    def has(self, place: MachinePlace) -> bool:
+    def has(self, position: BeltPosition) -> bool:
         """Return whether the position has a workpiece; a base station has one on either side."""
-        return self._is_made and (place is MachinePlace.OUTPUT or self._kind == _BASE_STATION)
+        return self._has_product and (position is BeltPosition.OUTPUT or self._kind == _BASE_STATION)
 
     def put(self, workpiece: Workpiece) -> None:
         """Do nothing: the referee's machine assumes a workpiece at its input."""
@@ -58,10 +58,10 @@ class ReportedMachine:
     def pay(self) -> None:
         self._pay(self.name)
 
-    def take(self, place: MachinePlace) -> Workpiece | None:
-        if not self.has(place):
+    def take(self, position: BeltPosition) -> Workpiece | None:
+        if not self.has(position):
             return None
-        self._is_made = False
+        self._has_product = False
         return Workpiece([f"FROM-{self.name}"])
 
 
@@ -82,35 +82,35 @@ class ReportedGame:
         self._awards: list[Award] = []
         self._deliveries: list[Delivery] = []
         self._orders: dict[int, ProductOrder] = {}
-        self._delivered: dict[tuple[int, str], int] = {}
+        self._delivered: dict[tuple[int, str], int] = {}  # number of products by order and team
 
     def handle_message(self, message: Message) -> None:
         """Process a message; unknown kinds are ignored."""
-        handle_message = getattr(self, f"_take_{message.DESCRIPTOR.name}", None)
-        if handle_message is not None:
-            handle_message(message)
+        handler = getattr(self, f"_handle_{message.DESCRIPTOR.name}", None)
+        if handler is not None:
+            handler(message)
 
-    def _take_GameState(self, message: Message) -> None:  # noqa: N802 - the name of the message
-        phase = _name(message, "phase")
+    def _handle_GameState(self, message: Message) -> None:  # noqa: N802 - the name of the message
+        phase = _enum_name(message, "phase")
         self.is_over = phase == self.phase == POST_GAME
         self.phase = phase
         self.game_time = _seconds(message.game_time)
         for team, field in _POINTS.items():
             points = getattr(message, field)
             if points != self._points[team]:
-                gained = points - self._points[team]
-                self._awards.append(Award(team, gained, self.game_time, phase, "", UNKNOWN))
+                difference = points - self._points[team]
+                self._awards.append(Award(team, difference, self.game_time, phase, "", UNKNOWN))
                 self._points[team] = points
 
-    def _take_MachineInfo(self, message: Message) -> None:  # noqa: N802
-        for each in message.machines:
-            if each.name not in self.machines:
-                self.machines[each.name] = ReportedMachine(each.name, self._pay)
-            self.machines[each.name].update(each)
+    def _handle_MachineInfo(self, message: Message) -> None:  # noqa: N802
+        for report in message.machines:
+            if report.name not in self.machines:
+                self.machines[report.name] = ReportedMachine(report.name, self._pay)
+            self.machines[report.name].update(report)
 
-    def _take_OrderInfo(self, message: Message) -> None:  # noqa: N802
+    def _handle_OrderInfo(self, message: Message) -> None:  # noqa: N802
         for order in message.orders:
-            complexity = _name(order, "complexity")
+            complexity = _enum_name(order, "complexity")
             self._orders[order.id] = ProductOrder(
                 order.id, complexity, order.delivery_period_begin, order.delivery_period_end
             )
@@ -120,7 +120,8 @@ class ReportedGame:
                     self._deliveries.append(Delivery(order.id, complexity, team, self.game_time))
                 self._delivered[key] = count
 
-    def places(self) -> Iterator[dict[str, Value]]:
+    def machine_facts(self) -> Iterator[dict[str, Value]]:
+        """Yield ``name``, ``zone`` and ``rotation`` of each machine."""
         for machine in self.machines.values():
             yield {"name": machine.name, "zone": machine.zone, "rotation": machine.rotation}
 
@@ -137,11 +138,11 @@ class ReportedGame:
         )
 
     @property
-    def standing(self) -> Standing:
-        return Standing(self.phase, {name: machine.state for name, machine in self.machines.items()})
+    def state(self) -> GameState:
+        return GameState(self.phase, {name: machine.state for name, machine in self.machines.items()})
 
 
-def _name(message: Any, field: str) -> str:
+def _enum_name(message: Any, field: str) -> str:
     """Return the name of an enumeration field's value."""
     kind = message.DESCRIPTOR.fields_by_name[field].enum_type
     return str(kind.values_by_number[getattr(message, field)].name)

@@ -1,4 +1,7 @@
-"""The robots: executors of the team's skills that move over the field and use the machines."""
+"""The robots: executors of the team's skills that move over the field and use the machines.
+
+They drive straight and do not collide. Each skill takes a fixed time besides its drive.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from cxbridge.run.components.component import Component
 from cxbridge.skiller.board.executor import SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge_rcll.field import Field, Pose, entry
-from cxbridge_rcll.machines import MachinePlace, Workpiece, Workplace
+from cxbridge_rcll.machines import BeltPosition, Workpiece, Workplace
 from cxbridge_rcll.stations import StationNodes
 
 SPEED: Final = 0.5  # metres per second
@@ -37,15 +40,15 @@ class Robot:
     """A robot.
 
     :param number: from 1.
-    :param held: the workpiece in its gripper.
-    :param put_at: the machine of its last put.
+    :param workpiece: the workpiece in its gripper.
+    :param last_put: the machine of its last put.
     """
 
     name: str
     number: int
     pose: Pose
-    held: Workpiece | None = None
-    put_at: str = ""
+    workpiece: Workpiece | None = None
+    last_put: str = ""
 
 
 @dataclass(slots=True)
@@ -61,6 +64,7 @@ class RobotWorld:
     robots: dict[str, Robot] = field(default_factory=dict)
 
     def add(self, names: Iterable[str]) -> None:
+        """Add robots, which stand at the entrance of the field."""
         for number, name in enumerate(names, start=1):
             self.robots[name] = Robot(name, number, entry(number))
 
@@ -90,13 +94,12 @@ class RobotExecutor(SkillExecutor):
     # -- skills
 
     def _moveto(self, call: SkillCall) -> Steps:
-        yield from self._go(str(call.get("place", "")))
+        yield from self._drive(str(call.get("place", "")))
 
-    def _moveto_corner_turn(self, call: SkillCall) -> Steps:
-        yield from self._go(str(call.get("place", "")))
+    _moveto_corner_turn = _moveto
 
     def _explore_zone(self, call: SkillCall) -> Steps:
-        yield from self._go(str(call.get("zone", "")))
+        yield from self._drive(str(call.get("zone", "")))
         yield from self._wait(LOOK_S)
 
     def _drive_into_field(self, call: SkillCall) -> Steps:
@@ -104,7 +107,7 @@ class RobotExecutor(SkillExecutor):
 
     def _discard(self, _call: SkillCall) -> Steps:
         yield from self._wait(LOOK_S)
-        self.robot.held = None
+        self.robot.workpiece = None
 
     def _get_product_from(self, call: SkillCall) -> Steps:
         machine = self._machine(call.text("place"))
@@ -130,7 +133,7 @@ class RobotExecutor(SkillExecutor):
         else:
             self._put(machine, target)
 
-    # -- skills
+    # -- parts of skills
 
     def _machine(self, name: str) -> Workplace:
         machine = self.world.machine(name)
@@ -140,40 +143,38 @@ class RobotExecutor(SkillExecutor):
 
     def _take(self, machine: Workplace, side: str) -> None:
         if side.startswith("SHELF"):
-            self.robot.held = Workpiece(["BASE_CLEAR", "CAP"])
+            self.robot.workpiece = Workpiece(["BASE_CLEAR", "CAP"])
             return
-        taken = machine.take(MachinePlace.INPUT if side == "INPUT" else MachinePlace.OUTPUT)
-        if taken is None:
+        workpiece = machine.take(BeltPosition.INPUT if side == "INPUT" else BeltPosition.OUTPUT)
+        if workpiece is None:
             raise SkillFailedError(f"there is no workpiece at {machine.name} {side}")
-        self.robot.held = taken
+        self.robot.workpiece = workpiece
 
     def _put(self, machine: Workplace, target: str) -> None:
-        held, self.robot.held = self.robot.held, None
-        if held is None:
+        workpiece, self.robot.workpiece = self.robot.workpiece, None
+        if workpiece is None:
             raise SkillFailedError("there is no workpiece in the gripper")
         if target == "SLIDE":
             machine.pay()
         else:
-            machine.put(held)
-            self.robot.put_at = machine.name
+            machine.put(workpiece)
+            self.robot.last_put = machine.name
 
     def _check(self, machine: Workplace, side: str, query: str) -> None:
-        is_present = machine.has(MachinePlace.INPUT if side == "INPUT" else MachinePlace.OUTPUT)
+        is_present = machine.has(BeltPosition.INPUT if side == "INPUT" else BeltPosition.OUTPUT)
         if side == "INPUT" and query == "THERE":
-            is_present |= (
-                self.robot.put_at == machine.name
-            )  # the machine may have moved the workpiece already
+            # The machine may have moved the robot's workpiece already.
+            is_present |= self.robot.last_put == machine.name
         if is_present != (query == "THERE"):
             raise SkillFailedError(f"a workpiece is {'' if is_present else 'not '}at {machine.name} {side}")
 
-    def _go(self, place: str) -> Steps:
+    def _drive(self, place: str) -> Steps:
         goal = self.world.places.find(place)
         if goal is None:
             yield from self._wait(ANYWHERE_S)
             return
-        start, metres = self.robot.pose, self.robot.pose.distance(goal)
-        seconds = metres / SPEED
-        for fraction in self._fractions(seconds):
+        start = self.robot.pose
+        for fraction in self._fractions(start.distance(goal) / SPEED):
             x = start.x + fraction * (goal.x - start.x)
             y = start.y + fraction * (goal.y - start.y)
             self.robot.pose = Pose(x, y, math.atan2(goal.y - start.y, goal.x - start.x))
@@ -193,6 +194,7 @@ class RobotExecutor(SkillExecutor):
 
 
 def robot_executor(world: RobotWorld) -> type[RobotExecutor]:
+    """Return the executor class for the robots of a world; a run takes executors as classes."""
     return type("RobotExecutor", (RobotExecutor,), {"world": world})
 
 
@@ -217,32 +219,32 @@ class RobotInterfaces(Component):
     ) -> None:
         self._stations = stations
         self._board, self._clock, self._world = context.board, context.clock, world
-        self._open: list[Any] = []
+        self._interfaces: list[Any] = []
         self._next_us = 0
         try:
             self._poses = {
-                name: self._write("Position3DInterface", f"{prefix}Pose") for name, prefix in prefixes.items()
+                name: self._open("Position3DInterface", f"{prefix}Pose") for name, prefix in prefixes.items()
             }
             for name in prefixes:
-                alive = self._write("HeartbeatInterface", f"/heartbeat/{name}")
+                alive = self._open("HeartbeatInterface", f"/heartbeat/{name}")
                 alive.alive = True
                 alive.write()
             self._served = [
-                self._write(kind, f"{prefix}{_id_of(kind)}")
+                self._open(kind, f"{prefix}{_id_of(kind)}")
                 for kind in _GENERATORS
                 if context.registry.path(kind) is not None  # a team may lack this interface
                 for prefix in dict.fromkeys(("/", *(prefix or "/" for prefix in prefixes.values())))
             ]
             self._served += [
-                self._write("NavigatorInterface", f"{prefix}Navigator") for prefix in prefixes.values()
+                self._open("NavigatorInterface", f"{prefix}Navigator") for prefix in prefixes.values()
             ]
         except Exception:
             self.close()
             raise
 
-    def _write(self, kind: str, name: str) -> Any:
+    def _open(self, kind: str, name: str) -> Any:
         interface = self._board.open_for_writing(kind, name, owner="Robots")
-        self._open.append(interface)
+        self._interfaces.append(interface)
         return interface
 
     def loop(self) -> None:
@@ -265,17 +267,18 @@ class RobotInterfaces(Component):
         """Report each command as done."""
         while (message := interface.msgq_pop()) is not None:
             if self._stations is not None:
-                self._stations.take(message)
+                self._stations.handle(message)
             if message.type == "ComputeMessage":
                 interface.msgid = message.id
                 interface.final = True
                 interface.write()
 
     def close(self) -> None:
-        for interface in reversed(self._open):
+        for interface in reversed(self._interfaces):
             self._board.close(interface)
-        self._open.clear()
+        self._interfaces.clear()
 
 
 def _id_of(kind: str) -> str:
+    """Return the id of a generator's interface, as Fawkes' plugins have it."""
     return "navgraph-generator-mps" if "MPS" in kind else "navgraph-generator"

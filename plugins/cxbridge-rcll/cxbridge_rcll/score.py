@@ -17,10 +17,12 @@ _LATE: Final = " Late (deadline"
 
 
 def phase_of(referee: Referee) -> str:
+    """Return the phase; empty before the rules have a game."""
     return next((str(phase) for (phase,) in referee.columns("gamestate", "phase")), "")
 
 
 def states_of(referee: Referee) -> dict[str, str]:
+    """Return the states of the machines by name."""
     return {str(name): str(state) for name, state in referee.columns("machine", "name", "state")}
 
 
@@ -31,11 +33,12 @@ def category_of(reason: str) -> str:
 
 
 def score_of(referee: Referee) -> Score:
+    """Return the score, sorted by time: the order of facts is that of their last change."""
     awards = sorted(
         (
             Award(
                 str(slots["team"]),
-                _whole(slots["points"]),
+                _integer(slots["points"]),
                 _seconds(slots["game-time"]),
                 str(slots["phase"]),
                 str(slots["reason"]),
@@ -45,23 +48,23 @@ def score_of(referee: Referee) -> Score:
         ),
         key=lambda award: award.game_time,
     )
-    complexity = {_whole(slots["id"]): str(slots["complexity"]) for slots in referee.facts("order")}
+    complexity = {_integer(slots["id"]): str(slots["complexity"]) for slots in referee.facts("order")}
     deliveries = sorted(
         (
             Delivery(
-                _whole(slots["order"]),
-                complexity.get(_whole(slots["order"]), ""),
+                _integer(slots["order"]),
+                complexity.get(_integer(slots["order"]), ""),
                 str(slots["team"]),
                 _seconds(slots["game-time"]),
             )
             for slots in referee.facts("product-processed")
-            if slots["mtype"] == "DS" and slots["confirmed"] == "TRUE" and _whole(slots["order"])
+            if slots["mtype"] == "DS" and slots["confirmed"] == "TRUE" and _integer(slots["order"])
         ),
         key=lambda delivery: delivery.game_time,
     )
     state = next(referee.facts("gamestate"), {})
     points = state.get("points")
-    team_points = [_whole(each) for each in points] if isinstance(points, tuple) else [0, 0]
+    team_points = [_integer(value) for value in points] if isinstance(points, tuple) else [0, 0]
     time = next(referee.facts("time-info"), {"game-time": 0.0})
     return Score(
         dict(zip(TEAMS, team_points, strict=True)),
@@ -78,10 +81,12 @@ def _orders(referee: Referee) -> Iterator[ProductOrder]:
         if slots["active"] == "TRUE":
             period = slots["delivery-period"]
             begin, end = period if isinstance(period, tuple) else (0, 0)
-            yield ProductOrder(_whole(slots["id"]), str(slots["complexity"]), _whole(begin), _whole(end))
+            yield ProductOrder(
+                _integer(slots["id"]), str(slots["complexity"]), _integer(begin), _integer(end)
+            )
 
 
-def _whole(value: Value) -> int:
+def _integer(value: Value) -> int:
     return value if isinstance(value, int) else 0
 
 

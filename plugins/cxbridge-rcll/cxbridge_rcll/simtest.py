@@ -18,7 +18,7 @@ _PARAMETERS: Final = "parameters/simtest"
 _FOLDER: Final = "src/clips-specs"
 _FILE: Final = "simtest.clp"
 _CASE: Final = re.compile(r'\(case "?([\w-]+)"? then')
-_SAID: Final = re.compile(rf"SIMTEST: ({_SUCCEEDED}|{FAILED})")
+_VERDICT: Final = re.compile(rf"SIMTEST: ({_SUCCEEDED}|{FAILED})")
 
 
 def turn_on(config: Configuration, spec: str, testbed: str, checkouts: Iterable[Path]) -> None:
@@ -31,11 +31,11 @@ def turn_on(config: Configuration, spec: str, testbed: str, checkouts: Iterable[
     name = spec.rpartition("/")[2]
     if not config.keys(f"{spec}/{_PARAMETERS}"):
         raise CxbridgeError(f"the spec '{name}' has no {_PARAMETERS}: its agent has no tests")
-    known = _testbeds(folder / _FOLDER / name / _FILE for folder in checkouts)
-    if known and testbed not in known:
+    testbeds = _testbeds(folder / _FOLDER / name / _FILE for folder in checkouts)
+    if testbeds and testbed not in testbeds:
         raise CxbridgeError(
             f"the spec '{name}' has no testbed '{testbed}'",
-            hint=did_you_mean(testbed, known) or f"it has: {', '.join(known)}",
+            hint=did_you_mean(testbed, testbeds) or f"it has: {', '.join(testbeds)}",
         )
     config.set(f"{spec}/{_PARAMETERS}/enabled", True)
     config.set(f"{spec}/{_PARAMETERS}/testbed", testbed)
@@ -56,6 +56,6 @@ class Verdict:
         self.text = ""  # `SUCCEEDED` or `FAILED`; empty before a verdict
 
     def __call__(self, event: Event) -> None:
-        match = _SAID.search(event.text) if isinstance(event, LogLine) else None
+        match = _VERDICT.search(event.text) if isinstance(event, LogLine) else None
         if match is not None and self.text != FAILED:
             self.text = match[1]

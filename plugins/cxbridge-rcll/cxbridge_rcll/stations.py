@@ -32,7 +32,7 @@ class StationNodes:
         self._places, self._graph = places, graph
         self._names: set[str] = set()
 
-    def take(self, message: Any) -> None:
+    def handle(self, message: Any) -> None:
         """Process a message to NavGraphWithMPSGeneratorInterface; unknown types are ignored."""
         match message.type:
             case "UpdateStationByTagMessage":
@@ -57,14 +57,11 @@ class StationNodes:
                 graph.replace_node(NavGraphNode(name, centre.x, centre.y, {"mps": "true"}, unconnected=True))
 
     def _centre(self, name: str) -> Pose | None:
-        ends = [self._places.find(f"{name}-{side}") for side in _SIDES]
-        known_ends = [end for end in ends if end is not None]
-        if len(known_ends) < len(ends):
+        """Return the centre of a machine, between its sides; None if its place is unknown."""
+        first, second = (self._places.find(f"{name}-{side}") for side in _SIDES)
+        if first is None or second is None:
             return None
-        return Pose(
-            sum(end.x for end in known_ends) / len(known_ends),
-            sum(end.y for end in known_ends) / len(known_ends),
-        )
+        return Pose((first.x + second.x) / 2, (first.y + second.y) / 2)
 
     def _add_wait_zones(self) -> None:
         machines = [pose for pose in map(self._centre, sorted(self._names)) if pose is not None]
@@ -77,13 +74,14 @@ class StationNodes:
             ]
             while free and len(chosen) < WAIT_ZONES:
                 # the zone farthest from the chosen ones, or from the machines at first
-                name, pose = max(free, key=lambda each: _distance(each[1], chosen or machines))
+                name, pose = max(free, key=lambda zone: _distance(zone[1], chosen or machines))
                 chosen.append(pose)
                 free.remove((name, pose))
                 self._graph().replace_node(NavGraphNode(name, pose.x, pose.y))
 
 
 def _zones(places: Field, half: str) -> Iterator[tuple[str, Pose]]:
+    """Yield the zones of a half in which a robot may wait, with their names."""
     for column in range(1, _COLUMNS + 1):
         for row in range(_INSERTION_ROW + 1, _ROWS + 1):
             pose = places.find(f"{half}-Z{column}{row}")

@@ -1,4 +1,8 @@
-"""Checks of each request before it is served."""
+"""Checks of each request before it is served.
+
+The server may change a robot, and a browser sends requests for any web page. So the server checks the page's
+origin, against pages that read or post, and its own name, against DNS rebinding.
+"""
 
 from __future__ import annotations
 
@@ -44,14 +48,16 @@ class Guard:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
             return  # no WebSockets: uvicorn answers them with an error
-        headers = Headers(scope=scope)
-        origin = headers.get("origin", "")
-        shared = is_allowed(origin, self._origins)
+        request_headers = Headers(scope=scope)
+        origin = request_headers.get("origin", "")
+        is_shared = is_allowed(origin, self._origins)
 
         async def sender(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
                 cors_headers = (
-                    [(b"access-control-allow-origin", origin.encode("latin-1")), _EXPOSED] if shared else []
+                    [(b"access-control-allow-origin", origin.encode("latin-1")), _EXPOSED]
+                    if is_shared
+                    else []
                 )
                 message["headers"] = [
                     *message.get("headers", ()),
@@ -61,7 +67,7 @@ class Guard:
                 ]
             await send(message)
 
-        refusal = self._refusal(scope, headers)
+        refusal = self._refusal(scope, request_headers)
         await (refusal or self._app)(scope, receive, sender)
 
     def _refusal(self, scope: Scope, headers: Headers) -> Response | None:
@@ -83,13 +89,14 @@ class Guard:
                     "Access-Control-Max-Age": _MAX_AGE_S,
                 },
             )
-        if self._token and not self._is_known(headers.get("authorization", "")):
+        if self._token and not self._has_token(headers.get("authorization", "")):
             return PlainTextResponse(
                 "A token is needed\n", 401, headers={"WWW-Authenticate": 'Basic realm="cxbridge"'}
             )
         return None
 
-    def _is_known(self, authorization: str) -> bool:
+    def _has_token(self, authorization: str) -> bool:
+        """Return whether a header has the token, as a bearer or as a password of any user."""
         scheme, _, token = authorization.partition(" ")
         token = token.strip()
         if scheme.lower() == "basic":

@@ -37,8 +37,8 @@ class Request(Struct, kw_only=True):
 def model_of(kind: str, answer: type[Struct]) -> type[Model]:
     """Return the model with the members of an operation's answer."""
     members = [
-        (each.name, each.type) if each.required else (each.name, each.type, each.default)
-        for each in fields(answer)
+        (field.name, field.type) if field.required else (field.name, field.type, field.default)
+        for field in fields(answer)
     ]
     about = {"__doc__": answer.__doc__}
     model = msgspec.defstruct(kind, members, bases=(Model,), namespace=about, kw_only=True)

@@ -21,10 +21,11 @@ from cxbridge.daemon.operations.table import operations
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
 from cxbridge_web.models import API_VERSION, model_of
 
-_WANTED: Final = {str: "a text", bool: "true or false", int: "a whole number", list: "a list of texts"}
+_TYPE_NAMES: Final = {str: "a text", bool: "true or false", int: "a whole number", list: "a list of texts"}
 
 
 def endpoints() -> Iterator[Endpoint]:
+    """Yield an endpoint for each route of an operation."""
     for operation in operations().values():
         for route in operation.routes:
             yield _endpoint(operation, route)
@@ -36,10 +37,10 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         try:
             if route.check is not None:
                 route.check(context, call.path)
-            given = operation.parse(_request_arguments(operation, route, call), strict=True)
-            result = (route.instead or operation.carry_out)(context, given)
+            arguments = operation.parse(_request_arguments(operation, route, call), strict=True)
+            result = (route.instead or operation.carry_out)(context, arguments)
             if route.answer is not None:
-                result = route.answer(context, given)
+                result = route.answer(context, arguments)
         except ParameterError as error:
             raise ApiError(400, _error_text(operation, route, error.name)) from error
         except UnavailableError as error:
@@ -59,7 +60,7 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         handler=handler,
         about=route.about,
         reply=list[model] if is_list else model,  # type: ignore[valid-type]  # is made here
-        names={each.name: int for each in fields(operation.parameters) if _bare_type(each) is int},
+        names={field.name: int for field in fields(operation.parameters) if _bare_type(field) is int},
         query=tuple(Query(name, about) for name, about in route.query.items()),
         body=_body(operation.parameters, route) if route.body else None,
         errors=route.errors,
@@ -73,26 +74,27 @@ def _request_arguments(operation: Operation[Any], route: Route[Any], call: ApiCa
     :raises ParameterError: if a required text is empty.
     """
     arguments: dict[str, Any] = {}
-    for each in fields(operation.parameters):
-        name, member = each.name, route.names.get(each.name, each.name)
+    for parameter in fields(operation.parameters):
+        name = parameter.name
+        member = route.names.get(name, name)
         if name in call.path:
-            arguments[name] = int(call.path[name]) if _bare_type(each) is int else call.path[name]
+            arguments[name] = int(call.path[name]) if _bare_type(parameter) is int else call.path[name]
         elif name in route.given:
             arguments[name] = call.query.get(name) or call.body.get(member) or route.given[name]
         elif member in call.body:
             arguments[name] = call.body[member]
-        if each.required and _bare_type(each) is str and not arguments.get(name):
+        if parameter.required and _bare_type(parameter) is str and not arguments.get(name):
             raise ParameterError(name, "it is empty")
     return arguments
 
 
 def _error_text(operation: Operation[Any], route: Route[Any], name: str) -> str:
     """Return the error text for a wrong parameter."""
-    parameter = next(each for each in fields(operation.parameters) if each.name == name)
+    parameter = {field.name: field for field in fields(operation.parameters)}[name]
     member, kind = route.names.get(name, name), _bare_type(parameter)
     if parameter.required and kind is str and name not in route.given:
         return f"The body lacks '{member}', a text"
-    expected = _WANTED.get(kind) or _meta(parameter).description
+    expected = _TYPE_NAMES.get(kind) or _meta(parameter).description
     return f"'{member}' must be {expected}"
 
 
@@ -110,9 +112,9 @@ def _bare_type(parameter: FieldInfo) -> Any:
 def _body(parameters: type[msgspec.Struct], route: Route[Any]) -> type[msgspec.Struct]:
     """Return the type of a route's body: the parameters outside of path and query."""
     members: list[Any] = []
-    for each in fields(parameters):
-        if f"{{{each.name}}}" not in route.path and each.name not in route.query:
-            member = (route.names.get(each.name, each.name), each.type)
-            default = route.given.get(each.name, each.default)
+    for field in fields(parameters):
+        if f"{{{field.name}}}" not in route.path and field.name not in route.query:
+            member = (route.names.get(field.name, field.name), field.type)
+            default = route.given.get(field.name, field.default)
             members.append(member if default is NODEFAULT else (*member, default))
     return msgspec.defstruct(route.body, members, kw_only=True)

@@ -46,33 +46,39 @@ class BrowserOptions:
             threading.Thread(target=webbrowser.open, args=(url,), name="browser", daemon=True).start()
 
 
-def _port(option: str, text: str) -> int:
-    """Return the port that a user gave to an option.
-
-    :raises CxbridgeError: if the text is not a port.
-    """
-    if not (text.isascii() and text.isdecimal() and int(text) <= _MOST_PORT):
-        raise CxbridgeError(f"{option} cannot be at port '{text}'", hint="0 to 65535; 0: any free port")
-    return int(text)
-
-
-def _refuse_replay(option: str, options: RunOptions) -> None:
-    if options.replay:
-        raise CxbridgeError(
-            f"{option} cannot go with --replay",
-            hint="record the replay with --trace, and look at the recording",
-        )
-
-
 class WatchOptions(PluginOptions):
-    """Options for watching a run or a daemon."""
+    """Options for watching a run or a daemon. A port is an option without or with a value.
+
+    Typer has no such options, so the type is a text: empty for the option without a port.
+    """
 
     commands: ClassVar[frozenset[str]] = frozenset({"run", "daemon"})
+    name: ClassVar[str]  # the name of the option with the port
+
+    @property
+    def port_text(self) -> str | None:
+        """The value of the option; None without the option."""
+        raise NotImplementedError
 
     @property
     def is_on(self) -> bool:
         """Whether a person watches."""
-        return False
+        return self.port_text is not None
+
+    @property
+    def port(self) -> int | None:
+        """The given port; None for the default.
+
+        :raises CxbridgeError: if the text is not a port.
+        """
+        text = self.port_text
+        if not text:
+            return None
+        if not (text.isascii() and text.isdecimal() and int(text) <= _MOST_PORT):
+            raise CxbridgeError(
+                f"{self.name} cannot be at port '{text}'", hint="0 to 65535; 0: any free port"
+            )
+        return int(text)
 
     @property
     def needs_real_time(self) -> bool:
@@ -83,6 +89,15 @@ class WatchOptions(PluginOptions):
     def is_interactive(self) -> bool:
         """Whether a person may stop the rules."""
         return self.is_on
+
+    def check(self, options: RunOptions) -> None:
+        """Raise :class:`CxbridgeError` if the port is invalid or the run is a replay."""
+        if self.is_on and options.replay:
+            raise CxbridgeError(
+                f"{self.name} cannot go with --replay",
+                hint="record the replay with --trace, and look at the recording",
+            )
+        _ = self.port
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,25 +116,11 @@ class WebOptions(BrowserOptions, WatchOptions):
         ),
     ] = None
 
-    @property
-    def is_on(self) -> bool:
-        """Whether the page is requested."""
-        return self.web is not None
+    name: ClassVar[str] = "--web"
 
     @property
-    def port(self) -> int | None:
-        """The given port; None for the default.
-
-        :raises CxbridgeError: if the text is not a port.
-        """
-        return _port("--web", self.web) if self.web else None
-
-    def check(self, options: RunOptions) -> None:
-        """Raise :class:`CxbridgeError` if the port is invalid or the run is a replay."""
-        if self.web is not None:
-            _refuse_replay("--web", options)
-        if self.web:
-            _port("--web", self.web)
+    def port_text(self) -> str | None:
+        return self.web
 
     def server_settings(self) -> WebSettings:
         """Return the settings of a server on this machine."""
@@ -160,25 +161,11 @@ class FoxgloveOptions(WatchOptions):
         ),
     ] = None
 
-    @property
-    def is_on(self) -> bool:
-        """Whether the server is requested."""
-        return self.foxglove is not None
+    name: ClassVar[str] = "--foxglove"
 
     @property
-    def port(self) -> int:
-        """The port of the server.
-
-        :raises CxbridgeError: if the text is not a port.
-        """
-        return _port("--foxglove", self.foxglove) if self.foxglove else FOXGLOVE_PORT
-
-    def check(self, options: RunOptions) -> None:
-        """Raise :class:`CxbridgeError` if the port is invalid or the run is a replay."""
-        if self.foxglove is not None:
-            _refuse_replay("--foxglove", options)
-        if self.foxglove:
-            _port("--foxglove", self.foxglove)
+    def port_text(self) -> str | None:
+        return self.foxglove
 
     def servers(self) -> Sequence[RunServer]:
         if not self.is_on:
@@ -186,12 +173,12 @@ class FoxgloveOptions(WatchOptions):
         from cxbridge_web.foxglove.settings import FoxgloveSettings  # noqa: PLC0415 - start-up time is a feature
         from cxbridge_web.servers.foxglove import RunFoxglove  # noqa: PLC0415
 
-        settings = FoxgloveSettings(port=self.port)
+        settings = FoxgloveSettings(port=FOXGLOVE_PORT if self.port is None else self.port)
         return (RunFoxglove(settings, lambda url: say(f"Foxglove connects to {url}", err=True, flush=True)),)
 
     def settings(self) -> Iterable[tuple[str, Setting]]:
         if self.is_on:
-            yield "foxglove/port", self.port
+            yield "foxglove/port", FOXGLOVE_PORT if self.port is None else self.port
 
 
 def is_free(port: int) -> bool:

@@ -1,4 +1,7 @@
-"""The files of the page."""
+"""The files of the page, and the modules that are generated for it.
+
+The page has no build step: a browser loads the modules as they are in the folder ``static``.
+"""
 
 from __future__ import annotations
 
@@ -56,12 +59,12 @@ def site_module(runs: Sequence[tuple[str, str]] | None, inside: Mapping[str, Any
     :param runs: recorded runs by path and name; None for a daemon or a run with the API.
     :param inside: the description of a recording within the page itself; None without one.
     """
-    found = None if runs is None else [{"path": path, "name": name} for path, name in runs]
-    return f"export default {json.dumps({'runs': found, 'inside': inside})};\n"
+    rows = None if runs is None else [{"path": path, "name": name} for path, name in runs]
+    return f"export default {json.dumps({'runs': rows, 'inside': inside})};\n"
 
 
 def base_script() -> str:
-    """Return what all pages share: ``cx``, with the outcomes of goals, actions and skills."""
+    """Return the script that all pages share: ``cx``, with the outcomes of goals, actions and skills."""
     outcomes = json.dumps(plain_outcomes(), ensure_ascii=False)
     return (FOLDER / "shared/base.js").read_text(encoding="utf-8").replace("OUTCOMES_OF_CXBRIDGE", outcomes)
 

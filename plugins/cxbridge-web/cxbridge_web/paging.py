@@ -69,6 +69,7 @@ class Window:
 
 
 def _count(query: Mapping[str, str], name: str) -> int | None:
+    """Return a number of the query; None without it."""
     text = query.get(name, "")
     if not text:
         return None

@@ -27,7 +27,7 @@ from cxbridge_web.pages import FOLDER, base_script, digest, site_module, views_m
 STYLES: Final = ("app", "parts", "views", "outcomes", "timeline", "plot", "map", "documents")
 """The style sheets of ``index.html`` besides the one that all pages share, in their order."""
 
-MOST_ANSWERS: Final = 20
+MOST_EXPLANATIONS: Final = 20
 """Goals that failed or wait whose reasons a report has."""
 
 _START: Final = """
@@ -56,18 +56,20 @@ def report(run: Run, title: str = "") -> str:
         "name": name,
         "links": guessed_links(history),
         "notes": run.notes,
-        "answers": _answers(run, history),
+        "answers": _explanations(run, history),
     }
     return page_with(name, data, inside)
 
 
-def _answers(run: Run, history: RunHistory) -> dict[str, Any]:
+def _explanations(run: Run, history: RunHistory) -> dict[str, Any]:
     """Return the story of a run, and why its goals failed or wait, as far as a plug-in explains runs."""
     try:
-        ask = explainer(run)
-        found = {"run": ask("run", "")["data"]}
-        wrong = [goal.name for goal in history.goals if goal.ended is None or goal.outcome == "FAILED"]
-        return found | {f"goal {name}": ask("goal", name)["data"] for name in wrong[:MOST_ANSWERS]}
+        explain = explainer(run)
+        unfinished = [goal.name for goal in history.goals if goal.ended is None or goal.outcome == "FAILED"]
+        return {
+            "run": explain("run", "")["data"],
+            **{f"goal {name}": explain("goal", name)["data"] for name in unfinished[:MOST_EXPLANATIONS]},
+        }
     except (CxbridgeError, RecursionError):  # goals below each other by the thousand
         return {}
 

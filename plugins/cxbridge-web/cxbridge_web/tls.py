@@ -1,4 +1,7 @@
-"""Checks of a server's certificate and key before its start, to report file errors."""
+"""Checks of a server's certificate and key before its start, to report file errors.
+
+The module ssl only says that a file cannot be loaded, and nothing about an expired certificate.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from cxbridge.errors import ConfigError
 
 _CERTIFICATE: Final = re.compile(r"-----BEGIN CERTIFICATE-----[^-]+-----END CERTIFICATE-----")
 _HINT: Final = "cxbridge/web/tls-cert and tls-key are PEM files; docs/security.md says how they are made"
-_VERSION, _SEQUENCE, _UTC_TIME, _LONG = 0xA0, 0x30, 0x17, 0x80
+_VERSION, _SEQUENCE, _UTC_TIME, _LONG = 0xA0, 0x30, 0x17, 0x80  # tags of ASN.1, and the bit of long lengths
 _CENTURY: Final = 50  # two-digit years below this one belong to the 21st century
 
 
@@ -29,7 +32,7 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
     if match is None:
         raise ConfigError("there is no certificate in this file", file=cert, hint=_HINT)
     try:
-        expiry = _expires(ssl.PEM_cert_to_DER_cert(match[0]))
+        expiry = _expiry(ssl.PEM_cert_to_DER_cert(match[0]))
     except (ValueError, IndexError) as error:
         raise ConfigError("this is not a certificate", file=cert, hint=_HINT) from error
     if expiry.timestamp() < now():
@@ -70,7 +73,7 @@ def _read(file: Path) -> str:
         raise ConfigError(text, file=file, hint="cxbridge/web/tls-cert and tls-key") from error
 
 
-def _expires(der: bytes) -> datetime:
+def _expiry(der: bytes) -> datetime:
     """Return the expiry of a certificate.
 
     :raises ValueError: if the data is not a certificate.
@@ -78,15 +81,15 @@ def _expires(der: bytes) -> datetime:
     """
     _, certificate, _ = _element(der)
     _, inner, _ = _element(certificate)
-    tag, _, rest = _element(inner)
+    tag, _, remaining = _element(inner)
     skipped = 3 if tag == _VERSION else 2  # serial number, algorithm, issuer
     for _ in range(skipped):
-        _, _, rest = _element(rest)
-    tag, validity, _ = _element(rest)
+        _, _, remaining = _element(remaining)
+    tag, validity, _ = _element(remaining)
     if tag != _SEQUENCE:
         raise ValueError("no validity")
-    _, _, rest = _element(validity)
-    tag, text, _ = _element(rest)
+    _, _, remaining = _element(validity)
+    tag, text, _ = _element(remaining)
     digits = text.decode("ascii")
     if tag == _UTC_TIME:
         digits = ("20" if int(digits[:2]) < _CENTURY else "19") + digits

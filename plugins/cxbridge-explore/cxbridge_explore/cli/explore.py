@@ -18,6 +18,7 @@ from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import one_line, terminal_of
 from cxbridge.run.options import BrokenOptions, RunOptions, ScenarioOptions, SourceOptions
+from cxbridge_explore.bounds import Bounds, ExecutionOptions
 from cxbridge_explore.game.kinds import EXPLORED_GAMES, ExploredGame, chosen_game
 
 if TYPE_CHECKING:
@@ -37,49 +38,6 @@ class _Agent(ScenarioOptions, SourceOptions, BrokenOptions):
     timeout: Annotated[
         float, typer.Option(help="Seconds of a run's clock until it is given up.", show_default=True)
     ] = 600.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Bounds:
-    faults: Annotated[int, typer.Option(metavar="K", help="How many faults a run may meet.")] = 1
-    depth: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            help="Only at the first N choice points the world does other than usual; all by default.",
-            show_default=False,
-        ),
-    ] = None
-
-    merge: Annotated[bool, typer.Option("--merge/--no-merge", help="Visit states that are equal once.")] = (
-        True
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
-class _ExecutionGroup:
-    """Options of the execution."""
-
-    jobs: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Runs at the same time; one a core by default.", show_default=False),
-    ] = None
-    fork: Annotated[
-        bool | None,
-        typer.Option(
-            "--fork/--no-fork",
-            help="Fork a run at its choices, or begin each run at the beginning; fork where the system can.",
-            show_default=False,
-        ),
-    ] = None
-    patience_s: Annotated[
-        float,
-        typer.Option(
-            "--patience",
-            metavar="S",
-            help="Seconds of processor time that a run may take from one choice to the next.",
-        ),
-    ] = 60.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,8 +94,8 @@ class _Games:
 @option_groups
 def explore(
     agent: _Agent,
-    bounds: _Bounds,
-    execution_group: _ExecutionGroup,
+    bounds: Bounds,
+    execution: ExecutionOptions,
     judging: _Judging,
     games: _Games,
     *,
@@ -157,7 +115,6 @@ def explore(
 
     Example: cxbridge explore test-scenario --faults 2
     """
-    from cxbridge_explore.bounds import Bounds, ExecutionOptions
     from cxbridge_explore.explore import explore as explore_scenario
     from cxbridge_explore.judging import properties_of
     from cxbridge_explore.worldmodel.reading import read_world
@@ -169,16 +126,14 @@ def explore(
     make: MakeAssembly = make_scenario
     if game is not None:
         options, make = game.explored(options)
-    limits = Bounds(**vars(bounds))
-    execution_values = {name: value for name, value in vars(execution_group).items() if value is not None}
-    execution = ExecutionOptions(**execution_values, coverage=judging.coverage or judging.html is not None)
+    execution = replace(execution, coverage=judging.coverage or judging.html is not None)
     show = _show_line if sys.stderr.isatty() else None
     properties = properties_of(options, judging.properties, is_cut=game is not None)
     world = None if judging.world is None else read_world(judging.world)
     command = shlex.join(["cxbridge", *sys.argv[1:]])
     result = explore_scenario(
         options,
-        limits,
+        bounds,
         execution,
         properties=properties,
         world=world,
@@ -193,13 +148,12 @@ def explore(
     if not result.is_complete:
         from cxbridge_explore.checkpoint import identity_of
 
-        _write_checkpoint(
-            result, identity_of(options, limits, properties, world, make), resume or Path(RESUME)
-        )
+        identity = identity_of(options, bounds, properties, world, make)
+        _write_checkpoint(result, identity, resume or Path(RESUME))
     coverage = _coverage(result, options) if execution.coverage else None
     if coverage is not None and judging.html is not None:
         _write_page(result, coverage, judging.html, command, (options, world, make))
-    _say(result, coverage, as_json=as_json)
+    _print_result(result, coverage, as_json=as_json)
     return result.status
 
 
@@ -215,14 +169,14 @@ def _write_page(
     coverage: Coverage,
     file: Path,
     command: str,
-    played: tuple[RunOptions, WorldModel | None, MakeAssembly],
+    program: tuple[RunOptions, WorldModel | None, MakeAssembly],
 ) -> None:
     """Write the page, with the pages of runs and counterexamples."""
     from cxbridge_explore.map.page import write_page
     from cxbridge_explore.map.rows import run_rows
     from cxbridge_explore.map.run_pages import violation_stories, write_run_pages
 
-    pages = write_run_pages(result.graph, run_rows(result.graph), file, *played)
+    pages = write_run_pages(result.graph, run_rows(result.graph), file, *program)
     stories = violation_stories(result.counterexamples, file)
     write_page(result, coverage, file, command, pages=pages, stories=stories)
 
@@ -233,18 +187,14 @@ def _coverage(result: ExploreResult, options: RunOptions) -> Coverage:
     return explored_coverage(options, result.graph.used)
 
 
-def _say(result: ExploreResult, coverage: Coverage | None, *, as_json: bool) -> None:
+def _print_result(result: ExploreResult, coverage: Coverage | None, *, as_json: bool) -> None:
     from cxbridge_explore.map.coverage import as_dict, never_reached
 
     if as_json:
-        more = {} if coverage is None else {"coverage": as_dict(coverage)}
-        say_json(result.as_dict() | more, indent=2)
+        say_json(result.as_dict() | ({} if coverage is None else {"coverage": as_dict(coverage)}), indent=2)
         return
-    for line in result.lines():
+    for line in (*result.lines(), *(() if coverage is None else never_reached(coverage))):
         say(line)
-    if coverage is not None:
-        for line in never_reached(coverage):
-            say(line)
 
 
 def _with_counterexamples(
@@ -255,14 +205,14 @@ def _with_counterexamples(
     from cxbridge_explore.worlds.points import read_path
 
     counterexamples = {}
-    for each in result.violations:
-        if each.get("is_given_up"):
+    for violation in result.violations:
+        if violation.get("is_given_up"):
             continue
-        name = each["property"]
+        name = violation["property"]
         # A counterexample plays more runs, which take seconds if rules fire endlessly.
-        say(f"{name} is violated: {each['message']}; its counterexample follows", err=True, flush=True)
+        say(f"{name} is violated: {violation['message']}; its counterexample follows", err=True, flush=True)
         try:
-            path = read_path(each["choices"])
+            path = read_path(violation["choices"])
             counterexamples[name] = write_counterexample(
                 options, result.properties, name, path, folder, world, make
             )
@@ -277,12 +227,12 @@ def _show_line(text: str) -> None:
     sys.stderr.flush()
 
 
-def _write_checkpoint(result: ExploreResult, known: ProgramIdentity, file: Path) -> None:
+def _write_checkpoint(result: ExploreResult, identity: ProgramIdentity, file: Path) -> None:
     """Write the checkpoint; a failure is only a warning."""
     from cxbridge_explore.checkpoint import write_checkpoint
 
     try:
-        write_checkpoint(file, result.graph, known)
+        write_checkpoint(file, result.graph, identity)
     except OSError as error:
         complain(f"{file}: the exploration cannot be kept: {error.strerror}")
     else:

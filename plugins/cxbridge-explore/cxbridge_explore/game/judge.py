@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 PRODUCTION: Final = "PRODUCTION"  # phase in which points are awarded
 
 
-class Standing(NamedTuple):
+class GameState(NamedTuple):
     """The state of a game.
 
     :param machines: the state of each machine.
@@ -32,10 +32,11 @@ class Judge(Protocol):
     def watch(self, run: Run | Team) -> None:
         """Start watching a run that is not started yet."""
 
-    def standing(self) -> Standing:
+    def state(self) -> GameState:
         """Return the current state; called after each loop."""
 
-    def score(self, agents: Sequence[Run]) -> Score: ...
+    def score(self, agents: Sequence[Run]) -> Score:
+        """Return the score at the end of the game."""
 
 
 class GameWatch:
@@ -44,15 +45,16 @@ class GameWatch:
     def __init__(self, judge: Judge, clock: Clock) -> None:
         self._judge, self._clock = judge, clock
         self._start_us = clock.now_us()
+        # The production begins and ends between two loops, so these are times of loops.
         self._begin_us: int | None = None
         self._end_us: int | None = None
         self._changes: dict[str, list[tuple[int, str]]] = {}
 
-    def look(self) -> None:
-        """Record the current state."""
+    def record(self) -> None:
+        """Record the current state. Called after each loop."""
         if self._end_us is not None:
             return
-        now_us, (phase, machines) = self._clock.now_us(), self._judge.standing()
+        now_us, (phase, machines) = self._clock.now_us(), self._judge.state()
         if phase == PRODUCTION and self._begin_us is None:
             self._begin_us = now_us
         elif phase == POST_GAME:
@@ -75,10 +77,11 @@ class GameWatch:
     def machines(self) -> dict[str, tuple[Span, ...]]:
         """Return the states of each machine during the production."""
         spans_of_machines = {}
-        for name in sorted(self._changes):
-            changes, spans = self._changes[name], []
+        for name, changes in sorted(self._changes.items()):
             ends = [*(time_us for time_us, _ in changes[1:]), self._end_us or self._clock.now_us()]
-            for (begin_us, state), end_us in zip(changes, ends, strict=True):
-                spans.append(Span(self.seconds_at(begin_us), self.seconds_at(end_us), state))
+            spans = (
+                Span(self.seconds_at(begin_us), self.seconds_at(end_us), state)
+                for (begin_us, state), end_us in zip(changes, ends, strict=True)
+            )
             spans_of_machines[name] = tuple(within(spans, self.seconds))
         return spans_of_machines

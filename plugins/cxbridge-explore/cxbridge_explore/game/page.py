@@ -23,12 +23,13 @@ def write_page(result: GameResult, file: Path, command: str) -> None:
 
 
 def as_document(result: GameResult, command: str) -> dict[str, Any]:
+    """Return the values of the page as JSON; ``static/js/documents/game.js`` shows them."""
     score, timeline = result.score, result.timeline
     return {
         **result.as_dict(),
         "command": command,
         "seconds": timeline.seconds,
-        "awards": [{**asdict(each), "second": second_of(each, timeline.seconds)} for each in score.awards],
+        "awards": [{**asdict(award), "second": second_of(award, timeline.seconds)} for award in score.awards],
         "skills": _spans(timeline.skills),
         "states": _spans(timeline.machines),
     }
@@ -40,4 +41,4 @@ def second_of(award: Award, seconds: float) -> float:
 
 
 def _spans(spans: Mapping[str, tuple[Span, ...]]) -> dict[str, list[dict[str, Any]]]:
-    return {name: [asdict(span) for span in of] for name, of in spans.items()}
+    return {name: [asdict(span) for span in row] for name, row in spans.items()}

@@ -63,9 +63,9 @@ def play_game(
         watch = GameWatch(judge, assembly.clock)
         recorder = start_recording(assembly, options)
         stack.callback(recorder.close)
-        stack.callback(assembly.finalize)
+        stack.callback(assembly.finalize)  # before the recorder closes, so that it is recorded
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
-        assembly.loop.add(Hook.POST_LOOP, watch.look)
+        assembly.loop.add(Hook.POST_LOOP, watch.record)
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         ended, _ = run.play()
         score = judge.score(assembly.agents)
@@ -79,7 +79,12 @@ def play_game(
             round(time.perf_counter() - started, 3),
             work_of(timeline),
             (ended.reason,) if ended.status == FAULT else (),
-            tuple(str(each) for loader in loaders for each in loader.diagnostics if each.construct),
+            tuple(
+                str(diagnostic)
+                for loader in loaders
+                for diagnostic in loader.diagnostics
+                if diagnostic.construct
+            ),
             timeline=timeline,
         )
         progress = "" if result.is_over else f"not over, in {score.phase} at {score.game_time:g} s; "

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, InterfaceWrite
-from cxbridge_explore.game.judge import PRODUCTION, Standing
+from cxbridge_explore.game.judge import PRODUCTION, GameState
 from cxbridge_explore.game.score import Award, Delivery, ProductOrder, Score
 
 if TYPE_CHECKING:
@@ -43,12 +43,12 @@ class PublishedGame:
         assert isinstance(event, InterfaceWrite)
         kind, _, name = event.uid.partition("::")
         if kind == MACHINE:
-            self._machines[name] = _state(event.values)
+            self._machines[name] = _machine_state(event.values)
         elif kind == GAME:
-            self._phase = _item(event.values.get("phase", ""))
+            self._phase = _enum_name(event.values.get("phase", ""))
 
-    def standing(self) -> Standing:
-        return Standing(self._phase, self._machines)
+    def state(self) -> GameState:
+        return GameState(self._phase, self._machines)
 
     def score(self, agents: Sequence[Run]) -> Score:
         """Return the score from the blackboard of an agent.
@@ -58,18 +58,16 @@ class PublishedGame:
         for agent in agents:
             boards = [info for info in agent.board.list(GAME) if info.has_writer]
             if boards:
-                game = _values_of(agent.board, boards[0])
-                orders = [
-                    _values_of(agent.board, info) for info in agent.board.list(ORDER) if info.has_writer
-                ]
-                return _score(game, orders)
+                written = [info for info in agent.board.list(ORDER) if info.has_writer]
+                orders = [_values_of(agent.board, info) for info in written]
+                return _score(_values_of(agent.board, boards[0]), orders)
         raise CxbridgeError(f"no referee writes a {GAME}", hint="see docs/games.md")
 
 
 def _score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) -> Score:
-    team, phase = str(game["team"]), _item(game["phase"])
+    team, phase = str(game["team"]), _enum_name(game["phase"])
     delivered = sorted((order for order in orders if order["delivered"] > 0), key=itemgetter("delivered"))
-    known = sorted((order for order in orders if order["number"]), key=itemgetter("number"))
+    announced = sorted((order for order in orders if order["number"]), key=itemgetter("number"))
     return Score(
         {team: int(game["points"])},
         tuple(
@@ -91,7 +89,7 @@ def _score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) -> Scor
         round(game["second"], 3),
         tuple(
             ProductOrder(order["number"], order["product"], round(order["begin"], 3), round(order["end"], 3))
-            for order in known
+            for order in announced
         ),
     )
 
@@ -102,12 +100,12 @@ def _values_of(board: BlackBoard, info: InterfaceInfo) -> dict[str, Any]:
         return interface.as_dict()
 
 
-def _state(machine: Mapping[str, Any]) -> str:
+def _machine_state(machine: Mapping[str, Any]) -> str:
     if machine.get("busy"):
         return BUSY
     return FULL if machine.get("piece") else FREE
 
 
-def _item(value: Any) -> str:
+def _enum_name(value: Any) -> str:
     """Return the name of an enumeration value."""
     return str(getattr(value, "name", value))

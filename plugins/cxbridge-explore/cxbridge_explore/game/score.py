@@ -82,17 +82,17 @@ class Score:
 
     def delivered(self, order: ProductOrder) -> list[float]:
         """Return the delivery times of an order."""
-        return [each.game_time for each in self.deliveries if each.order == order.order]
+        return [delivery.game_time for delivery in self.deliveries if delivery.order == order.order]
 
     def as_dict(self) -> dict[str, Any]:
         return {
             "points": self.points,
             "categories": self.categories,
-            "deliveries": [asdict(each) for each in self.deliveries],
+            "deliveries": [asdict(delivery) for delivery in self.deliveries],
             "phase": self.phase,
             "game_time": self.game_time,
-            "awards": [asdict(each) for each in self.awards],
-            "orders": [{**asdict(each), "delivered": self.delivered(each)} for each in self.orders],
+            "awards": [asdict(award) for award in self.awards],
+            "orders": [{**asdict(order), "delivered": self.delivered(order)} for order in self.orders],
         }
 
 

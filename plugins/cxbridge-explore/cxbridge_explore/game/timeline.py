@@ -63,8 +63,9 @@ def within(spans: Iterable[Span], seconds: float) -> Iterator[Span]:
 
 def covered(spans: Iterable[Span]) -> float:
     """Return the length of the union of the intervals."""
-    total, reached = 0.0, float("-inf")
+    # A robot may have several executors, whose skills overlap.
+    total, covered_until = 0.0, float("-inf")
     for span in sorted(spans, key=lambda span: span.begin):
-        total += max(0.0, span.end - max(span.begin, reached))
-        reached = max(reached, span.end)
+        total += max(0.0, span.end - max(span.begin, covered_until))
+        covered_until = max(covered_until, span.end)
     return total

@@ -48,10 +48,9 @@ class WorkCount:
         for call in self._history.calls:
             name = _name(call)
             robot = robots.get(name, name)
-            begin, ended = (
-                seconds_at(start_us + at) for at in (call.begin[1], call.end[1] if call.end else end)
-            )
-            span = Span(begin, ended, _skill(call, robot), call.status, call.error)
+            begin_s = seconds_at(start_us + call.begin[1])
+            end_s = seconds_at(start_us + (call.end[1] if call.end else end))
+            span = Span(begin_s, end_s, _skill(call, robot), call.status, call.error)
             spans_of_robots.setdefault(robot, []).append(span)
         return {robot: tuple(spans_of_robots[robot]) for robot in sorted(spans_of_robots)}
 
@@ -61,15 +60,16 @@ def robots_of(agents: Sequence[Run]) -> dict[str, str]:
     robot_names = {}
     for agent in agents:
         board = agent.skill_board
-        for each in () if board is None else board.agents:
-            robot_names[each.name] = each.name
-            if each.skiller != DEFAULT_SKILLER:
-                robot_names[each.skiller] = each.name
-            robot_names.update({executor.name: each.name for executor in each.executors})
+        for member in () if board is None else board.agents:
+            robot_names[member.name] = member.name
+            if member.skiller != DEFAULT_SKILLER:
+                robot_names[member.skiller] = member.name
+            robot_names.update({executor.name: member.name for executor in member.executors})
     return robot_names
 
 
 def work_of(timeline: Timeline) -> dict[str, RobotWork]:
+    """Return the work of each robot during the production."""
     work_of_robots = {}
     for robot, spans in timeline.skills.items():
         failed = Counter(span.error or "failed" for span in spans if span.status == Status.S_FAILED.name)

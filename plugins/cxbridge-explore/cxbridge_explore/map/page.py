@@ -37,8 +37,8 @@ def write_page(
     document = as_document(result, coverage, command)
     for number, address in pages.items():
         document["rows"][number]["page"] = address
-    for each in document["properties"]:
-        each.update(stories.get(each["name"], {}))
+    for row in document["properties"]:
+        row.update(stories.get(row["name"], {}))
     write_document(file, "exploration", "Exploration", document | {"live": is_live})
 
 
@@ -60,8 +60,8 @@ def _summary(result: ExploreResult) -> str:
 
 
 def _properties(result: ExploreResult) -> Iterator[dict[str, str]]:
-    violated = {each["property"]: each for each in result.violations}
-    for name in sorted({each.name for each in result.properties} | violated.keys()):
+    violated = {violation["property"]: violation for violation in result.violations}
+    for name in sorted({property_.name for property_ in result.properties} | violated.keys()):
         violation = violated.get(name)
         if violation is not None:
             message = violation.get("words") or violation["message"]

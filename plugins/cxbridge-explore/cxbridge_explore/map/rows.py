@@ -46,36 +46,36 @@ def run_rows(graph: Graph) -> list[MapRow]:
     while pending:
         edge, parent = pending.pop()
         number = len(rows)
-        row = _begun(graph, edge, parent, rows)
+        row = _begin_row(graph, edge, parent, rows)
         rows.append(row)
         while edge in graph.links and graph.nodes[graph.links[edge]].edge == edge:
             node = graph.links[edge]
             unusual_options = [option for option in graph.options(node) if option != USUAL]
             pending += [((node, option), number) for option in unusual_options]
             edge = node, USUAL
-        _end(graph, edge, row)
+        _end_row(graph, edge, row)
     return rows
 
 
-def _begun(graph: Graph, edge: Edge, parent: int | None, rows: list[MapRow]) -> MapRow:
+def _begin_row(graph: Graph, edge: Edge, parent: int | None, rows: list[MapRow]) -> MapRow:
     if parent is None:
         return MapRow("", 0.0, 0, None, ())
     node, option = graph.nodes[edge[0]], edge[1]
     point = node.point
-    choice = f"{point.subject}: {point.ways[option].name}"
+    choice = f"{point.subject}: {point.options[option].name}"
     path = (*rows[parent].path, f"{choice} at {point.seconds:.2f} s")
     return MapRow(choice, point.seconds, graph.faults_of(edge), parent, path)
 
 
-def _end(graph: Graph, edge: Edge, row: MapRow) -> None:
+def _end_row(graph: Graph, edge: Edge, row: MapRow) -> None:
     row.edge = edge
     leaf: Leaf | None = graph.leaves.get(edge)
     if leaf is not None:
         row.end_s, row.outcome, row.reason = leaf.seconds, leaf.outcome, leaf.reason
-        row.violations = tuple(f"{each.property}: {each.message}" for each in leaf.violations)
+        row.violations = tuple(f"{violation.property}: {violation.message}" for violation in leaf.violations)
     elif edge in graph.links:
-        known = graph.nodes[graph.links[edge]].point
-        row.end_s, row.outcome = known.seconds, MERGED
-        row.reason = f"from {known.subject} on as another run"
+        point = graph.nodes[graph.links[edge]].point
+        row.end_s, row.outcome = point.seconds, MERGED
+        row.reason = f"from {point.subject} on as another run"
     else:
         row.end_s = row.begin_s

@@ -23,8 +23,9 @@ from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import PathChooser, read_path
 from cxbridge_explore.worlds.run import MakeAssembly
 
+# Runs that get a page: the runs that violate a property, then the runs with the fewest faults. Each is played
+# again, which takes a second.
 MOST_PAGES: Final = 25
-"""Runs that get a page: the runs that violate a property, then the runs with the fewest faults."""
 
 
 def write_run_pages(
@@ -46,7 +47,7 @@ def write_run_pages(
     report = VIEWS.load(VIEWS.find("report"))
     ended = [number for number, row in enumerate(rows) if row.outcome not in {MERGED, OPEN}]
     ended.sort(key=lambda number: (not rows[number].violations, rows[number].faults, number))
-    found: dict[int, str] = {}
+    addresses: dict[int, str] = {}
     for number in sorted(ended[:MOST_PAGES]):
         row = rows[number]
         path = read_path(graph.choices_to(row.edge))
@@ -57,8 +58,8 @@ def write_run_pages(
             write_file(folder / f"run-{number}.html", report(open_run(recording), title).encode("utf-8"))
         time_us = played.start_us + round(row.begin_s * MICROSECONDS)
         moment = f"#/timeline?time={time_us}" if row.path else ""
-        found[number] = f"{folder.name}/run-{number}.html{moment}"
-    return found
+        addresses[number] = f"{folder.name}/run-{number}.html{moment}"
+    return addresses
 
 
 def violation_stories(counterexamples: Mapping[str, Counterexample], page: Path) -> dict[str, dict[str, str]]:
@@ -67,14 +68,14 @@ def violation_stories(counterexamples: Mapping[str, Counterexample], page: Path)
     :param page: the page of the exploration.
     """
     report = VIEWS.load(VIEWS.find("report"))
-    found = {}
+    stories = {}
     for name, example in counterexamples.items():
         run = open_run(example.recording)
         file = example.recording.with_suffix(".html")
         write_file(file, report(run, f"{name}: {example.words}").encode("utf-8"))
         address = Path(os.path.relpath(file, page.parent)).as_posix()
-        found[name] = {"address": address, "story": _headline(example)}
-    return found
+        stories[name] = {"address": address, "story": _headline(example)}
+    return stories
 
 
 def _headline(example: Counterexample) -> str:

@@ -1,7 +1,8 @@
 """Temporal properties of patterns: ``never``, ``always``, ``eventually`` and ``after``.
 
 A pattern without ``not`` and ``forall`` is matched at each moment, also between two rules. A pattern with
-them is matched after each loop: a rule that modifies a fact retracts it for a moment, which is no absence.
+them is matched after each loop: a rule that modifies a fact retracts it for a moment, and that is not an
+absence.
 """
 
 from __future__ import annotations

@@ -78,7 +78,7 @@ class PropertyWatch:
 
     @property
     def evaluated(self) -> frozenset[str]:
-        """The names of properties that the run could have violated; the others are undecided."""
+        """The names of properties that the run could have violated; further properties are undecided."""
         return frozenset(
             monitor.scene.name
             for monitor in self._monitors

@@ -11,7 +11,7 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_explore.counterexample_playing import Wanted, WantedChooser, play
+from cxbridge_explore.counterexample_playing import NthChoice, NthChooser, play
 from cxbridge_explore.properties.reading import find_property
 from explore_tests.pytest_files import pytest_of
 from tests.forked import nursery
@@ -100,9 +100,9 @@ def test_a_move_to_where_a_robot_is_counts_as_nothing():
     """The office's robot fails there, the other one on its way: the first goes to the office once more."""
     options = RunOptions(scenario=ROOT / "scenarios" / "two-robots", skiller="none")
     faults = (
-        Wanted("robot2: inspect{place='office'}", 0, "fails"),
-        Wanted("robot1: move{to='office'}", 0, "fails"),
+        NthChoice("robot2: inspect{place='office'}", 0, "fails"),
+        NthChoice("robot1: move{to='office'}", 0, "fails"),
     )
-    played = play(options, [find_property("executed-once")], WantedChooser(faults))
+    played = play(options, [find_property("executed-once")], NthChooser(faults))
     assert [choice.taken.name for choice in played.choices].count("fails") == 2
     assert played.violations == ()

@@ -11,8 +11,8 @@ from cxbridge_rcll.machines import (
     CAP_S,
     DISPENSE_S,
     RING_S,
+    BeltPosition,
     Machine,
-    MachinePlace,
     Workpiece,
 )
 
@@ -47,20 +47,20 @@ def test_a_base_is_dispensed_and_moved_out(watched):
     machine.loop()
     watched.wait(DISPENSE_S)
     assert watched.said() == [("BUSY", True), ("BUSY", False)]
-    machine.move(MachinePlace.OUTPUT)
+    machine.move(BeltPosition.OUTPUT)
     machine.loop()
     watched.wait(BELT_END_S / 2)
-    assert MachinePlace.OUTPUT not in machine.belt
+    assert BeltPosition.OUTPUT not in machine.belt
     watched.wait(BELT_END_S / 2)
     assert watched.said() == [("BUSY", True), ("READY", True), ("BUSY", False)]
-    assert machine.take(MachinePlace.OUTPUT) == Workpiece(["BASE_RED"])
+    assert machine.take(BeltPosition.OUTPUT) == Workpiece(["BASE_RED"])
     assert watched.said() == [("READY", False)]
-    assert machine.take(MachinePlace.OUTPUT) is None
+    assert machine.take(BeltPosition.OUTPUT) is None
 
 
 def test_a_belt_waits_until_something_lies_on_it(watched):
     machine = watched.machine
-    machine.move(MachinePlace.MIDDLE)
+    machine.move(BeltPosition.MIDDLE)
     machine.loop()
     watched.wait(100)
     assert watched.said() == [("BUSY", True)]
@@ -68,21 +68,21 @@ def test_a_belt_waits_until_something_lies_on_it(watched):
     machine.loop()
     watched.wait(BELT_MIDDLE_S)
     assert watched.said() == [("BUSY", False)]
-    assert MachinePlace.MIDDLE in machine.belt
+    assert BeltPosition.MIDDLE in machine.belt
 
 
 def test_a_ring_and_a_cap_are_mounted(watched):
     machine = watched.machine
-    machine.belt[MachinePlace.MIDDLE] = Workpiece(["BASE_RED"])
+    machine.belt[BeltPosition.MIDDLE] = Workpiece(["BASE_RED"])
     for work, seconds in ((lambda: machine.mount_ring("RING_BLUE"), RING_S), (machine.mount_cap, CAP_S)):
         work()
         machine.loop()
         watched.wait(seconds)
-    assert str(machine.belt[MachinePlace.MIDDLE]) == "BASE_RED RING_BLUE CAP-OF-C-RS1"
+    assert str(machine.belt[BeltPosition.MIDDLE]) == "BASE_RED RING_BLUE CAP-OF-C-RS1"
     machine.retrieve_cap()
     machine.loop()
     watched.wait(CAP_S)
-    assert str(machine.belt[MachinePlace.MIDDLE]) == "BASE_RED RING_BLUE"
+    assert str(machine.belt[BeltPosition.MIDDLE]) == "BASE_RED RING_BLUE"
     assert machine.has_cap
 
 
@@ -103,19 +103,19 @@ def test_payments_are_counted(watched):
 
 def test_a_reset_leaves_what_robots_have_put(watched):
     machine = watched.machine
-    machine.belt = {place: Workpiece([place]) for place in MachinePlace}
+    machine.belt = {place: Workpiece([place]) for place in BeltPosition}
     machine.mount_cap()
     machine.reset()
     watched.wait(100)
-    assert list(machine.belt) == [MachinePlace.INPUT]
+    assert list(machine.belt) == [BeltPosition.INPUT]
     assert watched.said() == [("BUSY", True), ("READY", False)]
 
 
 def test_work_is_done_in_its_order(watched):
     machine = watched.machine
     machine.dispense("BASE_RED")
-    machine.move(MachinePlace.INPUT)
+    machine.move(BeltPosition.INPUT)
     machine.loop()
     watched.wait(DISPENSE_S)
     watched.wait(BELT_END_S)
-    assert list(machine.belt) == [MachinePlace.INPUT]
+    assert list(machine.belt) == [BeltPosition.INPUT]

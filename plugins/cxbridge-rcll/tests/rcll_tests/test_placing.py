@@ -6,12 +6,12 @@ from random import Random
 
 import pytest
 
-from cxbridge_rcll.placing import NAMES, Placed, fits, place
+from cxbridge_rcll.placing import NAMES, Placement, arrange, fits
 
 
 @pytest.mark.parametrize("seed", range(50))
 def test_each_machine_can_be_reached(seed):
-    placed = place(Random(seed), NAMES, 7, 8)
+    placed = arrange(Random(seed), NAMES, 7, 8)
     assert placed is not None
     assert sorted(each.machine for each in placed) == sorted(NAMES)
     taken = [each.zone for each in placed]
@@ -25,26 +25,30 @@ def test_each_machine_can_be_reached(seed):
 
 
 def test_a_seed_draws_one_field():
-    assert place(Random(4), NAMES, 7, 8) == place(Random(4), NAMES, 7, 8)
-    assert place(Random(4), NAMES, 7, 8) != place(Random(5), NAMES, 7, 8)
+    assert arrange(Random(4), NAMES, 7, 8) == arrange(Random(4), NAMES, 7, 8)
+    assert arrange(Random(4), NAMES, 7, 8) != arrange(Random(5), NAMES, 7, 8)
 
 
 def test_a_field_without_room_has_none():
-    assert place(Random(0), NAMES, 2, 2) is None
+    assert arrange(Random(0), NAMES, 2, 2) is None
 
 
 @pytest.mark.parametrize(
     ("new", "others", "may"),
     [
-        (Placed(1, 3, 4, 0), [], True),
-        (Placed(1, 3, 4, 0), [Placed(2, 3, 4, 90)], False),  # taken
-        (Placed(1, 7, 1, 0), [], False),  # the entry
-        (Placed(1, 1, 4, 0), [], False),  # a side points at the wall
-        (Placed(7, 1, 4, 0), [], True),  # its other side is not used
-        (Placed(1, 3, 4, 0), [Placed(2, 4, 4, 90)], False),  # before its side
-        (Placed(1, 3, 4, 90), [Placed(2, 4, 4, 90), Placed(3, 5, 4, 90)], False),  # the third in a row
-        (Placed(1, 1, 7, 90), [Placed(2, 2, 8, 0)], False),  # closes a corner
-        (Placed(1, 3, 4, 45), [Placed(2, 4, 3, 90)], False),  # a robot comes over that zone
+        (Placement(1, 3, 4, 0), [], True),
+        (Placement(1, 3, 4, 0), [Placement(2, 3, 4, 90)], False),  # taken
+        (Placement(1, 7, 1, 0), [], False),  # the entry
+        (Placement(1, 1, 4, 0), [], False),  # a side points at the wall
+        (Placement(7, 1, 4, 0), [], True),  # its other side is not used
+        (Placement(1, 3, 4, 0), [Placement(2, 4, 4, 90)], False),  # before its side
+        (
+            Placement(1, 3, 4, 90),
+            [Placement(2, 4, 4, 90), Placement(3, 5, 4, 90)],
+            False,
+        ),  # the third in a row
+        (Placement(1, 1, 7, 90), [Placement(2, 2, 8, 0)], False),  # closes a corner
+        (Placement(1, 3, 4, 45), [Placement(2, 4, 3, 90)], False),  # a robot comes over that zone
     ],
 )
 def test_the_rules(new, others, may):

@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge_explore.game.score import Award, Delivery, ProductOrder
 from cxbridge_rcll.field import Field
-from cxbridge_rcll.machines import MachinePlace, Workpiece
+from cxbridge_rcll.machines import BeltPosition, Workpiece
 from cxbridge_rcll.reported import ReportedGame
 from rcll_tests.referee_box import game_state, machine_info, message_types, order_info
 
@@ -50,7 +50,7 @@ def test_a_delivery_is_counted_once(types, game):
 def test_the_states_of_machines_are_seen(types, game):
     game.handle_message(game_state(types, "PRODUCTION", 1.0))
     game.handle_message(machine_info(types, state="PROCESSING"))
-    assert game.standing == ("PRODUCTION", {"C-BS": "PROCESSING"})
+    assert game.state == ("PRODUCTION", {"C-BS": "PROCESSING"})
 
 
 def test_a_game_is_over_when_the_referee_has_said_it_twice(types, game):
@@ -63,7 +63,7 @@ def test_a_game_is_over_when_the_referee_has_said_it_twice(types, game):
 
 def test_a_machine_is_where_the_referee_says(types, game):
     game.handle_message(machine_info(types))
-    pose = Field(game.places).find("C-BS-O")
+    pose = Field(game.machine_facts).find("C-BS-O")
     assert pose is not None
     assert (round(pose.x, 2), round(pose.y, 2)) == (3.5, 0.75)
 
@@ -71,10 +71,10 @@ def test_a_machine_is_where_the_referee_says(types, game):
 @pytest.mark.parametrize(
     ("kind", "place", "is_there"),
     [
-        ("BS", MachinePlace.OUTPUT, True),
-        ("BS", MachinePlace.INPUT, True),
-        ("CS", MachinePlace.OUTPUT, True),
-        ("CS", MachinePlace.INPUT, False),
+        ("BS", BeltPosition.OUTPUT, True),
+        ("BS", BeltPosition.INPUT, True),
+        ("CS", BeltPosition.OUTPUT, True),
+        ("CS", BeltPosition.INPUT, False),
     ],
 )
 def test_what_was_made_is_taken_once(types, game, kind, place, is_there):
@@ -94,7 +94,7 @@ def test_a_payment_is_told_to_the_referee(types, game, paid):
     machine.pay()
     machine.put(Workpiece(["BASE_RED"]))
     assert paid == ["C-RS1"]
-    assert not machine.has(MachinePlace.OUTPUT)
+    assert not machine.has(BeltPosition.OUTPUT)
 
 
 def test_other_messages_are_ignored(types, game):

@@ -11,7 +11,7 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.skiller.board.executor import ExecutorContext, SkillFailedError
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge_rcll.field import Field, Pose
-from cxbridge_rcll.machines import Machine, MachinePlace, Workpiece
+from cxbridge_rcll.machines import BeltPosition, Machine, Workpiece
 from cxbridge_rcll.robots import ALIGN_S, ANYWHERE_S, HANDLE_S, SPEED, RobotWorld, robot_executor
 
 LOOP_US = 50_000
@@ -60,29 +60,29 @@ def test_a_way_takes_as_long_as_it_is(driver):
 
 
 def test_a_workpiece_is_taken_and_put(driver):
-    piece = driver.machine.belt[MachinePlace.OUTPUT] = Workpiece(["BASE_RED"])
+    piece = driver.machine.belt[BeltPosition.OUTPUT] = Workpiece(["BASE_RED"])
     assert driver.handle(side="OUTPUT", target="WORKPIECE") == pytest.approx(HANDLE_S, abs=0.1)
-    assert driver.robot.held is piece
+    assert driver.robot.workpiece is piece
     driver.handle(side="INPUT", target="CONVEYOR")
-    assert driver.machine.belt == {MachinePlace.INPUT: piece}
-    assert driver.robot.held is None
+    assert driver.machine.belt == {BeltPosition.INPUT: piece}
+    assert driver.robot.workpiece is None
 
 
 def test_a_payment_goes_down_the_slide(driver):
     driver.handle(side="SHELF-LEFT", target="WORKPIECE")
     driver.handle(side="SLIDE", target="SLIDE")
-    assert (driver.machine.slide, driver.robot.held) == (1, None)
+    assert (driver.machine.slide, driver.robot.workpiece) == (1, None)
     driver.handle(side="SHELF-LEFT", target="WORKPIECE")
     driver.do("discard")
-    assert driver.robot.held is None
+    assert driver.robot.workpiece is None
 
 
 def test_what_was_put_is_there_when_the_machine_has_moved_it(driver):
     driver.handle(side="SHELF-LEFT", target="WORKPIECE")
-    driver.machine.move(MachinePlace.MIDDLE)
+    driver.machine.move(BeltPosition.MIDDLE)
     driver.handle(side="INPUT", target="CONVEYOR")
     driver.handle(dry_run=True, side="INPUT", target="WORKPIECE", query="THERE")
-    assert list(driver.machine.belt) == [MachinePlace.MIDDLE]
+    assert list(driver.machine.belt) == [BeltPosition.MIDDLE]
     driver.handle(dry_run=True, side="OUTPUT", target="WORKPIECE", query="ABSENT")
 
 

@@ -28,7 +28,7 @@ def stations(graph):
 
 
 def send(stations, kind, **fields):
-    stations.take(SimpleNamespace(type=f"{kind}Message", **fields))
+    stations.handle(SimpleNamespace(type=f"{kind}Message", **fields))
 
 
 def test_a_machine_has_nodes_at_its_sides(graph, stations):

@@ -26,7 +26,6 @@ from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.run.explainers import Explainer, explainer
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.compare.model import Order
-from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_web.pages import Pages
 from cxbridge_web.report import document_page, guessed_links, is_mcap
@@ -57,12 +56,13 @@ class RecordingsApp:
     """
 
     def __init__(self, paths: Sequence[Path]) -> None:
-        for path in paths:
+        for path in paths:  # an unreadable recording is an error of the command, not of a request
             next(iter(open_run(path)), None)
-        self._paths = {f"{RUNS}{number}/{_name(path)}": path for number, path in enumerate(paths)}
-        self._explaining = Lock()
-        self._known: tuple[tuple[Path, str, str], Explainer] | None = None
-        self._pages = Pages([(quote(known), path.name) for known, path in self._paths.items()])
+        self._paths = {f"{RUNS}{number}/{path.name or 'run'}": path for number, path in enumerate(paths)}
+        self._lock = Lock()  # several requests may explain at the same time
+        # The last explainer by recording, moment and environment: it reads the whole recording.
+        self._explainer: tuple[tuple[Path, str, str], Explainer] | None = None
+        self._pages = Pages([(quote(address), path.name) for address, path in self._paths.items()])
 
     @property
     def start(self) -> str:
@@ -82,30 +82,25 @@ class RecordingsApp:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         path = scope["path"]
         if path == COMPARE:
-            answer = await run_in_threadpool(self._compare, dict(parse_qsl(scope["query_string"].decode())))
-            await answer(scope, receive, send)
+            query = dict(parse_qsl(scope["query_string"].decode()))
+            response = await run_in_threadpool(self._compare, query)
+            await response(scope, receive, send)
         elif path.startswith(RUNS):
-            answer = await run_in_threadpool(self._answer, path, scope["method"], scope["query_string"])
-            await answer(scope, receive, send)
+            response = await run_in_threadpool(self._run, path, scope["method"], scope["query_string"])
+            await response(scope, receive, send)
         elif path.startswith("/api"):
             text = "These are recorded runs: there is no daemon to ask\n"
             await PlainTextResponse(text, 404)(scope, receive, send)
         else:
             await self._pages(scope, receive, send)
 
-    def _answer(self, path: str, method: str, query: bytes) -> Response:
+    def _run(self, path: str, method: str, query: bytes) -> Response:
         if method not in {"GET", "HEAD"}:
             return PlainTextResponse("Recordings can only be read\n", 405)
         if path == RUNS:
             items = "".join(
-                f'<li><a href="{html.escape(self._link(known))}">{html.escape(str(file))}</a>'
-                + (
-                    f' <a href="{COMPARE}?a={number - 1}&amp;b={number}">with the run before</a>'
-                    if number
-                    else ""
-                )
-                + "</li>"
-                for number, (known, file) in enumerate(self._paths.items())
+                self._item(number, address, file)
+                for number, (address, file) in enumerate(self._paths.items())
             )
             return HTMLResponse(_LIST.format(items=items), headers={"Cache-Control": "no-cache"})
         file = self._paths.get(path)
@@ -115,11 +110,18 @@ class RecordingsApp:
             return self._why(file, dict(parse_qsl(query.decode("ascii", "replace"))))
         return _events(file, with_links=query == _LINKS)
 
+    def _item(self, number: int, address: str, file: Path) -> str:
+        """Return an item of the list of runs, with a link to its comparison with the previous run."""
+        link = f'<a href="{html.escape(self._link(address))}">{html.escape(str(file))}</a>'
+        if number:
+            link += f' <a href="{COMPARE}?a={number - 1}&amp;b={number}">with the run before</a>'
+        return f"<li>{link}</li>"
+
     def _compare(self, query: Mapping[str, str]) -> Response:
         """Return the page that compares two runs."""
-        known = list(self._paths)
+        addresses = list(self._paths)
         try:
-            first, second = (known[int(query[side])] for side in "ab")
+            first, second = (addresses[int(query[side])] for side in "ab")
             view, order = View(query.get("level", "transitions")), Order(query.get("order", "partial"))
         except (KeyError, IndexError, ValueError):
             return PlainTextResponse("Name two runs by their numbers: /compare?a=0&b=1\n", 400)
@@ -131,33 +133,32 @@ class RecordingsApp:
         return HTMLResponse(page, headers={"Cache-Control": "no-cache"})
 
     def _why(self, file: Path, query: Mapping[str, str]) -> Response:
-        """Answer a question about a recording, with status 400 if it has no answer."""
+        """Explain a part of a recording; status 400 if it has no explanation."""
         try:
-            answer = self._explainer(file, query.get("at", ""), query.get("env", ""))(
-                query.get("kind", ""), query.get("name", "")
-            )
+            explain = self._explainer_of(file, query.get("at", ""), query.get("env", ""))
+            return JSONResponse(explain(query.get("kind", ""), query.get("name", "")))
         except CxbridgeError as error:
             return JSONResponse({"message": str(error)}, 400)
-        return JSONResponse(answer)
 
-    def _explainer(self, file: Path, at: str, env: str) -> Explainer:
+    def _explainer_of(self, file: Path, at: str, env: str) -> Explainer:
         """Return the explainer of a recording at a moment; the last one is cached."""
         key = (file, at, env)
-        with self._explaining:
-            if self._known is None or self._known[0] != key:
+        with self._lock:
+            if self._explainer is None or self._explainer[0] != key:
                 try:
                     at_s = float(at) if at else None
                 except ValueError:
                     raise CxbridgeError(f"'{at}' is not a time", hint="seconds since the start") from None
-                self._known = key, explainer(open_run(file), at_s, env or None)
-            return self._known[1]
+                self._explainer = key, explainer(open_run(file), at_s, env or None)
+            return self._explainer[1]
 
 
 def _events(file: Path, *, with_links: bool) -> Response:
     """Return a recording, or its guessed pairs of plan-actions and skill calls."""
     headers = {"Cache-Control": "no-cache"}
     if with_links:
-        return JSONResponse(guessed_links(_history(open_run(file))), headers=headers)
+        run = open_run(file)
+        return JSONResponse(guessed_links(RunHistory.of(run, UNLIMITED, run.start_us)), headers=headers)
     if is_mcap(file):
         return FileResponse(file, media_type="application/octet-stream", headers=headers)
     return StreamingResponse(_lines(file), media_type="application/x-ndjson", headers=headers)
@@ -172,19 +173,14 @@ def compared_page(a: Path, b: Path, view: View, order: Order, runs: Mapping[str,
     from cxbridge.trace.compare.runs import compare_runs  # noqa: PLC0415
     from cxbridge.trace.compare.side_by_side import page_report  # noqa: PLC0415
 
-    run, other = open_run(a), open_run(b)
-    comparison = compare_runs(run, [other], view, order)
-    document = page_report(make_report(comparison, run, [other])) | {"runs": runs}
+    sides = {"a": open_run(a), "b": open_run(b)}
+    comparison = compare_runs(sides["a"], [sides["b"]], view, order)
+    document = page_report(make_report(comparison, sides["a"], [sides["b"]])) | {"runs": runs}
     with suppress(CxbridgeError):  # without a plug-in that explains runs
         document["headlines"] = {
-            side: explainer(each)("run", "")["data"]["headline"] for side, each in (("a", run), ("b", other))
+            side: explainer(run)("run", "")["data"]["headline"] for side, run in sides.items()
         }
     return document_page("comparison", f"{a.name} and {b.name}", document)
-
-
-def _name(path: Path) -> str:
-    """Return a recording's file name in addresses; the page detects the format by content."""
-    return path.name or "run"
 
 
 def _lines(path: Path) -> Iterator[bytes]:
@@ -192,7 +188,3 @@ def _lines(path: Path) -> Iterator[bytes]:
     for event in open_run(path):
         if event.KIND.name:
             yield encode_with_kind(event) + b"\n"
-
-
-def _history(run: Run) -> RunHistory:
-    return RunHistory.of(run, UNLIMITED, run.start_us)

@@ -1,7 +1,7 @@
 """Reads a run in one pass into the data of its timeline: history, rules, facts, log and interfaces.
 
 A recording may have millions of events. Of each kind the first and the last ones are kept, up to a limit, and
-a note tells how many are left out.
+a note says how many are left out.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ TESTS_FAILED: Final = 1  # exit status of a game whose agent's own tests failed
 
 NOT_OVER: Final = 3  # exit status of an unfinished game
 
-FAULT: Final = 4
+FAULT: Final = 4  # exit status of a game that was ended by an error of cxbridge
 
 
 class _GameLog(RunLog):
@@ -49,7 +49,7 @@ class _GameLog(RunLog):
 def game(
     agent: AgentOptions,
     play: PlayOptions,
-    others: GameOptions,
+    game_options: GameOptions,
     console: ConsoleOptions,
     *,
     as_json: AsJson = False,
@@ -69,27 +69,27 @@ def game(
     options = RunOptions(**vars(agent), skiller="none")
     against = play.second_agent()
     several = play.games > 1 or against is not None
-    first = _make_game(options, play, others, several=several)
+    first = _make_game(options, play, game_options, several=several)
     if not several:
         check_folders(play.html)
         log = _GameLog(console, first.quiet)
-        return _one(first.play(play.seed, log, log.attach), play.html, as_json=as_json)
+        return _report_one(first.play(play.seed, log, log.attach), play.html, as_json=as_json)
     if options.trace or options.log or options.bblog:
         raise CxbridgeError(
             "many games cannot be recorded to one file", hint="play the one of a seed: --seed N"
         )
     if play.html is not None:
         raise CxbridgeError("--html shows one game", hint="play the one of a seed: --seed N")
-    return _many(_games(first, against), play, as_json=as_json)
+    return _play_many(_games(first, against), play, as_json=as_json)
 
 
-def _make_game(options: RunOptions, play: PlayOptions, others: GameOptions, *, several: bool) -> Game:
+def _make_game(options: RunOptions, play: PlayOptions, game_options: GameOptions, *, several: bool) -> Game:
     """Return the game of the scenario, or the game that options of a plug-in select."""
     from cxbridge_explore.game.scenario import ScenarioGame
 
-    other = chosen_game(others.more)
-    if other is not None:
-        return other.game(options, minutes=play.minutes, world=play.world, several=several)
+    plugin_game = chosen_game(game_options.more)
+    if plugin_game is not None:
+        return plugin_game.game(options, minutes=play.minutes, world=play.world, several=several)
     options.check()
     return ScenarioGame(run=options, minutes=play.minutes, world=play.world)
 
@@ -108,7 +108,7 @@ def _games(first: Game, against: Path | None) -> dict[str, Game]:
     return games
 
 
-def _one(result: GameResult, page: Path | None, *, as_json: bool) -> int:
+def _report_one(result: GameResult, page: Path | None, *, as_json: bool) -> int:
     from cxbridge_explore.cli.game.output import say_game
 
     if as_json:
@@ -122,7 +122,7 @@ def _one(result: GameResult, page: Path | None, *, as_json: bool) -> int:
     return _status({result.seed: result})
 
 
-def _many(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -> int:
+def _play_many(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -> int:
     from cxbridge_explore.cli.game.output import say_games
     from cxbridge_explore.game.match import GamesSummary, Match, play_games
 
@@ -141,8 +141,10 @@ def _many(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -> int
 
 def _status(results: Mapping[int, GameResult]) -> int:
     """Print undefined constructs and faults, and return the exit status."""
-    for each in dict.fromkeys(each for result in results.values() for each in result.undefined):
-        complain(f"{each}; what it does never happens")
+    # The games have one agent, so each of them has the same undefined constructs.
+    undefined = dict.fromkeys(construct for result in results.values() for construct in result.undefined)
+    for construct in undefined:
+        complain(f"{construct}; what it does never happens")
     for seed, result in results.items():
         for fault in result.faults:
             complain(f"seed {seed}: {fault}")

@@ -21,6 +21,8 @@ class AgentOptions(ScenarioOptions, SourceOptions, TraceOptions, LogOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class PlayOptions:
+    """Options of the games and their result."""
+
     second: Annotated[
         Path | None,
         typer.Argument(metavar="[SCENARIO2]", help="As --against SCENARIO2.", show_default=False),
@@ -67,6 +69,10 @@ class PlayOptions:
     ] = None
 
     def second_agent(self) -> Path | None:
+        """Return the agent of the second argument or of ``--against``.
+
+        :raises CxbridgeError: if both are given.
+        """
         if self.second is not None and self.against is not None:
             raise CxbridgeError(f"there are two second agents: {self.second} and {self.against}")
         return self.second or self.against

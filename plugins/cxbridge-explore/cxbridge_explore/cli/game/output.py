@@ -18,7 +18,7 @@ def say_game(result: GameResult) -> None:
         product = f"order {delivery.order} ({delivery.complexity})"
         say(f"{delivery.game_time:8.1f} s  {delivery.team:8} delivers {product}")
     for order in score.orders:
-        times = ", ".join(f"{at:g} s" for at in score.delivered(order)) or "never"
+        times = ", ".join(f"{second:g} s" for second in score.delivered(order)) or "never"
         window = f"{order.begin:g} to {order.end:g} s"
         say(f"order {order.order} ({order.complexity}): {window}; delivered: {times}")
     for name, work in result.robots.items():
@@ -44,7 +44,7 @@ def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
     for name, results in games.items():
         summary = GamesSummary(results)
         over = sum(result.is_over for result in results.values())
-        say(f"{name}: {len(results)} games, {over} over, {_words(summary)}")
+        say(f"{name}: {len(results)} games, {over} over, {_points(summary)}")
     if len(games) == 1:
         for seed, result in next(iter(games.values())).items():
             say(f"  seed {seed}: {result.points} points, {len(result.score.deliveries)} deliveries")
@@ -53,8 +53,8 @@ def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
     match = Match(first_results, second_results)
     difference = match.difference
     say(f"{second} minus {first}: {difference.estimate:+.1f} points a game ({difference.span('+.1f')})")
-    for seed, mine, theirs in match.most_different_games():
-        say(f"  seed {seed}: {mine} and {theirs} points")
+    for seed, first_points, second_points in match.most_different_games():
+        say(f"  seed {seed}: {first_points} and {second_points} points")
     better = match.better
     if better is None:
         say("these games do not show that one is better")
@@ -62,7 +62,7 @@ def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
         say(f"{(first, second)[better]} is better")
 
 
-def _words(summary: GamesSummary) -> str:
+def _points(summary: GamesSummary) -> str:
     points = summary.points
     if len(summary.results) == 1:
         return f"{points.estimate:g} points"

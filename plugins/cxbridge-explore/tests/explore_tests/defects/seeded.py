@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.run.options import RunOptions
-from cxbridge_explore.counterexample_playing import Played, play
+from cxbridge_explore.counterexample_playing import PlayedRun, play
 from cxbridge_explore.properties.builtin.table import builtin_properties
 from cxbridge_explore.properties.forms import read_property
 from cxbridge_explore.properties.monitor import Property
@@ -130,7 +130,7 @@ DEFECTS = (
 
 def runs(
     options: RunOptions, properties: tuple[Property, ...], faults: int
-) -> Iterator[tuple[ChoicePath, Played]]:
+) -> Iterator[tuple[ChoicePath, PlayedRun]]:
     """Yield all runs with a limited number of faults, runs with fewer faults first."""
     paths: list[ChoicePath] = [{}]
     for number in range(faults + 1):
