@@ -72,6 +72,7 @@ def explore(  # noqa: PLR0913 - each is an option of the command line, or shows 
             draw(ExploreResult(explored_graph, tuple(properties), (), 0.0, time.perf_counter() - started))
 
     progress = ProgressReporter(graph, show, None if draw is None else draw_so_far)
+    # The second usual run is played at the same time, in a process that is forked before any other.
     with _signals() as received, closing(UsualRun(explored)) as usual:
 
         def is_over() -> bool:

@@ -54,6 +54,7 @@ def explore_by_replay(
         edge = next(reversed(graph.open))  # depth-first, as with processes
         number = edge[0]
         chooser = _ReportingChooser(graph, edge, 0 if number < 0 else graph.nodes[number].point.index + 1)
+        # The chooser follows the path to the edge, and explores the usual options from there on.
         with make(PathChooser(graph.path_to(edge), chooser)) as run:
             chooser.digest = state_digest(run, merge=merge)
             leaf = _play(run)

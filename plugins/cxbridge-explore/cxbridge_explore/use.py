@@ -8,9 +8,9 @@ from typing import Final
 from cxbridge.events import Event, EventBus, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
 from cxbridge.run.agent import Run
 
-RULE, MODE, OUTCOME, ACTION, SKILL = "rule", "mode", "outcome", "action", "skill"
-
-Used = tuple[str, str, str]  # kind of a part, its name, and the mode or outcome of a goal
+# Kind of a part, its name, and the mode or outcome of a goal. The kinds are the names of the counts in
+# `cxbridge_studio.explain.coverage.model.RecordedUse`.
+Used = tuple[str, str, str]
 
 _EVENTS: Final = (RuleFired, GoalTransition, PlanActionTransition, SkillStatus)
 
@@ -37,15 +37,15 @@ class UseWatch:
     def _record(self, event: Event) -> None:
         match event:
             case RuleFired():
-                self._note(RULE, event.rule)
+                self._note("firings", event.rule)
             case GoalTransition():
-                self._note(MODE, event.goal_class, event.mode)
+                self._note("modes", event.goal_class, event.mode)
                 if event.mode == "FINISHED":
-                    self._note(OUTCOME, event.goal_class, event.outcome)
+                    self._note("outcomes", event.goal_class, event.outcome)
             case PlanActionTransition(state="RUNNING"):
-                self._note(ACTION, event.action.lower())
+                self._note("actions", event.action.lower())
             case SkillStatus(status="S_RUNNING"):
-                self._note(SKILL, event.skill_string.partition("{")[0].strip())
+                self._note("skills", event.skill_string.partition("{")[0].strip())
 
     def _note(self, kind: str, name: str, detail: str = "") -> None:
         used = kind, name, detail

@@ -14,7 +14,7 @@ _MACHINE: Final = re.compile(r"(?:WAIT-)?([CM]-(?:BS|DS|SS|CS\d|RS\d))(?:-(INPUT
 _AT_MACHINE_M: Final = 0.75  # metres from the centre of a machine to a robot that works there
 
 _WAITING_M: Final = 1.5  # metres from the centre of a machine to a robot that waits for it
-_ENTRY: Final = (4.5, 0.5)  # metres, of the first robot; the next one stands a metre beside it
+_ENTRY: Final = (4.5, 0.5)  # metres, of the first robot; the next ones are a metre apart
 
 
 class Pose(NamedTuple):

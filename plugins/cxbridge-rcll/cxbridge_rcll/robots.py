@@ -64,7 +64,7 @@ class RobotWorld:
     robots: dict[str, Robot] = field(default_factory=dict)
 
     def add(self, names: Iterable[str]) -> None:
-        """Add robots, which stand at the entrance of the field."""
+        """Add robots, with their start poses at the entrance of the field."""
         for number, name in enumerate(names, start=1):
             self.robots[name] = Robot(name, number, entry(number))
 

@@ -4,49 +4,44 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
+
+from msgspec import UNSET, Meta, UnsetType
 
 import cxbridge.executive
 from cxbridge.clipstext.syntax import definitions
 from cxbridge.printing import short_path
+from cxbridge_web.models import Model
 
 _CORE = Path(cxbridge.executive.__file__).parent / "clips"
 
 
-@dataclass(frozen=True, slots=True)
-class WrittenConstruct:
-    """A construct of a file.
+class Construct(Model, kw_only=True):
+    """A construct of a loaded file."""
 
-    :param kind: ``defrule``, ``deftemplate`` ...
-    :param file: relative to the working directory if it is below that.
-    :param line: the first line, from 1.
-    :param core: whether the file belongs to the CX core, not to the agent.
-    :param text: the source text with comments.
-    """
-
-    kind: str
+    construct: str  # `defrule`, `deftemplate` ...
     name: str
-    file: str
+    file: str  # relative to the working directory if it is below that
     line: int
-    core: bool
-    text: str
+    core: Annotated[bool, Meta(description="of the CX core, not of the agent")]
+    text: str | UnsetType = UNSET
 
 
-class WrittenConstructs:
+class SourceConstructs:
     """The constructs of files, which are read again after changes; thread-safe."""
 
     def __init__(self) -> None:
-        self._files: dict[str, tuple[int, tuple[WrittenConstruct, ...]]] = {}
+        self._files: dict[str, tuple[int, tuple[Construct, ...]]] = {}
         self._lock = threading.Lock()
 
-    def of(self, files: Sequence[str]) -> dict[tuple[str, str], WrittenConstruct]:
+    def of(self, files: Sequence[str]) -> dict[tuple[str, str], Construct]:
         """Return the constructs of files by kind and name; the last duplicate wins."""
         with self._lock:
             constructs = [construct for file in dict.fromkeys(files) for construct in self._in(file)]
-        return {(construct.kind, construct.name): construct for construct in constructs}
+        return {(construct.construct, construct.name): construct for construct in constructs}
 
-    def _in(self, file: str) -> tuple[WrittenConstruct, ...]:
+    def _in(self, file: str) -> tuple[Construct, ...]:
         try:
             modification_ns = Path(file).stat().st_mtime_ns
             if file not in self._files or self._files[file][0] != modification_ns:
@@ -56,9 +51,14 @@ class WrittenConstructs:
         return self._files[file][1]
 
 
-def _read(file: Path) -> Iterator[WrittenConstruct]:
+def _read(file: Path) -> Iterator[Construct]:
     core = file.resolve().is_relative_to(_CORE)
     for definition in definitions(file.read_bytes().decode("utf-8", "replace")):
-        yield WrittenConstruct(
-            definition.kind, definition.name, short_path(file), definition.line, core, definition.node.text
+        yield Construct(
+            construct=definition.kind,
+            name=definition.name,
+            file=short_path(file),
+            line=definition.line,
+            core=core,
+            text=definition.node.text,
         )

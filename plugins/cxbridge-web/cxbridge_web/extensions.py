@@ -11,18 +11,19 @@ from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from msgspec import UNSET, Meta, Struct, UnsetType
+from msgspec.structs import replace
 
 from cxbridge.daemon.operations.answers import ComponentState, StopInfo
 from cxbridge.daemon.operations.rules import stop_info
 from cxbridge.interfaces.assignments import put
 from cxbridge.rights import Right
-from cxbridge_web.constructs import WrittenConstructs
+from cxbridge_web.constructs import Construct, SourceConstructs
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Handler, Query
 from cxbridge_web.fawkes.blackboard import InterfaceData, data_models, find
 from cxbridge_web.fawkes.slots import ENVIRONMENT, environment
 from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart, matches
-from cxbridge_web.rules import RuleRow, agenda, census, rules
+from cxbridge_web.rules import Activation, Rule, agenda, census, rules
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -115,37 +116,6 @@ class NavGraph(Model, kw_only=True):
     edges: dict[str, Any]
 
 
-class Rule(Model, kw_only=True):
-    """A rule: its place, how often it is on the agenda and has fired."""
-
-    name: str
-    module: str
-    agenda: int
-    file: str | UnsetType = UNSET
-    line: int | UnsetType = UNSET
-    core: bool | UnsetType = UNSET
-    firings: Annotated[int | UnsetType, Meta(description="while a client follows `rule`")] = UNSET
-
-
-class Construct(Model, kw_only=True):
-    """A construct of a loaded file."""
-
-    construct: str
-    name: str
-    file: str
-    line: int
-    core: Annotated[bool, Meta(description="of the CX core, not of the agent")]
-    text: str | UnsetType = UNSET
-
-
-class Activation(Model, kw_only=True):
-    """An activation: a rule, and the facts that it matches."""
-
-    rule: str
-    salience: int
-    basis: str
-
-
 class Answer(Model, kw_only=True):
     """Why a rule has not fired, or how a goal came to its outcome."""
 
@@ -178,7 +148,7 @@ class ServerState:
         self.streams = streams
         self.collector = collector
         self.navgraphs = navgraphs
-        self.constructs = WrittenConstructs()
+        self.constructs = SourceConstructs()
 
     def describe_navgraphs(self, _call: ApiCall) -> list[NavGraph]:
         """Return the models of the loaded navigation graphs."""
@@ -203,18 +173,13 @@ class ServerState:
     ) -> list[Construct]:
         """Return the models of the constructs that :func:`_constructs` selects."""
         files, kinds, names, with_text = selection
-        return [
-            Construct(
-                construct=construct.kind,
-                name=construct.name,
-                file=construct.file,
-                line=construct.line,
-                core=construct.core,
-                text=construct.text if with_text else UNSET,
-            )
-            for construct in self.constructs.of(files).values()
-            if matches(construct.kind, kinds) and matches(construct.name, names)
+        constructs = self.constructs.of(files).values()
+        selected = [
+            construct
+            for construct in constructs
+            if matches(construct.construct, kinds) and matches(construct.name, names)
         ]
+        return selected if with_text else [replace(construct, text=UNSET) for construct in selected]
 
 
 def _environment(call: ApiCall) -> ClipsEnvironment:
@@ -232,12 +197,10 @@ def _environment(call: ApiCall) -> ClipsEnvironment:
 def _agenda(call: ApiCall) -> ListPart:
     env = _environment(call)
     with env.lock:
-        part = agenda(env, call.query.get("rule", ""), call.window)
-    rows = [Activation(rule=row.rule, salience=row.salience, basis=row.basis) for row in part.items]
-    return ListPart(rows, part.total)
+        return agenda(env, call.query.get("rule", ""), call.window)
 
 
-def _rules(call: ApiCall) -> tuple[str, list[RuleRow], tuple[str, ...]]:
+def _rules(call: ApiCall) -> tuple[str, list[Rule], tuple[str, ...]]:
     env, pattern = _environment(call), call.query.get("name", "")
     with env.lock:
         rows = [row for row in rules(env) if matches(row.name, pattern)]
@@ -320,20 +283,17 @@ def _interrupt(state: ServerState, call: ApiCall) -> Status:
 
 
 def _describe_rules(
-    state: ServerState, _call: ApiCall, rules_of_environment: tuple[str, list[RuleRow], tuple[str, ...]]
+    state: ServerState, _call: ApiCall, query_result: tuple[str, list[Rule], tuple[str, ...]]
 ) -> list[Rule]:
     """Return the models of the rules that :func:`_rules` returns."""
-    env, rows, files = rules_of_environment
+    env, rules_of_environment, files = query_result
     constructs = state.constructs.of(files)
-    models = []
-    for row in rows:
-        rule = Rule(name=row.name, module=row.module, agenda=row.agenda)
-        if (construct := constructs.get(("defrule", row.name))) is not None:
+    for rule in rules_of_environment:
+        if (construct := constructs.get(("defrule", rule.name))) is not None:
             rule.file, rule.line, rule.core = construct.file, construct.line, construct.core
         if state.collector.counts_firings:
-            rule.firings = state.collector.firings[env, row.name]
-        models.append(rule)
-    return models
+            rule.firings = state.collector.firings[env, rule.name]
+    return rules_of_environment
 
 
 _ENVIRONMENT: Final = Query("env", "Name of a CLIPS environment; executive by default.")

@@ -73,11 +73,13 @@ class Guard:
     def _refusal(self, scope: Scope, headers: Headers) -> Response | None:
         """Return the reply to a rejected or a preflight request; None for an allowed request."""
         host = headers.get("host", "")
+        # With a token, the server has other names too, and a rebound page does not know the token.
         if not self._token and not is_named(host, self._hosts):
             return PlainTextResponse("This server has no such name\n", 421)
         origin = headers.get("origin", "")
         if not is_own_page(origin, scope["scheme"], host, self._origins):
             return PlainTextResponse("Pages of other origins may not use this server\n", 403)
+        # Browsers send no origin with the GET of another site's images and scripts, but Sec-Fetch-Site.
         if not origin and _is_of_another_site(scope, headers):
             return PlainTextResponse("Other sites may only lead to the page\n", 403)
         if scope["method"] == "OPTIONS" and "access-control-request-method" in headers:
@@ -89,6 +91,7 @@ class Guard:
                     "Access-Control-Max-Age": _MAX_AGE_S,
                 },
             )
+        # A preflight request has no token, so the token is checked last.
         if self._token and not self._has_token(headers.get("authorization", "")):
             return PlainTextResponse(
                 "A token is needed\n", 401, headers={"WWW-Authenticate": 'Basic realm="cxbridge"'}
@@ -106,6 +109,7 @@ class Guard:
                 return False
         elif scheme.lower() != "bearer":
             return False
+        # The time of a comparison must not depend on the number of right characters.
         return hmac.compare_digest(token.encode("utf-8"), self._token.encode("utf-8"))
 
 

@@ -32,9 +32,10 @@ def document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
     """Return the OpenAPI document."""
     paths: dict[str, Any] = {}
     for endpoint in endpoints:
+        # OpenAPI has neither names that match slashes nor optional slashes.
         path = _NAME.sub(r"{\1}", endpoint.path.removesuffix("/?"))
         paths.setdefault(path, {})[endpoint.method.lower()] = _operation(endpoint)
-    paths[EVENTS_PATH] = {"get": _events()}
+    paths[EVENTS_PATH] = {"get": _events()}  # a stream, which is not served by an endpoint
     return {
         "openapi": "3.1.0",
         "info": {

@@ -1,4 +1,8 @@
-"""Endpoints and models for the routes of :mod:`cxbridge.daemon.operations`."""
+"""Endpoints and models for the routes of :mod:`cxbridge.daemon.operations`.
+
+The types of an operation's parameters and answer are structs, so an endpoint is generated from them: the
+checks of the request, its error texts, and the models of the OpenAPI document.
+"""
 
 from __future__ import annotations
 
@@ -83,6 +87,7 @@ def _request_arguments(operation: Operation[Any], route: Route[Any], call: ApiCa
             arguments[name] = call.query.get(name) or call.body.get(member) or route.given[name]
         elif member in call.body:
             arguments[name] = call.body[member]
+        # A segment of a path may be empty, and clients send empty texts for fields that a user left out.
         if parameter.required and _bare_type(parameter) is str and not arguments.get(name):
             raise ParameterError(name, "it is empty")
     return arguments

@@ -42,7 +42,7 @@ class BrowserOptions:
             import threading  # noqa: PLC0415 - start-up time is a feature
             import webbrowser  # noqa: PLC0415
 
-            # some browsers return only seconds after their start
+            # webbrowser.open of some browsers returns only seconds after their start
             threading.Thread(target=webbrowser.open, args=(url,), name="browser", daemon=True).start()
 
 

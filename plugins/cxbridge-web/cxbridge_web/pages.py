@@ -1,6 +1,6 @@
 """The files of the page, and the modules that are generated for it.
 
-The page has no build step: a browser loads the modules as they are in the folder ``static``.
+The page has no build step: a browser loads the unchanged modules of the folder ``static``.
 """
 
 from __future__ import annotations

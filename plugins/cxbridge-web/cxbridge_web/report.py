@@ -30,6 +30,7 @@ STYLES: Final = ("app", "parts", "views", "outcomes", "timeline", "plot", "map",
 MOST_EXPLANATIONS: Final = 20
 """Goals that failed or wait whose reasons a report has."""
 
+# Starts the page. The policy allows scripts by their hash, and the modules that such a script adds.
 _START: Final = """
 document.addEventListener("DOMContentLoaded", () => {
   const start = document.createElement("script");

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 from clips._clips import lib
+from msgspec import UNSET, Meta, UnsetType
 
 from cxbridge.executive.host.capi import NULL, CData, decode
+from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart, Window, has_text, matches
 
 if TYPE_CHECKING:
@@ -39,49 +40,46 @@ def census(env: ClipsEnvironment) -> dict[str, int]:
         return {name: sum(1 for _ in _walk(env, next_item)) for name, next_item in walks.items()}
 
 
-@dataclass(frozen=True, slots=True)
-class RuleRow:
-    """A rule.
-
-    :param agenda: the number of its activations.
-    """
+class Rule(Model, kw_only=True):
+    """A rule: its place, how often it is on the agenda and has fired."""
 
     name: str
     module: str
     agenda: int
+    file: str | UnsetType = UNSET
+    line: int | UnsetType = UNSET
+    core: bool | UnsetType = UNSET
+    firings: Annotated[int | UnsetType, Meta(description="while a client follows `rule`")] = UNSET
 
 
-def rules(env: ClipsEnvironment) -> list[RuleRow]:
-    """Return all rules; the caller holds the lock, between runs of the rules."""
+def rules(env: ClipsEnvironment) -> list[Rule]:
+    """Return all rules without their places; the caller holds the lock, between runs of the rules."""
     activations = _walk(env, lib.GetNextActivation)
     counts = Counter(decode(lib.ActivationRuleName(activation)) for activation in activations)
-    return [
-        RuleRow(name := decode(lib.DefruleName(rule)), decode(lib.DefruleModule(rule)), counts[name])
-        for rule in _walk(env, lib.GetNextDefrule)
-    ]
+    models = []
+    for rule in _walk(env, lib.GetNextDefrule):
+        name = decode(lib.DefruleName(rule))
+        models.append(Rule(name=name, module=decode(lib.DefruleModule(rule)), agenda=counts[name]))
+    return models
 
 
-@dataclass(frozen=True, slots=True)
-class ActivationRow:
-    """An activation.
-
-    :param basis: the facts as CLIPS prints them: ``f-1,*``.
-    """
+class Activation(Model, kw_only=True):
+    """An activation: a rule, and the facts that it matches."""
 
     rule: str
     salience: int
-    basis: str
+    basis: str  # the facts as CLIPS prints them: `f-1,*`
 
 
 def agenda(env: ClipsEnvironment, pattern: str, window: Window) -> ListPart:
-    """Return a part of the agenda as :class:`ActivationRow` items, at most :data:`MOST_ACTIVATIONS`.
+    """Return a part of the agenda as models, at most :data:`MOST_ACTIVATIONS`.
 
     The caller holds the lock, between runs of the rules.
 
     :param pattern: a pattern of rule names.
     """
     limit = MOST_ACTIVATIONS if window.limit is None else min(window.limit, MOST_ACTIVATIONS)
-    rows: list[ActivationRow] = []
+    models: list[Activation] = []
     total = 0
     env.output.pause()  # CLIPS queries each active router for each piece of text, which is slow
     for activation in _walk(env, lib.GetNextActivation):
@@ -93,7 +91,8 @@ def agenda(env: ClipsEnvironment, pattern: str, window: Window) -> ListPart:
             basis = env.api.activation_text(activation).split(":", 1)[1].strip()
             is_match = not window.search or has_text((rule, basis), window.search)
             if in_window and is_match:
-                rows.append(ActivationRow(rule, int(lib.ActivationGetSalience(activation)), basis))
+                salience = int(lib.ActivationGetSalience(activation))
+                models.append(Activation(rule=rule, salience=salience, basis=basis))
         total += is_match
     env.output.resume()
-    return ListPart(rows, total)
+    return ListPart(models, total)

@@ -132,6 +132,7 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
             say(f"against {play.against}:")
             _print_outcomes(report["against"])
             _print_comparison(comparison)
+    # The figures of an agent whose runs never end are meaningless, and a script must not use them.
     endless = [name for name, rows in sweeps.items() if not any(row.came_to_its_end for row in rows)]
     for name in endless:
         say(f"{name}: no run came to its end, so the sweep says nothing of the agent", err=True)
@@ -143,6 +144,7 @@ def _jobs(agent: _AgentOptions, play: _SweepOptions) -> dict[str, SweepJob]:
     from cxbridge.run.options import RunOptions
     from cxbridge_explore.sweep.rows import SweepJob
 
+    # Without Skillers: the world decides how skills end.
     options = RunOptions(**vars(agent), skiller="none", timeout=play.timeout)
     jobs = {str(agent.scenario or agent.spec or "agent"): SweepJob(options, play.world)}
     if play.against is not None:

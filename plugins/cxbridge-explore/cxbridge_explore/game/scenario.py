@@ -63,6 +63,7 @@ class ScenarioGame:
         """
         file = self.world or find_world(source_of(self.run).config_file().parent)
         world = NOTHING_FAILS if file is None else read_world(file)
+        # Options of a run lay only files over its configuration.
         with tempfile.TemporaryDirectory(prefix="cxbridge-game-") as folder:
             overlay = Path(folder) / "game.yaml"
             overlay.write_text(yaml.safe_dump(self._values(seed)))

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from cxbridge.run.options import RunOptions
-from cxbridge_explore.use import ACTION, MODE, OUTCOME, RULE, SKILL, Used
+from cxbridge_explore.use import Used
 from cxbridge_studio.check.sources import scenario_sources
 from cxbridge_studio.explain.coverage.model import AgentSources, Coverage, RecordedUse, coverage_of
 from cxbridge_studio.explain.coverage.report import short_names
@@ -16,24 +16,19 @@ from cxbridge_studio.explain.coverage.report import short_names
 def explored_coverage(options: RunOptions, used: Iterable[Used]) -> Coverage:
     """Return the coverage of an agent. Its counts are 0 or 1."""
     agent, use = AgentSources(), RecordedUse()
-    for source in scenario_sources(options):
+    for source in scenario_sources(options):  # from the files: an exploration has no recording
         agent.add_source(source, core=False)
     for kind, name, detail in used:
-        match kind:
-            case _ if kind == RULE:
-                use.firings[name] = 1
-            case _ if kind == MODE:
-                use.modes.setdefault(name, Counter())[detail] = 1
-            case _ if kind == OUTCOME:
-                use.outcomes.setdefault(name, Counter())[detail] = 1
-            case _ if kind == ACTION:
-                use.actions[name] = 1
-            case _ if kind == SKILL:
-                use.skills[name] = 1
+        counts = getattr(use, kind)
+        if detail:  # the mode or outcome of a goal
+            counts.setdefault(name, Counter())[detail] = 1
+        else:
+            counts[name] = 1
     return coverage_of(agent, use)
 
 
 def as_dict(coverage: Coverage) -> dict[str, Any]:
+    """Return a coverage as JSON values."""
     never = [
         {"file": file.file, "line": rule.lines[0], "rule": rule.name}
         for file in coverage.files

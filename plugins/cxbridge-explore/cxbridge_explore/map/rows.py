@@ -48,6 +48,7 @@ def run_rows(graph: Graph) -> list[MapRow]:
         number = len(rows)
         row = _begin_row(graph, edge, parent, rows)
         rows.append(row)
+        # A node that another run reached first ends the row: the run was merged there.
         while edge in graph.links and graph.nodes[graph.links[edge]].edge == edge:
             node = graph.links[edge]
             unusual_options = [option for option in graph.options(node) if option != USUAL]

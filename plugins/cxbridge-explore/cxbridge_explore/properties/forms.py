@@ -90,6 +90,7 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
     mark = mark or Mark()
     match = _NAME.match(text)
     body = text[match.end() :] if match else text
+    # The reader would leave out the content of an unclosed list.
     if body.count("(") != body.count(")"):
         raise mark.error(f"the parentheses of a property do not match: {text.strip()}")
     reader = _Reader(text.strip(), read(body), mark)

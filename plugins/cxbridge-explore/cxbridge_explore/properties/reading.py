@@ -32,7 +32,7 @@ def read_properties(file: Path) -> list[Property]:
     for root in parse_documents(data, str(file)):
         if not isinstance(root, YamlList):
             if isinstance(root, YamlScalar) and root.null:
-                continue
+                continue  # an empty document
             raise root.mark.error("a list of properties is expected", _EXPECTED)
         for item in root.items:
             match item:
@@ -54,6 +54,7 @@ def find_property(text: str) -> Property:
     name = text.strip()
     if name in built_in:
         return built_in[name]
+    # A text without parentheses can only be a misspelt name.
     if "(" not in name and (close := did_you_mean(name, built_in)):
         raise ConfigError(f"there is no property '{name}'", hint=close)
     return read_property(text)

@@ -32,6 +32,7 @@ def check_world_of(
     :param names: the names of the agents; empty for a single agent.
     :param as_written: read the skills of executors from text, without importing them.
     """
+    # A name that nothing has would never take effect, and the result would look better than it is.
     for agent in agents:
         _check_agent(world, agent, known_skills(agent, as_written=as_written))
     for kill in world.kills if names else ():

@@ -33,6 +33,7 @@ class Section:
     ) -> None:
         self._document, self._path = document, path
         self._keys = document.keys(path)
+        # A list or a text in place of a map has no keys.
         if not self._keys and document.exists(path) and (document.is_list(path) or document.get(path).text):
             raise self.error("must be a map", f"with: {', '.join(keys)}")
         for key in self._keys:
@@ -73,7 +74,7 @@ class Section:
         :raises ConfigError: if the value is not a list of maps.
         """
         path = f"{self._path}/{key}"
-        numbers = self._document.keys(path)
+        numbers = self._document.keys(path)  # the configuration numbers the entries of a list
         if any(not number.isdigit() for number in numbers):
             raise self.error("must be a list", "begin each entry with a dash", key)
         if self._document.exists(path):

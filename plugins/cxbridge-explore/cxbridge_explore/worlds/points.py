@@ -155,7 +155,7 @@ class UsualChooser:
 class PathChooser:
     """Follows a path, and leaves the points outside of the path to another chooser.
 
-    :param others: the other chooser; None for the usual option.
+    :param others: the chooser for these points; None for the usual option.
     """
 
     def __init__(self, path: ChoicePath, others: Chooser | None = None) -> None:

@@ -119,7 +119,7 @@ def test_a_referee_whose_game_has_begun(game, types):
 
 
 def test_another_speed_is_told(game, types, monkeypatch):
-    monkeypatch.setattr(remote, "_MEASURED_S", 2.0)
+    monkeypatch.setattr(remote, "_MEASUREMENT_S", 2.0)
     events: list[Event] = []
     with referee_box(types, 4 * FAST) as box:
         at(game, box).play(3, events.append)

@@ -197,6 +197,7 @@ def graph(infos: Sequence[BoardInfo]) -> str:
     lines = ["digraph bbmap {", "  graph [fontsize=12,rankdir=LR];"]
     lines += ["  node [fontsize=12 shape=box width=4 margin=0.05];", "  { rank=same; "]
     for info in infos:
+        # As in Fawkes' graph: red without a writer, purple for a writer without a name.
         colour = "" if info.writer else " color=purple" if info.has_writer else " color=red"
         lines.append(f"    {quoted(info.uid)} [href={quoted(f'/blackboard/view/{info.uid}')}{colour}];")
     lines += ["  }", "  node [fontsize=12 shape=octagon width=3];"]

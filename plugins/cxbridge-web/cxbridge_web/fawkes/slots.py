@@ -98,7 +98,7 @@ def number(slots: Slots, name: str) -> Any:
     :raises SlotError: if the value is not a number.
     """
     value = _first_value(slots, name)
-    if isinstance(value, Symbol) and value == "nil":
+    if isinstance(value, Symbol) and value == "nil":  # an unset slot
         return 0
     if not isinstance(value, int | float):
         raise SlotError(f"Value for slot '{name}' is not a number")
@@ -183,7 +183,7 @@ def read(model: type[_M], slots: Slots, **members: Any) -> _M:
 
 def _text(value: Value, placeholder: str) -> str:
     if isinstance(value, float):
-        return f"{value:f}"
+        return f"{value:f}"  # as std::to_string in Fawkes
     if isinstance(value, str | int):
         return str(value)
     return placeholder

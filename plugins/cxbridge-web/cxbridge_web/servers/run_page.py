@@ -56,10 +56,8 @@ class RunHost(WebHost):
         return self._agent.executive
 
     def environments(self) -> Mapping[str, ClipsEnvironment]:
-        all_environments: dict[str, ClipsEnvironment] = {}
-        for agent in self._run.agents:
-            all_environments.update(agent.manager.environments)
-        return all_environments
+        managers = [agent.manager for agent in self._run.agents]
+        return {name: env for manager in managers for name, env in manager.environments.items()}
 
     def _components(self) -> list[dict[str, Any]]:
         state = "ACTIVE" if self._result is None else "INACTIVE"
@@ -100,6 +98,7 @@ class RunHost(WebHost):
         return ""
 
     def interrupt(self) -> None:
+        # A client cannot know which of the agents hangs.
         for agent in self._run.agents:
             agent.executive.env.break_off()
 
@@ -144,6 +143,7 @@ class RunPage(RunServer):
 
             def attend() -> None:
                 self.attend()
+                # A paused run stays between two loops, where the page still gets answers.
                 while host.paused and not run.loop.stopping:
                     time.sleep(REST_S)
                     self.attend()

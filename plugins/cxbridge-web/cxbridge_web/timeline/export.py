@@ -38,8 +38,8 @@ def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
     data = read(run)
     count = 0
     with replacing(output) as fresh, fresh.open("w", encoding="utf-8", errors="backslashreplace") as file:
-        other = _dump({**run.metadata(), "run": run.path.name, "notes": data.notes})
-        file.write(f'{{"displayTimeUnit":"ms","otherData":{other},"traceEvents":[\n')
+        metadata = _dump({**run.metadata(), "run": run.path.name, "notes": data.notes})
+        file.write(f'{{"displayTimeUnit":"ms","otherData":{metadata},"traceEvents":[\n')
         for event in trace_events(data):
             file.write(",\n" if count else "")
             file.write(_dump(event))
@@ -84,7 +84,7 @@ def _add_rules(data: TimelineData, tracks: Tracks, events: Events, processes: di
     for (env, number), count in bins.items():
         # counters are independent of slices, so their order does not matter
         events.counter(env_tracks[env], "rules", (0, number * BIN_US), {_RATE: count})
-        if (env, number + 1) not in bins:
+        if (env, number + 1) not in bins:  # viewers keep the last value of a counter
             events.counter(env_tracks[env], "rules", (0, (number + 1) * BIN_US), {_RATE: 0})
     if data.facts:
         track = tracks.thread(next(iter(processes.values()), 0) or tracks.process("facts"), "facts")
@@ -111,7 +111,7 @@ def _add_calls(data: TimelineData, tracks: Tracks, events: Events) -> dict[tuple
         events.slice(
             skiller_tracks[key], call.skill_string, call.begin, call.end or end, args, category="skill"
         )
-    lanes = Lanes(tracks, process, "planner")
+    lanes = Lanes(tracks, process, "planner")  # several planners may work at the same time
     for plan in data.history.planner_calls:
         args = {"goal": plan.goal, "status": plan.status, "text": plan.text}
         track = lanes.track(plan.begin, plan.end or end)

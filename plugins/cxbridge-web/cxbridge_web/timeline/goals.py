@@ -62,6 +62,7 @@ def _add_goal(goal: GoalRecord, parent: str, history: RunHistory, events: Events
     """Add a slice for each life of a goal, containing slices for its modes."""
     end = history.events, history.end
     begin: Moment | None = None
+    # A goal may be retracted and formulated again with the same id: each life has a slice.
     for state, successor in zip(goal.changes, [*goal.changes[1:], None], strict=True):
         moment = state.seq, state.time
         begin = begin or moment

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge_web.constructs import WrittenConstructs
+from cxbridge_web.constructs import SourceConstructs
 from tests.support import ROOT
 from web_tests.support import serving
 
@@ -10,7 +10,7 @@ from web_tests.support import serving
 def test_constructs_are_read_again_when_their_file_has_changed(tmp_path):
     file = tmp_path / "door.clp"
     file.write_text('; a door\n(deftemplate door (slot open))\n(defrule shut "Shuts."\n  (door) =>)\n')
-    constructs = WrittenConstructs()
+    constructs = SourceConstructs()
     found = constructs.of([str(file), str(tmp_path / "missing.clp")])
     rule = found["defrule", "shut"]
     assert (rule.line, rule.core, rule.text) == (3, False, '(defrule shut "Shuts."\n  (door) =>)')

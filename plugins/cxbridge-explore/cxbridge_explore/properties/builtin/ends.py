@@ -46,7 +46,7 @@ class NoErrors(Monitor):
         if isinstance(event, LogLine) and event.level is Level.ERROR:
             if event.text.startswith(_HALTED):
                 self.scene.report(f"an error in a rule: {self._last_error} {event.text}".replace("  ", " "))
-            self._last_error = event.text
+            self._last_error = event.text  # CLIPS prints the error before the message with its rule
 
     def check(self) -> None:
         """Report faults in Python functions that rules call."""

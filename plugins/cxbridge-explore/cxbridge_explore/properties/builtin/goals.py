@@ -50,7 +50,7 @@ class GoalsRetracted(Monitor):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        # The last slots of each goal by agent and id, as they are needed after the removal of the fact.
+        # The last slots of each goal by agent and id, for the time after the removal of its fact.
         self._last_slots: dict[FactTables, dict[str, Mapping[str, str]]] = {}
 
     def joined(self, tables: FactTables) -> None:

@@ -62,7 +62,7 @@ class NoLostResource(Monitor):
     def end(self, end: RunEnd) -> None:
         """Report locks that are still held."""
         for tables in self.scene.tables:
-            # Agents share the mutexes of the robot memory, so each has facts about locks of the others.
+            # Agents share the mutexes of the robot memory, so each has facts about the locks of all.
             identities = {
                 str(slots["value"]) for slots in tables.facts("wm-fact") if slots["key"] == _IDENTITY
             }
