@@ -129,7 +129,9 @@ class InterfaceMemory(BoardPort):
         readers = tuple(self._readers.values())
         return next((reader.owner for reader in readers if str(reader.serial) == serial), "")
 
-    def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
+    def publish(
+        self, writer: OpenedBlock, block: bytes | bytearray, stamped: bool | None, changed: bool
+    ) -> int:
         """Take over the writer's block and notify the listeners.
 
         :raises InvalidInstanceError: if the writer was closed.

@@ -56,7 +56,9 @@ class Port(Protocol[InstanceT_contra]):
         :returns: the versions of the last write, of the last time stamp and of the last changed data.
         """
 
-    def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
+    def publish(
+        self, writer: OpenedBlock, block: bytes | bytearray, stamped: bool | None, changed: bool
+    ) -> int:
         """Copy the writer's private block to the shared one and notify the listeners.
 
         :param stamped: whether the time stamp is new; None: to be found by comparison.

@@ -239,11 +239,14 @@ class SharedBlock(BufferedBlock):
     def publish_block(self, block: bytes, stamped: bool | None, changed: bool) -> None:
         """Publish a block that was written in another process; for transports.
 
+        :param block: of the interface's size.
         :param stamped: whether the time stamp is new; None: to be found by comparison.
         :param changed: whether a value changed since the previous write.
         """
-        self.set_from_chunk(block)
-        self._port.publish(self, self._buf, stamped, changed)
+        # each update of each client passes here: the port keeps these bytes without another copy
+        self._buf[:] = block
+        self._version = _REPLACED
+        self._port.publish(self, block, stamped, changed)
 
     @property
     def refreshed(self) -> bool:

@@ -52,7 +52,9 @@ class CountingPort:
         into[:] = self.data
         return self.version, self.version, self.version
 
-    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
+    def publish(
+        self, writer: SharedBlock, block: bytes | bytearray, stamped: bool | None, changed: bool
+    ) -> int:
         self.published.append((stamped, changed))
         self.data[:] = block
         self.version += 1

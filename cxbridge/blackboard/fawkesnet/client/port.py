@@ -162,7 +162,7 @@ class RemotePort(BoardPort):
     def publish(
         self,
         writer: OpenedBlock,  # noqa: ARG002 - the only writer
-        block: bytearray,
+        block: bytes | bytearray,
         stamped: bool | None,
         changed: bool,
     ) -> int:

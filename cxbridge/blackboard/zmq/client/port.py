@@ -204,7 +204,9 @@ class InterfaceCopy(BoardPort):
         into[:] = snapshot.block
         return snapshot.version, snapshot.stamped, snapshot.changed
 
-    def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
+    def publish(
+        self, writer: OpenedBlock, block: bytes | bytearray, stamped: bool | None, changed: bool
+    ) -> int:
         data = bytes(block)
         with self._lock:
             version = self._store(data, stamped, changed).version
