@@ -84,7 +84,7 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "python -m fuzz fawkesnet corpus-fawkesnet -max_total_time=3600 -max_len=8192": FUZZING,
         "python -m fuzz skill-strings corpus-skills -max_total_time=3600 -max_len=400 -timeout=20 -rss_limit_mb=1500": FUZZING,
         "python -m fuzz ros2-cdr corpus-cdr -max_total_time=3600 -max_len=4096 -rss_limit_mb=1500": FUZZING,
-        "python -m fuzz.minimise zmq corpus-zmq tests/blackboard/zmq/corpus": FUZZING,
+        "python -m fuzz.minimise zmq-sessions corpus-sessions tests/blackboard/zmq/corpus_sessions": FUZZING,
     },
     "explore.md": {
         "cxbridge explore test-scenario --faults 2": "is what plugins/cxbridge-explore/tests/explore_tests/test_explore.py does",
