@@ -13,7 +13,10 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 from typing import Any, Final, TypeAlias, TypeVar
 
 MAX_EDITS: Final = 64
-"""The maximal number of insertions and deletions in a range for the exact algorithm."""
+"""The maximal number of insertions and deletions in a range for the exact algorithm.
+
+Its time grows with the square of this number.
+"""
 
 # longer runs are more likely unique, but less likely common
 RUNS: Final = (1, 3, 8)
@@ -35,6 +38,7 @@ def align(a: Sequence[int], b: Sequence[int]) -> list[tuple[int, int]]:
     stack: list[Range] = [(0, len(a), 0, len(b))]
     while stack:
         a_from, a_to, b_from, b_to = stack.pop()
+        # equal starts and ends are most of two similar runs, and cost nothing here
         while a_from < a_to and b_from < b_to and a[a_from] == b[b_from]:
             pairs.append((a_from, b_from))
             a_from, b_from = a_from + 1, b_from + 1
@@ -43,80 +47,94 @@ def align(a: Sequence[int], b: Sequence[int]) -> list[tuple[int, int]]:
             pairs.append((a_to, b_to))
         if a_from == a_to or b_from == b_to:
             continue
-        among = (a_from, a_to, b_from, b_to)
-        path, end = _furthest(a, b, among)
-        cuts = [] if end == (a_to, b_to) else _cuts(a, b, among)
+        ranges = (a_from, a_to, b_from, b_to)
+        path, end = _furthest(a, b, ranges)
+        # few edits: the exact path; many edits: split the ranges at unique items
+        cuts = [] if end == (a_to, b_to) else _cuts(a, b, ranges)
         if not cuts:
-            cuts = [(one + i, other + i) for one, other, length in _links(path) for i in range(length)]
+            cuts = [
+                (index_a + i, index_b + i) for index_a, index_b, length in _links(path) for i in range(length)
+            ]
             if end == (a_to, b_to):
                 pairs += cuts
-            # otherwise the equal items are coincidences
+            # nothing is unique: the path so far counts if a third of its items are equal, fewer are
+            # coincidences
             elif 3 * len(cuts) > end[0] - a_from + end[1] - b_from:
                 pairs += cuts
                 stack.append((end[0], a_to, end[1], b_to))
             continue
         pairs += cuts
-        begins = [(a_from, b_from), *((one + 1, other + 1) for one, other in cuts)]
-        for (one, other), (next_one, next_other) in zip(begins, [*cuts, (a_to, b_to)], strict=True):
-            stack.append((one, next_one, other, next_other))
+        starts = [(a_from, b_from), *((index_a + 1, index_b + 1) for index_a, index_b in cuts)]
+        for (index_a, index_b), (next_a, next_b) in zip(starts, [*cuts, (a_to, b_to)], strict=True):
+            stack.append((index_a, next_a, index_b, next_b))
     return sorted(pairs)
 
 
-def _furthest(a: Sequence[int], b: Sequence[int], among: Range) -> tuple[Chain, tuple[int, int]]:
+def _furthest(a: Sequence[int], b: Sequence[int], ranges: Range) -> tuple[Chain, tuple[int, int]]:
     """Return the equal runs on the path with the fewest edits, and the end of the path."""
-    a_from, a_to, b_from, b_to = among
+    a_from, a_to, b_from, b_to = ranges
     reach: dict[int, tuple[int, Chain]] = {1: (a_from, None)}
-    inside: list[tuple[int, int, Chain]] = []
+    candidates: list[tuple[int, int, Chain]] = []
     for edits in range(MAX_EDITS + 1):
-        inside = []
+        candidates = []
+        # after n edits the diagonals of the parity of n are reachable (Myers 1986, An O(ND) difference
+        # algorithm)
         for diagonal in range(-edits, edits + 1, 2):
             above, below = reach.get(diagonal + 1), reach.get(diagonal - 1)
+            # a step down inserts an item of b, a step right deletes an item of a; take the one that is
+            # further
             if below is None or (above is not None and below[0] < above[0]):
-                at, path = above or (a_from, None)
+                x, path = above or (a_from, None)
             else:
-                at, path = below[0] + 1, below[1]
+                x, path = below[0] + 1, below[1]
             shift = b_from - a_from - diagonal
-            begin = at
-            while at < a_to and at + shift < b_to and a[at] == b[at + shift]:
-                at += 1
-            if at > begin:
-                path = (path, (begin, begin + shift, at - begin))
-            if at >= a_to and at + shift >= b_to:
+            start = x
+            while x < a_to and x + shift < b_to and a[x] == b[x + shift]:
+                x += 1
+            if x > start:
+                path = (path, (start, start + shift, x - start))
+            if x >= a_to and x + shift >= b_to:
                 return path, (a_to, b_to)
-            reach[diagonal] = (at, path)
-            if at <= a_to and at + shift <= b_to:
-                inside.append((at, at + shift, path))
-    at, other, path = max(inside, key=lambda each: each[0] + each[1], default=(a_from, b_from, None))
-    return path, (at, other)
+            reach[diagonal] = (x, path)
+            if x <= a_to and x + shift <= b_to:
+                candidates.append((x, x + shift, path))
+    x, y, path = max(candidates, key=lambda each: each[0] + each[1], default=(a_from, b_from, None))
+    return path, (x, y)
 
 
-def _cuts(a: Sequence[int], b: Sequence[int], among: Range) -> list[tuple[int, int]]:
+def _cuts(a: Sequence[int], b: Sequence[int], ranges: Range) -> list[tuple[int, int]]:
     """Return pairs of items, or of starts of runs, that occur once in both ranges."""
-    a_from, a_to, b_from, b_to = among
+    a_from, a_to, b_from, b_to = ranges
     for length in RUNS:
-        ones, others = _once(a, a_from, a_to, length), _once(b, b_from, b_to, length)
-        common = [(at, others[run]) for run, at in ones.items() if run in others]
+        unique_a, unique_b = _unique_runs(a, a_from, a_to, length), _unique_runs(b, b_from, b_to, length)
+        common = [(start, unique_b[run]) for run, start in unique_a.items() if run in unique_b]
         if common:
             return rising(sorted(common))
     return []
 
 
-def _once(items: Sequence[int], start: int, end: int, length: int) -> dict[tuple[int, ...], int]:
+def _unique_runs(items: Sequence[int], start: int, end: int, length: int) -> dict[tuple[int, ...], int]:
     """Return the starts of the runs that occur once in a range."""
-    runs = [tuple(items[at : at + length]) for at in range(start, end - length + 1)]
+    runs = [tuple(items[index : index + length]) for index in range(start, end - length + 1)]
     counts = Counter(runs)
-    return {run: at for at, run in enumerate(runs, start) if counts[run] == 1}
+    return {run: index for index, run in enumerate(runs, start) if counts[run] == 1}
 
 
 def rising(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return a longest subsequence of pairs whose second indices increase."""
+    """Return a longest subsequence of pairs whose second indices increase.
+
+    :param pairs: sorted by the first index.
+    """
+    # patience sorting: O(n log n)
     ends: list[int] = []  # the smallest last index of an increasing subsequence, by its length minus one
     chains: list[Chain] = []
-    for one, other in pairs:
-        place = bisect_left(ends, other)
-        ends[place : place + 1] = [other]
-        chains[place : place + 1] = [(chains[place - 1] if place else None, (one, other, 1))]
-    return [(one, other) for one, other, _ in _links(chains[-1] if chains else None)][::-1]
+    for index_a, index_b in pairs:
+        position = bisect_left(ends, index_b)
+        ends[position : position + 1] = [index_b]
+        chains[position : position + 1] = [
+            (chains[position - 1] if position else None, (index_a, index_b, 1))
+        ]
+    return [(index_a, index_b) for index_a, index_b, _ in _links(chains[-1] if chains else None)][::-1]
 
 
 def _links(chain: Chain) -> Iterator[tuple[int, int, int]]:
@@ -127,25 +145,25 @@ def _links(chain: Chain) -> Iterator[tuple[int, int, int]]:
 
 
 def take_equal(
-    ours: list[Item],
-    theirs: list[Item],
+    items_a: list[Item],
+    items_b: list[Item],
     key: Callable[[Item], Hashable],
-    other_key: Callable[[Item], Hashable] | None = None,
+    key_b: Callable[[Item], Hashable] | None = None,
 ) -> list[tuple[Item, Item]]:
     """Remove the items with equal keys from two lists and return them as pairs in order.
 
-    :param key: the key of an item; ``other_key``: of an item of the second list, None for the same function.
+    :param key: the key of an item; ``key_b``: of an item of the second list, None for the same function.
     """
-    left: dict[Hashable, deque[Item]] = defaultdict(deque)
-    for item in theirs:
-        left[(other_key or key)(item)].append(item)
-    pairs = [(item, found.popleft()) for item in ours if (found := left[key(item)])]
-    drop_pairs(pairs, ours, theirs)
+    partners: dict[Hashable, deque[Item]] = defaultdict(deque)
+    for item in items_b:
+        partners[(key_b or key)(item)].append(item)
+    pairs = [(item, queue.popleft()) for item in items_a if (queue := partners[key(item)])]
+    drop_pairs(pairs, items_a, items_b)
     return pairs
 
 
-def drop_pairs(pairs: Sequence[tuple[Item, Item]], ours: list[Item], theirs: list[Item]) -> None:
+def drop_pairs(pairs: Sequence[tuple[Item, Item]], items_a: list[Item], items_b: list[Item]) -> None:
     """Remove the items of pairs from two lists."""
-    for run, items in enumerate((ours, theirs)):
-        gone = {pair[run] for pair in pairs}
-        items[:] = [item for item in items if item not in gone]
+    for run, items in enumerate((items_a, items_b)):
+        paired = {pair[run] for pair in pairs}
+        items[:] = [item for item in items if item not in paired]

@@ -1,13 +1,18 @@
-"""Edits between two sequences of states: moved, changed and additional states."""
+"""Edits between two sequences of states: moved, changed and additional states.
+
+An :class:`Alignment` pairs the equal states in order. A state without a partner is moved if the other run has
+its content elsewhere; changed if the other run has another state of the same goal, plan or Skiller in its
+place; else only one run has it.
+"""
 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain, islice
+from itertools import chain
 from operator import itemgetter
 from typing import Final, TypeAlias
 
@@ -20,7 +25,7 @@ ROWS_BEFORE: Final = 6
 ROWS_AFTER: Final = 16
 """The number of rows shown from the first difference on."""
 
-At: TypeAlias = Callable[[int, int], Hashable]
+StateProperty: TypeAlias = Callable[[int, int], Hashable]
 """Returns a property of the state at an index of run 0 or 1."""
 
 ALONE: Final = (DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)
@@ -30,17 +35,17 @@ ALONE: Final = (DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)
 class Edit:
     """A difference between two sequences.
 
-    :param at: the indices in both sequences; -1: the run has no such state.
-    :param place: the sort key in a common order of the states of both runs.
+    :param indices: the indices in both sequences; -1: the run has no such state.
+    :param sort_key: the sort key in a common order of the states of both runs.
     :param count: the number of consecutive states.
-    :param whole: whether the edit contains all states of a goal that only one run has.
+    :param is_whole_goal: whether the edit contains all states of a goal that only one run has.
     """
 
     kind: DifferenceKind
-    at: tuple[int, int]
-    place: tuple[int, int, int]
+    indices: tuple[int, int]
+    sort_key: tuple[int, int, int]
     count: int = 1
-    whole: bool = False
+    is_whole_goal: bool = False
 
 
 class Alignment:
@@ -51,37 +56,38 @@ class Alignment:
 
     def __init__(self, a: Sequence[Hashable], b: Sequence[Hashable]) -> None:
         numbers: dict[Hashable, int] = {}
-        self.pairs = align(*([numbers.setdefault(each, len(numbers)) for each in run] for run in (a, b)))
+        self.pairs = align(*([numbers.setdefault(state, len(numbers)) for state in run] for run in (a, b)))
         self._ends = (len(a), len(b))
-        self._beside = self.pairs  # replaced by the pairs and the changed states once the edits are known
+        # once the edits are known also the changed states, which stand side by side like pairs
+        self._row_pairs = self.pairs
 
-    def loose(self, run: int) -> list[int]:
+    def unpaired(self, run: int) -> list[int]:
         """Return the indices of the states of a run without a partner."""
         paired = {pair[run] for pair in self.pairs}
-        return [at for at in range(self._ends[run]) if at not in paired]
+        return [index for index in range(self._ends[run]) if index not in paired]
 
-    def gap(self, run: int, at: int) -> int:
+    def gap(self, run: int, index: int) -> int:
         """Return the number of pairs before a state."""
-        return bisect_left(self.pairs, at, key=itemgetter(run))
+        return bisect_left(self.pairs, index, key=itemgetter(run))
 
-    def before(self, run: int, at: int) -> int:
+    def preceding(self, run: int, index: int) -> int:
         """Return the index of the other run's last state before a state without partner, or -1."""
-        gap = bisect_left(self._beside, at, key=itemgetter(run))
-        return self._beside[gap - 1][1 - run] if gap else NONE
+        gap = bisect_left(self._row_pairs, index, key=itemgetter(run))
+        return self._row_pairs[gap - 1][1 - run] if gap else NONE
 
-    def ends(self, run: int, edit: Edit) -> bool:
+    def has_ended(self, run: int, edit: Edit) -> bool:
         """Return whether a run has ended at an edit that continues to the end of the other run."""
-        at = edit.at[1 - run]
-        if edit.whole or at + edit.count < self._ends[1 - run]:
+        index = edit.indices[1 - run]
+        if edit.is_whole_goal or index + edit.count < self._ends[1 - run]:
             return False
-        return self.before(1 - run, at) + 1 == self._ends[run]
+        return self.preceding(1 - run, index) + 1 == self._ends[run]
 
     def edits(
         self,
-        content: At,
-        thread: At,
+        content: StateProperty,
+        thread: StateProperty,
         *,
-        owner: At | None = None,
+        owner: StateProperty | None = None,
         joined: tuple[DifferenceKind, ...] = (*ALONE, DifferenceKind.ORDER),
     ) -> list[Edit]:
         """Return the edits in the order of the runs.
@@ -91,90 +97,94 @@ class Alignment:
             another state of the thread between the same pairs.
         :param owner: the goal of a state if only one run has the goal; its states become one edit.
         """
-        ours, theirs = self.loose(0), self.loose(1)
-        steps = [self._steps(run, thread) for run in (0, 1)]
-        moved = take_equal(ours, theirs, partial(content, 0), partial(content, 1))
-        changed = take_equal(ours, theirs, steps[0].__getitem__, steps[1].__getitem__)
-        self._beside = rising(sorted([*self.pairs, *changed]))
-        found = [
-            Edit(kind, pair, min(self._place(0, pair[0]), self._place(1, pair[1])))
+        unpaired_a, unpaired_b = self.unpaired(0), self.unpaired(1)
+        thread_steps = [self._steps(run, thread) for run in (0, 1)]
+        # first the moved states, so that a state that is only late is not paired with another one as changed
+        moved = take_equal(unpaired_a, unpaired_b, partial(content, 0), partial(content, 1))
+        changed = take_equal(unpaired_a, unpaired_b, thread_steps[0].__getitem__, thread_steps[1].__getitem__)
+        # changed states may cross: of those only the longest series in order can stand side by side
+        self._row_pairs = rising(sorted([*self.pairs, *changed]))
+        edits = [
+            Edit(kind, pair, min(self._sort_key(0, pair[0]), self._sort_key(1, pair[1])))
             for kind, pairs in ((DifferenceKind.ORDER, moved), (DifferenceKind.CHANGED, changed))
             for pair in pairs
         ]
         goals: dict[Hashable, Edit] = {}
-        for run, at in chain(((0, at) for at in ours), ((1, at) for at in theirs)):
-            edit = Edit(ALONE[run], (NONE, at) if run else (at, NONE), self._place(run, at))
-            goal = owner(run, at) if owner else None
+        for run, index in chain(((0, index) for index in unpaired_a), ((1, index) for index in unpaired_b)):
+            edit = Edit(ALONE[run], (NONE, index) if run else (index, NONE), self._sort_key(run, index))
+            # a goal of one run is one difference, however many states it has and wherever they are
+            goal = owner(run, index) if owner else None
             if goal is None:
-                found.append(edit)
+                edits.append(edit)
             elif (run, goal) in goals:
                 goals[run, goal].count += 1
             else:
-                edit.whole = True
+                edit.is_whole_goal = True
                 goals[run, goal] = edit
-        found += goals.values()
-        return list(_joined(sorted(found, key=lambda edit: edit.place), joined))
+        edits += goals.values()
+        return _joined(sorted(edits, key=lambda edit: edit.sort_key), joined)
 
-    def _steps(self, run: int, thread: At) -> list[Hashable]:
+    def _steps(self, run: int, thread: StateProperty) -> list[Hashable]:
         """Return, for each state of a run, its thread and the number of the thread's pairs before it."""
         counts: Counter[Hashable] = Counter()
         paired = {pair[run] for pair in self.pairs}
         steps: list[Hashable] = []
-        for at in range(self._ends[run]):
-            name = thread(run, at)
+        for index in range(self._ends[run]):
+            name = thread(run, index)
             steps.append((name, counts[name]))
-            counts[name] += at in paired
+            counts[name] += index in paired
         return steps
 
-    def _place(self, run: int, at: int) -> tuple[int, int, int]:
+    def _sort_key(self, run: int, index: int) -> tuple[int, int, int]:
         """Return the sort key of a state; in a gap, states of A precede those of B."""
         if run == 0:
-            return (at, 0, at)
-        gap = self.gap(1, at)
-        return ((self.pairs[gap][0] if gap < len(self.pairs) else self._ends[0]) - 1, 1, at)
+            return (index, 0, index)
+        gap = self.gap(1, index)
+        return ((self.pairs[gap][0] if gap < len(self.pairs) else self._ends[0]) - 1, 1, index)
 
     def rows(self, line: Callable[[int, int], EventLine]) -> list[AlignedRow]:
         """Return both runs side by side around the first difference.
 
         :param line: returns the state of a run at an index as a line.
         """
-        before: deque[AlignedRow] = deque(maxlen=ROWS_BEFORE)
-        rows = (self._row((one, other), line, same=same) for one, other, same in self._places())
-        for row in rows:
-            if not row.same:
-                ours, theirs = (each and replace(each, here=True) for each in (row.a, row.b))
-                return [*before, AlignedRow(ours, theirs, same=False), *islice(rows, ROWS_AFTER - 1)]
-            before.append(row)
-        return list(before)
+        pairs = list(self._row_indices())
+        first = next((number for number, (_, _, is_equal) in enumerate(pairs) if not is_equal), len(pairs))
+        start = max(0, first - ROWS_BEFORE)
+        rows: list[AlignedRow] = []
+        for number, (*indices, is_equal) in enumerate(pairs[start : first + ROWS_AFTER], start):
+            line_a, line_b = (
+                None if index == NONE else replace(line(run, index), here=number == first)
+                for run, index in enumerate(indices)
+            )
+            rows.append(AlignedRow(line_a, line_b, bool(is_equal)))
+        return rows
 
-    @staticmethod
-    def _row(at: Sequence[int], line: Callable[[int, int], EventLine], *, same: bool) -> AlignedRow:
-        """Return the states at two indices as a row."""
-        ours, theirs = (None if at[run] == NONE else line(run, at[run]) for run in (0, 1))
-        return AlignedRow(ours, theirs, same)
-
-    def _places(self) -> Iterator[tuple[int, int, bool]]:
+    def _row_indices(self) -> Iterator[tuple[int, int, bool]]:
         """Yield the indices of rows, with -1 for a gap, and whether they are pairs."""
         partners = set(self.pairs)
         next_a = next_b = 0
-        for one, other in (*self._beside, self._ends):
-            yield from ((at, NONE, False) for at in range(next_a, one))
-            yield from ((NONE, at, False) for at in range(next_b, other))
-            if one < self._ends[0]:
-                yield one, other, (one, other) in partners
-            next_a, next_b = one + 1, other + 1
+        for index_a, index_b in (*self._row_pairs, self._ends):
+            yield from ((index, NONE, False) for index in range(next_a, index_a))
+            yield from ((NONE, index, False) for index in range(next_b, index_b))
+            if index_a < self._ends[0]:
+                yield index_a, index_b, (index_a, index_b) in partners
+            next_a, next_b = index_a + 1, index_b + 1
 
 
-def _joined(edits: Iterable[Edit], kinds: tuple[DifferenceKind, ...]) -> Iterator[Edit]:
-    last: Edit | None = None
+def _joined(edits: Iterable[Edit], kinds: tuple[DifferenceKind, ...]) -> list[Edit]:
+    """Return sorted edits, with consecutive ones of a kind joined.
+
+    :param kinds: the kinds of which edits are joined.
+    """
+    result: list[Edit] = []
     for edit in edits:
-        if last is not None and last.kind is edit.kind and edit.kind in kinds:
-            following = tuple(NONE if at == NONE else at + last.count for at in last.at)
-            if edit.at == following and not (last.whole or edit.whole):
-                last.count += 1
-                continue
-        if last is not None:
-            yield last
-        last = edit
-    if last is not None:
-        yield last
+        previous = result[-1] if result else None
+        if previous is None or previous.kind is not edit.kind or edit.kind not in kinds:
+            result.append(edit)
+            continue
+        following = tuple(NONE if index == NONE else index + previous.count for index in previous.indices)
+        if edit.indices == following and not (previous.is_whole_goal or edit.is_whole_goal):
+            previous.count += 1
+        else:
+            result.append(edit)
+    return result

@@ -204,9 +204,9 @@ class Tokens:
                 continue
             number = self.count
             self.count += 1
-            counts = self._skillers.fresh(kept) if isinstance(kept, SkillStatus) else kept
-            if counts is not None:
-                yield Token(*self._make(counts), kept, number)
+            counted = self._skillers.fresh(kept) if isinstance(kept, SkillStatus) else kept
+            if counted is not None:
+                yield Token(*self._make(counted), kept, number)
 
     def _make(self, event: Event) -> tuple[Key, Names, int, int | None]:
         """Return the key of an event, its names, the number of names in the thread, and the message id."""
@@ -233,10 +233,10 @@ class _KeyMaker:
     def __init__(self, form: KeyForm, namer: Namer, missing: Collection[str]) -> None:
         self._kind = form.kind
         self._values = attrgetter(*(attribute for _, attribute in (*form.parts, *form.details)))
-        self._named = [at for at, (_, attribute) in enumerate(form.parts) if attribute in form.named]
+        self._named = [index for index, (_, attribute) in enumerate(form.parts) if attribute in form.named]
         first_detail = len(form.parts)
         self._details = [
-            (at, attribute in missing) for at, (_, attribute) in enumerate(form.details, first_detail)
+            (index, attribute in missing) for index, (_, attribute) in enumerate(form.details, first_detail)
         ]
         self._thread = form.thread - 1
         self._namer = namer
@@ -246,15 +246,15 @@ class _KeyMaker:
         values = list(self._values(event))
         names: Names = ()
         thread_names = 0
-        for at in self._named:
-            values[at], found = self._namer.split(values[at])
-            names += found
-            if at < self._thread:
+        for index in self._named:
+            values[index], part_names = self._namer.split(values[index])
+            names += part_names
+            if index < self._thread:
                 thread_names = len(names)
-        for at, is_missing in self._details:
-            detail = "" if is_missing else without_times_of_day(values[at], event.time_us)
-            values[at], found = self._namer.split(detail, is_fact=True)
-            names += found
+        for index, is_missing in self._details:
+            detail = "" if is_missing else without_times_of_day(values[index], event.time_us)
+            values[index], part_names = self._namer.split(detail, is_fact=True)
+            names += part_names
         return (self._kind, *values), names, thread_names
 
 
@@ -272,12 +272,12 @@ class SkillerBacklog:
     def fresh(self, event: SkillStatus) -> SkillStatus | None:
         """Return the state that a fresh Skiller would report, or None."""
         skiller = (event.env, event.skiller)
-        old = self._old_skills.get(skiller)
-        ended = event.status in _ENDED and event.skill_string
-        if old is None and ended:
+        old_skill = self._old_skills.get(skiller)
+        has_ended = event.status in _ENDED and event.skill_string
+        if old_skill is None and has_ended:
             self._old_skills[skiller] = event.skill_string
             return replace(event, skill_string="", msgid=0, status=_IDLE)
-        if old and ended and event.skill_string == old:
+        if old_skill and has_ended and event.skill_string == old_skill:
             return None
         self._old_skills[skiller] = ""
         return event
@@ -310,48 +310,48 @@ def scenario_hints(scopes_a: set[str], scopes_b: set[str]) -> list[str]:
 
     :param scopes_a: the goal classes, rules and skills of run A; ``scopes_b``: of run B.
     """
-    every = (scopes_a | scopes_b) - {""}
-    if len(scopes_a & scopes_b & every) >= DIFFERENT_SCENARIOS * len(every):
+    all_scopes = (scopes_a | scopes_b) - {""}
+    if len(scopes_a & scopes_b & all_scopes) >= DIFFERENT_SCENARIOS * len(all_scopes):
         return []
-    parts = ["these look like runs of different scenarios"]
-    for name, scopes in (("A", scopes_a - scopes_b), ("B", scopes_b - scopes_a)):
+    sentences = ["these look like runs of different scenarios"]
+    for run_name, scopes in (("A", scopes_a - scopes_b), ("B", scopes_b - scopes_a)):
         listed = sorted(scope for scope in scopes if scope)
-        more = f" and {len(listed) - MAX_SCOPES} more" if len(listed) > MAX_SCOPES else ""
+        rest_text = f" and {len(listed) - MAX_SCOPES} more" if len(listed) > MAX_SCOPES else ""
         if listed:
-            parts.append(f"only {name} has {', '.join(listed[:MAX_SCOPES])}{more}")
-    return ["; ".join(parts)]
+            sentences.append(f"only {run_name} has {', '.join(listed[:MAX_SCOPES])}{rest_text}")
+    return ["; ".join(sentences)]
 
 
-def changed_parts(one: NamedKey, other: NamedKey) -> str:
+def changed_parts(key_a: NamedKey, key_b: NamedKey) -> str:
     """Return a text with the parts in which two events differ."""
-    if one[0][0] != other[0][0]:
+    if key_a[0][0] != key_b[0][0]:
         return "another event"
-    form = _BY_KIND[one[0][0]]
-    parts = zip((*form.parts, *form.details), _parts(*one), _parts(*other), strict=True)
-    differing = [word for (word, _), a, b in parts if a != b]
-    if not differing or len(differing) > MAX_CHANGED:
+    form = _BY_KIND[key_a[0][0]]
+    parts = zip((*form.parts, *form.details), _parts(*key_a), _parts(*key_b), strict=True)
+    nouns = [noun for (noun, _), a, b in parts if a != b]
+    if not nouns or len(nouns) > MAX_CHANGED:
         return "another event"
-    return "another " + " and ".join(differing)
+    return "another " + " and ".join(nouns)
 
 
-def detail_change(one: NamedKey, other: NamedKey) -> Key | None:
+def detail_change(key_a: NamedKey, key_b: NamedKey) -> Key | None:
     """Return the difference between two events if only details differ, else None.
 
     :returns: the parts that identify the goal or plan-action, and the details of both.
     """
-    kind = one[0][0]
+    kind = key_a[0][0]
     form = _BY_KIND[kind]
-    if kind != other[0][0] or not form.details:
+    if kind != key_b[0][0] or not form.details:
         return None
-    parts, others, start = list(_parts(*one)), list(_parts(*other)), len(form.parts)
-    if parts[:start] != others[:start]:
+    parts_a, parts_b, start = list(_parts(*key_a)), list(_parts(*key_b)), len(form.parts)
+    if parts_a[:start] != parts_b[:start]:
         return None
-    return (*parts[: _SUBJECTS[kind] - 1], *parts[start:], *others[start:])
+    return (*parts_a[: _SUBJECTS[kind] - 1], *parts_a[start:], *parts_b[start:])
 
 
 def _parts(key: Key, labels: Names) -> Iterator[tuple[str, Names]]:
-    at = 0
+    index = 0
     for part in key[1:]:
         count = len(_PLACEHOLDER.findall(part))
-        yield part, labels[at : at + count]
-        at += count
+        yield part, labels[index : index + count]
+        index += count

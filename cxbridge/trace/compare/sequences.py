@@ -75,48 +75,50 @@ class StepPair:
         if states[0] == states[1] and times is None:
             return []
         alignment = Alignment(*states)
-        edits = alignment.edits(lambda run, at: states[run][at], lambda _run, _at: None, joined=ALONE)
-        found = [self._difference(alignment, edit) for edit in edits]
+        edits = alignment.edits(lambda run, index: states[run][index], lambda _run, _at: None, joined=ALONE)
+        differences = [self._difference(alignment, edit) for edit in edits]
         if times:
-            found += self._late_steps(alignment, times)
-        if found:
-            rows[self.subject] = lambda: alignment.rows(lambda run, at: self._line(run, at, begin))
-        return found
+            differences += self._late_steps(alignment, times)
+        if differences:
+            rows[self.subject] = lambda: alignment.rows(lambda run, index: self._line(run, index, begin))
+        return differences
 
     def _late_steps(self, alignment: Alignment, times: PartnerTimes) -> Iterator[Difference]:
         for pair in alignment.pairs:
-            ours, theirs = (steps[at] for steps, at in zip(self.steps, pair, strict=True))
-            late = times.lag(self.subject, ours.time_us, theirs.time_us)
-            if late is not None:
-                position = f"its {self.noun} number {pair[0] + 1}: {time_words(late)}"
-                yield Difference(position, self.subject, _side(ours), _side(theirs), DifferenceKind.TIME)
+            step_a, step_b = (steps[index] for steps, index in zip(self.steps, pair, strict=True))
+            lag = times.lag(self.subject, step_a.time_us, step_b.time_us)
+            if lag is not None:
+                position = f"its {self.noun} number {pair[0] + 1}: {time_words(lag)}"
+                yield Difference(position, self.subject, _side(step_a), _side(step_b), DifferenceKind.TIME)
 
     def _difference(self, alignment: Alignment, edit: Edit) -> Difference:
-        one, other = edit.at
-        first, name = (other, "B") if one == NONE else (one, "A")
-        position = f"its {self.noun} number {first + 1}"
+        index_a, index_b = edit.indices
+        index, run_name = (index_b, "B") if index_a == NONE else (index_a, "A")
+        position = f"its {self.noun} number {index + 1}"
         if edit.count > 1:
-            position = f"its {self.noun}s number {first + 1} to {first + edit.count}"
+            position = f"its {self.noun}s number {index + 1} to {index + edit.count}"
         if edit.kind is DifferenceKind.ORDER:
-            position = f"{position} is its number {other + 1} in B"
+            position = f"{position} is its number {index_b + 1} in B"
         elif edit.kind in ALONE:
-            position = f"{position}, which only {name} has"
-        ours, theirs = (
-            _side(self.steps[run][at]) if at != NONE else self._missing(run, alignment.before(1 - run, first))
-            for run, at in enumerate(edit.at)
+            position = f"{position}, which only {run_name} has"
+        side_a, side_b = (
+            _side(self.steps[run][index])
+            if index != NONE
+            else self._missing(run, alignment.preceding(1 - run, index))
+            for run, index in enumerate(edit.indices)
         )
-        return Difference(position, self.subject, ours, theirs, edit.kind, edit.count)
+        return Difference(position, self.subject, side_a, side_b, edit.kind, edit.count)
 
-    def _missing(self, run: int, last: int) -> Side:
-        """Return the side of a run without a step; ``last`` is the index of the preceding step."""
+    def _missing(self, run: int, preceding: int) -> Side:
+        """Return the side of a run without a step; ``preceding`` is the index of the preceding step."""
         steps = self.steps[run]
         if not steps:
             return Side(None, f"(no {self.noun})")
-        where = "no further" if last == len(steps) - 1 else "no such"
-        return Side(steps[last].position if last != NONE else None, f"({where} {self.noun})")
+        adverb = "no further" if preceding == len(steps) - 1 else "no such"
+        return Side(steps[preceding].position if preceding != NONE else None, f"({adverb} {self.noun})")
 
-    def _line(self, run: int, at: int, begin: tuple[int, int]) -> EventLine:
-        step = self.steps[run][at]
+    def _line(self, run: int, index: int, begin: tuple[int, int]) -> EventLine:
+        step = self.steps[run][index]
         seconds = (step.time_us - begin[run]) / MICROSECONDS
         return EventLine(step.position + 1, seconds, text_of(step.state), here=False)
 
@@ -126,23 +128,23 @@ def compare_steps(
     pairs: Iterable[StepPair],
     begin: tuple[int, int],
     tolerance: Tolerance | None,
-    others: Iterable[Difference] = (),
+    goal_differences: Iterable[Difference] = (),
 ) -> None:
     """Add the differences between steps to a comparison, sorted by position.
 
     :param begin: the start of each run in microseconds.
-    :param others: differences between goals.
+    :param goal_differences: differences between goals.
     """
     times = PartnerTimes(tolerance, begin) if tolerance else None
     rows: Rows = {}
-    found = sorted(
-        chain(others, *(pair.differences(times, begin, rows) for pair in pairs)),
+    differences = sorted(
+        chain(goal_differences, *(pair.differences(times, begin, rows) for pair in pairs)),
         key=lambda difference: difference.position,
     )
-    comparison.keep(found)
-    comparison.hints += ends_early(found, comparison.count_a, comparison.count_b)
-    if found and found[0].subject in rows:
-        comparison.rows = rows[found[0].subject]()
+    comparison.keep(differences)
+    comparison.hints += ends_early(differences, comparison.count_a, comparison.count_b)
+    if differences and differences[0].subject in rows:
+        comparison.rows = rows[differences[0].subject]()
 
 
 def _side(step: Step) -> Side:
@@ -189,12 +191,12 @@ class Streams:
             name, text = event.uid, anonymous_fact(interface_text(event.values))
             self.scopes.add(f"interface {name}")
         elif isinstance(event, SkillStatus):
-            counts = self._skillers.fresh(event)
-            if counts is None:
+            counted = self._skillers.fresh(event)
+            if counted is None:
                 return
-            self.scopes.add(skill_scope(counts.skill_string))
+            self.scopes.add(skill_scope(counted.skill_string))
             name = f"skiller {event.skiller} of {event.env}"
-            text = anonymous(f'skill="{counts.skill_string}" status={counts.status}')
+            text = anonymous(f'skill="{counted.skill_string}" status={counted.status}')
         else:
             return
         stream = self._streams.setdefault(name, [])

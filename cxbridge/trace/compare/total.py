@@ -66,29 +66,29 @@ def compare_total(
     checks = _PartnerChecks(tolerance)
     differences: list[Difference] = []
     window: deque[tuple[Token, Token, int]] = deque(maxlen=WINDOW)
-    ours, theirs = iter(runs[0]), iter(runs[1])
+    tokens_a, tokens_b = iter(runs[0]), iter(runs[1])
     while True:
-        known = len(runs[0].namer)
-        one, other = next(ours, None), next(theirs, None)
-        if one is None or other is None or one.key != other.key or one.names != other.names:
+        shared_names = len(runs[0].namer)
+        token_a, token_b = next(tokens_a, None), next(tokens_b, None)
+        if token_a is None or token_b is None or token_a.key != token_b.key or token_a.names != token_b.names:
             break
-        window.append((one, other, known))
-        if tolerance or one.msgid is not None or other.msgid is not None:
-            differences += checks.differences(one, other)
+        window.append((token_a, token_b, shared_names))
+        if tolerance or token_a.msgid is not None or token_b.msgid is not None:
+            differences += checks.differences(token_a, token_b)
     tails = [
-        [*same, *([] if token is None else [token]), *rest]
-        for same, token, rest in (
-            ([pair[0] for pair in window], one, ours),
-            ([pair[1] for pair in window], other, theirs),
+        [*compared_tokens, *([] if token is None else [token]), *rest]
+        for compared_tokens, token, rest in (
+            ([pair[0] for pair in window], token_a, tokens_a),
+            ([pair[1] for pair in window], token_b, tokens_b),
         )
     ]
     comparison = Comparison(view, Order.TOTAL, runs[0].count, runs[1].count)
     if len(window) < max(map(len, tails)):
-        known = window[0][2] if window else known
-        divergence = Divergence(tails, known, (runs[0].start_us, runs[1].start_us))
-        first = not differences
+        shared_names = window[0][2] if window else shared_names
+        divergence = Divergence(tails, shared_names, (runs[0].start_us, runs[1].start_us))
+        is_first = not differences
         differences += divergence.differences(checks, len(window))
-        comparison.rows = divergence.rows() if first else []
+        comparison.rows = divergence.rows() if is_first else []
         longer = max(comparison.count_a, comparison.count_b)
         comparison.alike = (longer - divergence.unpaired) / longer
         comparison.hints = divergence.hints(differences)
@@ -103,14 +103,14 @@ class _PartnerChecks:
         self._msgids = MessageIds()
         self._times = PartnerTimes(tolerance) if tolerance else None
 
-    def differences(self, one: Token, other: Token) -> Iterator[Difference]:
+    def differences(self, token_a: Token, token_b: Token) -> Iterator[Difference]:
         """Yield the differences between the next pair."""
-        if self._msgids.differ(stream_of(one.key), one.msgid or 0, other.msgid or 0):
-            yield _between(one, other, DifferenceKind.MSGID, "another message id")
+        if self._msgids.differ(stream_of(token_a.key), token_a.msgid or 0, token_b.msgid or 0):
+            yield _between(token_a, token_b, DifferenceKind.MSGID, "another message id")
         if self._times:
-            late = self._times.lag(one.thread, one.event.time_us, other.event.time_us)
-            if late is not None:
-                yield _between(one, other, DifferenceKind.TIME, time_words(late))
+            lag = self._times.lag(token_a.thread, token_a.event.time_us, token_b.event.time_us)
+            if lag is not None:
+                yield _between(token_a, token_b, DifferenceKind.TIME, time_words(lag))
 
     def gap(self, token: Token) -> None:
         """Note an event without a partner."""
@@ -118,9 +118,9 @@ class _PartnerChecks:
             self._msgids.gap(stream_of(token.key))
 
 
-def _between(one: Token, other: Token, kind: DifferenceKind, text: str) -> Difference:
-    ours, theirs = (Side(token.number, describe(token.event)) for token in (one, other))
-    return Difference(text, subject_of(one.event), ours, theirs, kind)
+def _between(token_a: Token, token_b: Token, kind: DifferenceKind, text: str) -> Difference:
+    side_a, side_b = (Side(token.number, describe(token.event)) for token in (token_a, token_b))
+    return Difference(text, subject_of(token_a.event), side_a, side_b, kind)
 
 
 class Divergence:
@@ -131,17 +131,18 @@ class Divergence:
     :param start_us: the start of each run in microseconds.
     """
 
-    def __init__(self, tails: list[list[Token]], known: int, start_us: tuple[int, int]) -> None:
+    def __init__(self, tails: list[list[Token]], shared_names: int, start_us: tuple[int, int]) -> None:
         self._tails = tails
-        self._known = known
+        self._shared_names = shared_names
         self._start_us = start_us
-        self._partner: dict[int, int] = {}  # names of B to names of A
-        self._taken: set[int] = set()  # names of A that have a partner
+        self._partner_names: dict[int, int] = {}  # names of B to names of A
+        self._paired_names: set[int] = set()  # names of A that have a partner
         self._alignment = Alignment(*([token.key for token in tail] for tail in tails))
         if any(token.names for tail in tails for token in tail):
             self._learn_names()
             states = [
-                [self._key_and_names(run, at) for at in range(len(tail))] for run, tail in enumerate(tails)
+                [self._key_and_names(run, index) for index in range(len(tail))]
+                for run, tail in enumerate(tails)
             ]
             self._alignment = Alignment(*states)
             self._adopt_names()
@@ -151,21 +152,25 @@ class Divergence:
         """The number of events of the longer rest without a partner."""
         return max(map(len, self._tails)) - len(self._alignment.pairs)
 
-    def differences(self, checks: _PartnerChecks, same: int) -> list[Difference]:
+    def differences(self, checks: _PartnerChecks, checked: int) -> list[Difference]:
         """Return all differences in the order of the runs.
 
-        :param same: the number of leading pairs that were checked while reading.
+        :param checked: the number of leading pairs that were checked while reading.
         """
         edits = self._alignment.edits(self._content, self._thread, owner=self._owner)
-        found = [(edit.place, self._difference(edit)) for edit in self._without_repeated_details(edits)]
-        begins = [(NONE, NONE), *self._alignment.pairs]
-        for (last_a, last_b), (one, other) in zip(begins, self._alignment.pairs, strict=False):
-            for token in (*self._tails[0][last_a + 1 : one], *self._tails[1][last_b + 1 : other]):
+        differences = [
+            (edit.sort_key, self._difference(edit)) for edit in self._without_repeated_details(edits)
+        ]
+        starts = [(NONE, NONE), *self._alignment.pairs]
+        for (last_a, last_b), (index_a, index_b) in zip(starts, self._alignment.pairs, strict=False):
+            for token in (*self._tails[0][last_a + 1 : index_a], *self._tails[1][last_b + 1 : index_b]):
                 checks.gap(token)
-            if not one == other < same:
-                partners = self._tails[0][one], self._tails[1][other]
-                found += (((one, 0, one), each) for each in checks.differences(*partners))
-        return [difference for _, difference in sorted(found, key=lambda each: each[0])]
+            if not index_a == index_b < checked:
+                partners = self._tails[0][index_a], self._tails[1][index_b]
+                differences += (
+                    ((index_a, 0, index_a), difference) for difference in checks.differences(*partners)
+                )
+        return [difference for _, difference in sorted(differences, key=lambda difference: difference[0])]
 
     def rows(self) -> list[AlignedRow]:
         """Return both runs side by side around the first difference."""
@@ -182,8 +187,8 @@ class Divergence:
         """Pair the names of both runs by the votes of paired events; the most votes win."""
         votes = Counter(
             pair
-            for one, other in self._alignment.pairs
-            for pair in zip(self._tails[0][one].names, self._tails[1][other].names, strict=False)
+            for index_a, index_b in self._alignment.pairs
+            for pair in zip(self._tails[0][index_a].names, self._tails[1][index_b].names, strict=False)
         )
         for pair, _ in votes.most_common():
             self._adopt(*pair)
@@ -192,96 +197,106 @@ class Divergence:
         """Pair goals that only one run has and that are in the same gap, if their kinds allow it."""
         gaps: dict[Hashable, tuple[dict[int, None], dict[int, None]]] = defaultdict(lambda: ({}, {}))
         for run in (0, 1):
-            for at in self._alignment.loose(run):
-                token = self._tails[run][at]
-                if token.key[0] == "goal" and self._owner(run, at) is not None:
-                    gaps[self._alignment.gap(run, at), thread_key(token.key)][run][token.names[0]] = None
-        for ours, theirs in gaps.values():
-            for pair in zip(ours, theirs, strict=False):
+            for index in self._alignment.unpaired(run):
+                token = self._tails[run][index]
+                if token.key[0] == "goal" and self._owner(run, index) is not None:
+                    gaps[self._alignment.gap(run, index), thread_key(token.key)][run][token.names[0]] = None
+        for names_a, names_b in gaps.values():
+            for pair in zip(names_a, names_b, strict=False):
                 self._adopt(*pair)
 
-    def _adopt(self, one: int, other: int) -> None:
+    def _adopt(self, name_a: int, name_b: int) -> None:
         """Pair two names unless one of them is paired."""
-        if min(one, other) >= self._known and other not in self._partner and one not in self._taken:
-            self._partner[other] = one
-            self._taken.add(one)
+        if (
+            min(name_a, name_b) >= self._shared_names
+            and name_b not in self._partner_names
+            and name_a not in self._paired_names
+        ):
+            self._partner_names[name_b] = name_a
+            self._paired_names.add(name_a)
 
     def _labels(self, run: int, names: Iterable[int]) -> Names:
         """Return the names of A, or those of the partners for names of B; negative without a partner."""
         if run == 0:
             return tuple(names)
-        return tuple(name if name < self._known else self._partner.get(name, -1 - name) for name in names)
+        return tuple(
+            name if name < self._shared_names else self._partner_names.get(name, -1 - name) for name in names
+        )
 
-    def _open(self, labels: Names) -> Names:
+    def _without_unpaired(self, labels: Names) -> Names:
         """Return the names with -1 for those of one run only."""
-        return tuple(name if name in self._taken or 0 <= name < self._known else -1 for name in labels)
+        return tuple(
+            name if name in self._paired_names or 0 <= name < self._shared_names else -1 for name in labels
+        )
 
-    def _content(self, run: int, at: int) -> Hashable:
+    def _content(self, run: int, index: int) -> Hashable:
         """Return the key of an event and its names, with all unpaired names equal."""
-        key, labels = self._key_and_names(run, at)
-        return key, self._open(labels)
+        key, labels = self._key_and_names(run, index)
+        return key, self._without_unpaired(labels)
 
-    def _thread(self, run: int, at: int) -> Hashable:
+    def _thread(self, run: int, index: int) -> Hashable:
         """Return the goal, plan or Skiller of an event, equal for both runs."""
-        key, names = self._tails[run][at].thread
+        key, names = self._tails[run][index].thread
         return key, self._labels(run, names)
 
-    def _owner(self, run: int, at: int) -> Hashable:
+    def _owner(self, run: int, index: int) -> Hashable:
         """Return the goal of an event if only one run has the goal."""
-        names = self._labels(run, self._tails[run][at].thread[1][:1])
-        return names if names and self._open(names) == (NONE,) else None
+        names = self._labels(run, self._tails[run][index].thread[1][:1])
+        return names if names and self._without_unpaired(names) == (NONE,) else None
 
     def _without_repeated_details(self, edits: Iterable[Edit]) -> Iterator[Edit]:
         """Yield edits without repetitions of a detail that differs in all events of a goal or plan-action."""
-        seen: set[Hashable] = set()
+        reported: set[Hashable] = set()
         for edit in edits:
             change = self._detail_change(edit)
-            if change is None or change not in seen:
-                seen.add(change)
+            if change is None or change not in reported:
+                reported.add(change)
                 yield edit
 
     def _detail_change(self, edit: Edit) -> Hashable:
         """Return the differing details of a changed event, which its text does not show, or None."""
         if edit.kind is not DifferenceKind.CHANGED:
             return None
-        return detail_change(self._key_and_names(0, edit.at[0]), self._key_and_names(1, edit.at[1]))
+        return detail_change(self._key_and_names(0, edit.indices[0]), self._key_and_names(1, edit.indices[1]))
 
-    def _key_and_names(self, run: int, at: int) -> NamedKey:
+    def _key_and_names(self, run: int, index: int) -> NamedKey:
         """Return the key of an event and its names, equal for both runs."""
-        token = self._tails[run][at]
+        token = self._tails[run][index]
         return token.key, self._labels(run, token.names)
 
     def _difference(self, edit: Edit) -> Difference:
-        tokens = [self._tails[run][at] for run, at in enumerate(edit.at) if at != NONE]
-        ours, theirs = self._side(0, edit), self._side(1, edit)
+        tokens = [self._tails[run][index] for run, index in enumerate(edit.indices) if index != NONE]
+        side_a, side_b = self._side(0, edit), self._side(1, edit)
         return Difference(
-            self._edit_text(edit), subject_of(tokens[0].event), ours, theirs, edit.kind, edit.count
+            self._edit_text(edit), subject_of(tokens[0].event), side_a, side_b, edit.kind, edit.count
         )
 
     def _side(self, run: int, edit: Edit) -> Side:
-        at = edit.at[run]
-        if at != NONE:
-            token = self._tails[run][at]
+        index = edit.indices[run]
+        if index != NONE:
+            token = self._tails[run][index]
             details = f" {describe_details(token.event)}" if self._detail_change(edit) else ""
             return Side(token.number, f"{describe(token.event)}{details}")
-        before = self._alignment.before(1 - run, edit.at[1 - run])
-        number = None if before == NONE else self._tails[run][before].number
-        return Side(number, OVER if self._alignment.ends(run, edit) else NOTHING)
+        preceding = self._alignment.preceding(1 - run, edit.indices[1 - run])
+        number = None if preceding == NONE else self._tails[run][preceding].number
+        return Side(number, OVER if self._alignment.has_ended(run, edit) else NOTHING)
 
     def _edit_text(self, edit: Edit) -> str:
         if edit.kind is DifferenceKind.CHANGED:
-            return changed_parts(self._key_and_names(0, edit.at[0]), self._key_and_names(1, edit.at[1]))
+            return changed_parts(
+                self._key_and_names(0, edit.indices[0]), self._key_and_names(1, edit.indices[1])
+            )
         events = "an event" if edit.count == 1 else f"{edit.count} events"
         if edit.kind is DifferenceKind.ORDER:
-            later = edit.place[:2] == (edit.at[0], 0)
-            return f"{events} in another order: {'later' if later else 'earlier'} in B"
-        name, missing, other = ("A", 1, "B") if edit.kind is DifferenceKind.ONLY_A else ("B", 0, "A")
-        if edit.whole:
-            return f"a goal that only {name} has, with {edit.count} event{'' if edit.count == 1 else 's'}"
-        if self._alignment.ends(missing, edit):
-            return f"{other} ends here, {name} goes on"
-        return f"{events} that only {name} has"
+            is_later = edit.sort_key[:2] == (edit.indices[0], 0)
+            return f"{events} in another order: {'later' if is_later else 'earlier'} in B"
+        run_name, missing, ended_run = ("A", 1, "B") if edit.kind is DifferenceKind.ONLY_A else ("B", 0, "A")
+        if edit.is_whole_goal:
+            return f"a goal that only {run_name} has, with {edit.count} event{'' if edit.count == 1 else 's'}"
+        if self._alignment.has_ended(missing, edit):
+            return f"{ended_run} ends here, {run_name} goes on"
+        return f"{events} that only {run_name} has"
 
-    def _line(self, run: int, at: int) -> EventLine:
-        token = self._tails[run][at]
+    def _line(self, run: int, index: int) -> EventLine:
+        token = self._tails[run][index]
         return event_line(token.number, token.event, self._start_us[run])
