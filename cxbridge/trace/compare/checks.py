@@ -35,15 +35,16 @@ class MessageIds:
     def __init__(self) -> None:
         self._offsets: dict[Hashable, tuple[int, int]] = {}
 
-    def differ(self, stream: Hashable, one: int, other: int) -> bool:
+    def differ(self, stream: Hashable, id_a: int, id_b: int) -> bool:
         """Return whether the distance of two ids changed; 0 means no message and equals only 0."""
-        if not one or not other:
-            return bool(one or other)
-        offset = other - one
-        known = self._offsets.setdefault(stream, (offset, offset))
-        if offset in known:
+        if not id_a or not id_b:
+            return bool(id_a or id_b)
+        offset = id_b - id_a
+        # one wrong id is one difference: the ids after it may go on at its offset, or at the offset before it
+        offsets = self._offsets.setdefault(stream, (offset, offset))
+        if offset in offsets:
             return False
-        self._offsets[stream] = (known[1], offset)
+        self._offsets[stream] = (offsets[1], offset)
         return True
 
     def gap(self, stream: Hashable) -> None:
@@ -63,15 +64,16 @@ class PartnerTimes:
         self._last: dict[Hashable, tuple[int, int]] = {}
         self._begin = begin
 
-    def lag(self, thread: Hashable, one_us: int, other_us: int) -> float | None:
+    def lag(self, thread: Hashable, a_us: int, b_us: int) -> float | None:
         """Return the seconds by which the second run is late (negative: early); None within the tolerance."""
-        now = (one_us, other_us)
+        times = (a_us, b_us)
         if self._by_thread:
-            since = self._last.get(thread, now)
-            self._last[thread] = now
+            # the first event of a thread has no earlier time, so its lag is 0
+            reference = self._last.get(thread, times)
+            self._last[thread] = times
         else:
-            since = self._begin = self._begin or now
-        lag_us = (other_us - since[1]) - (one_us - since[0])
+            reference = self._begin = self._begin or times
+        lag_us = (b_us - reference[1]) - (a_us - reference[0])
         return None if abs(lag_us) <= self._limit_us else lag_us / MICROSECONDS
 
 
@@ -83,6 +85,6 @@ def stream_of(key: Key) -> Hashable:
     return (key[1], key[2], match.group(1) if match else "")
 
 
-def time_words(late: float) -> str:
+def time_words(lag: float) -> str:
     """Return the text for an event of B that is late, or early if negative, by some seconds."""
-    return f"another time: {abs(late):.6g} s {'later' if late > 0 else 'earlier'} in B"
+    return f"another time: {abs(lag):.6g} s {'later' if lag > 0 else 'earlier'} in B"

@@ -38,35 +38,42 @@ def contexts_of(
     run: Run, view: View, positions: Sequence[int | None], selection: Selection | None = None
 ) -> dict[int | None, DifferenceContext]:
     """Read a run once, and return the context of each of several events; see :func:`context_of`."""
-    found: dict[int | None, DifferenceContext] = {position: DifferenceContext() for position in positions}
-    wanted = sorted(position for position in found if position is not None)
-    if not wanted:
-        return found
+    contexts: dict[int | None, DifferenceContext] = {position: DifferenceContext() for position in positions}
+    positions_in_order = sorted(position for position in contexts if position is not None)
+    if not positions_in_order:
+        return contexts
     recent: deque[tuple[int, Event]] = deque(maxlen=LINES_BEFORE + 1)
     rules: deque[RuleFired] = deque(maxlen=RULES_BEFORE)
     goals: dict[str, GoalTransition] = {}
     unfinished: list[int] = []
     number, start_us = 0, None
-    for event, kept in with_kept(run, view, selection):
+    for event, content in with_kept(run, view, selection):
         start_us = event.time_us if start_us is None else start_us
+        # goals and rules count even if the selection leaves them out
         if type(event) is GoalTransition:
             goals[event.goal] = event
         elif type(event) is RuleFired:
             rules.append(event)
-        if kept is None:
+        if content is None:
             continue
         recent.append((number, event))
         unfinished = [position for position in unfinished if number <= position + LINES_AFTER]
         for position in unfinished:
-            found[position].lines.append(event_line(number, event, start_us))
-        if number in found:
-            lines = [event_line(*each, start_us, here=each[0] == number) for each in recent]
-            found[number] = DifferenceContext(lines, [describe(rule) for rule in rules], [*goal_lines(goals)])
+            contexts[position].lines.append(event_line(number, event, start_us))
+        if number in contexts:
+            lines = [
+                event_line(*numbered_event, start_us, here=numbered_event[0] == number)
+                for numbered_event in recent
+            ]
+            contexts[number] = DifferenceContext(
+                lines, [describe(rule) for rule in rules], [*goal_lines(goals)]
+            )
             unfinished.append(number)
-        if number == wanted[-1] + LINES_AFTER:
+        # the rest of a long run is not needed
+        if number == positions_in_order[-1] + LINES_AFTER:
             break
         number += 1
-    return found
+    return contexts
 
 
 def event_line(number: int, event: Event, start_us: int, *, here: bool = False) -> EventLine:

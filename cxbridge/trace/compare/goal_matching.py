@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
 from cxbridge.trace.compare.align import drop_pairs, take_equal
-from cxbridge.trace.compare.goals import Goal, GoalForest, sign
+from cxbridge.trace.compare.goals import Goal, GoalForest, signatures_of
 from cxbridge.trace.compare.names import anonymous
 
-LIKE: Final = 0.5
+MIN_SIMILARITY: Final = 0.5
 """The minimal similarity of paired goals whose classes or parents differ."""
 
 # limits the quadratic time
 MAX_COMPARED: Final = 900
 """The maximal number of pairs of siblings whose similarity is computed; above it the order decides."""
 
-MAX_STRAYS: Final = 50
+MAX_CANDIDATES: Final = 50
 """The maximal number of unpaired goals of the same kind to which a goal is compared."""
 
 Pair: TypeAlias = tuple[Goal, Goal]
@@ -29,14 +29,14 @@ class GoalMatch:
     """The paired goals, parents before their children.
 
     :param pairs: goals of both runs.
-    :param only: the goals of each run without a partner.
-    :param adopted: pairs with different parents; :param renamed: pairs of different class or id.
+    :param unmatched: the goals of each run without a partner.
+    :param moved: pairs with different parents; :param renamed: pairs of different class or id.
     :param labels: a name per goal, equal for both goals of a pair.
     """
 
     pairs: list[Pair] = field(default_factory=list)
-    only: tuple[list[Goal], list[Goal]] = field(default_factory=lambda: ([], []))
-    adopted: list[Pair] = field(default_factory=list)
+    unmatched: tuple[list[Goal], list[Goal]] = field(default_factory=lambda: ([], []))
+    moved: list[Pair] = field(default_factory=list)
     renamed: list[Pair] = field(default_factory=list)
     labels: dict[Goal, str] = field(default_factory=dict)
 
@@ -64,49 +64,51 @@ class _Matcher:
         self._counts: Counter[str] = Counter()
         for with_parent in (True, False):
             numbers: dict[object, int] = {}
-            signed = [sign(forest, numbers, with_parent=with_parent) for forest in (a, b)]
-            self._signatures.append(signed[0] | signed[1])
+            signatures = [signatures_of(forest, numbers, with_parent=with_parent) for forest in (a, b)]
+            self._signatures.append(signatures[0] | signatures[1])
 
     def descend(self, path: str, siblings_a: list[Goal], siblings_b: list[Goal]) -> None:
         """Pair siblings and their descendants."""
         stack = [(path, siblings_a, siblings_b)]
         while stack:
-            path, ours, theirs = stack.pop()
-            ours, theirs = list(ours), list(theirs)
-            places = {goal: place for siblings in (ours, theirs) for place, goal in enumerate(siblings)}
+            path, goals_a, goals_b = stack.pop()
+            goals_a, goals_b = list(goals_a), list(goals_b)
+            indices = {goal: index for siblings in (goals_a, goals_b) for index, goal in enumerate(siblings)}
             pairs: list[Pair] = []
-            for signed in self._signatures:
-                there = {goal: (signed[goal], place) for goal, place in places.items()}
-                pairs += take_equal(ours, theirs, there.__getitem__)
-                pairs += take_equal(ours, theirs, signed.__getitem__)
-            pairs += _take_alike(ours, theirs)
-            renamed = _take_renamed(ours, theirs)
+            # goals that did exactly the same, if possible at the same place among their siblings
+            for signatures in self._signatures:
+                placed_signatures = {goal: (signatures[goal], index) for goal, index in indices.items()}
+                pairs += take_equal(goals_a, goals_b, placed_signatures.__getitem__)
+                pairs += take_equal(goals_a, goals_b, signatures.__getitem__)
+            pairs += _take_similar(goals_a, goals_b)
+            # the last resort among siblings, so that a goal of the same class is preferred
+            renamed = _take_renamed(goals_a, goals_b)
             self.match.renamed += renamed
             stack += [
                 (self._add_pair(path, pair), pair[0].children, pair[1].children)
                 for pair in (*pairs, *renamed)
             ]
-            for only, left in zip(self.match.only, (ours, theirs), strict=True):
-                only.extend(left)
-                self.match.labels.update({goal: self._label(path, goal) for goal in left})
+            for unmatched, goals in zip(self.match.unmatched, (goals_a, goals_b), strict=True):
+                unmatched.extend(goals)
+                self.match.labels.update({goal: self._label(path, goal) for goal in goals})
 
     def adopt(self) -> None:
         """Pair the remaining goals with similar goals of other parents."""
         by_kind: dict[object, list[Goal]] = defaultdict(list)
-        only_a, only_b = self.match.only
-        for goal in only_b:
-            by_kind[goal.kind].append(goal)
-        for one in list(only_a):
-            best = max(by_kind[one.kind][:MAX_STRAYS], key=one.likeness, default=None)
-            if best is None or one.likeness(best) < LIKE:
+        unmatched_a, unmatched_b = self.match.unmatched
+        for candidate in unmatched_b:
+            by_kind[candidate.kind].append(candidate)
+        for goal_a in list(unmatched_a):
+            goal_b = max(by_kind[goal_a.kind][:MAX_CANDIDATES], key=goal_a.similarity, default=None)
+            if goal_b is None or goal_a.similarity(goal_b) < MIN_SIMILARITY:
                 continue
-            by_kind[one.kind].remove(best)
-            only_a.remove(one)
-            only_b.remove(best)
-            self.match.adopted.append((one, best))
-            self.match.pairs.append((one, best))
-            label = self.match.labels[best] = self.match.labels[one]
-            self.descend(label, one.children, best.children)
+            by_kind[goal_a.kind].remove(goal_b)
+            unmatched_a.remove(goal_a)
+            unmatched_b.remove(goal_b)
+            self.match.moved.append((goal_a, goal_b))
+            self.match.pairs.append((goal_a, goal_b))
+            label = self.match.labels[goal_b] = self.match.labels[goal_a]
+            self.descend(label, goal_a.children, goal_b.children)
 
     def _add_pair(self, path: str, pair: Pair) -> str:
         """Add a pair; return its label."""
@@ -123,41 +125,43 @@ class _Matcher:
         return label if self._counts[label] == 1 else f"{label}[{self._counts[label]}]"
 
 
-def _take_alike(ours: list[Goal], theirs: list[Goal]) -> list[Pair]:
+def _take_similar(goals_a: list[Goal], goals_b: list[Goal]) -> list[Pair]:
     """Remove pairs of the same kind from siblings, the most similar first."""
     kinds: dict[object, tuple[list[Goal], list[Goal]]] = defaultdict(lambda: ([], []))
-    for run, goals in enumerate((ours, theirs)):
+    for run, goals in enumerate((goals_a, goals_b)):
         for goal in goals:
             kinds[goal.kind][run].append(goal)
     pairs: list[Pair] = []
     for group in kinds.values():
-        few = 1 < len(group[0]) * len(group[1]) <= MAX_COMPARED
-        pairs += _most_alike(*group, 0.0) if few else zip(*group, strict=False)
-    drop_pairs(pairs, ours, theirs)
+        is_comparable = 1 < len(group[0]) * len(group[1]) <= MAX_COMPARED
+        pairs += _most_similar(*group, 0.0) if is_comparable else zip(*group, strict=False)
+    drop_pairs(pairs, goals_a, goals_b)
     return pairs
 
 
-def _take_renamed(ours: list[Goal], theirs: list[Goal]) -> list[Pair]:
+def _take_renamed(goals_a: list[Goal], goals_b: list[Goal]) -> list[Pair]:
     """Remove pairs of different kinds but similar behaviour from siblings."""
-    if len(ours) * len(theirs) > MAX_COMPARED:
+    if len(goals_a) * len(goals_b) > MAX_COMPARED:
         return []
-    pairs = [pair for pair in _most_alike(ours, theirs, LIKE) if pair[0].key[0] == pair[1].key[0]]
-    drop_pairs(pairs, ours, theirs)
+    pairs = [
+        pair for pair in _most_similar(goals_a, goals_b, MIN_SIMILARITY) if pair[0].key[0] == pair[1].key[0]
+    ]
+    drop_pairs(pairs, goals_a, goals_b)
     return pairs
 
 
-def _most_alike(ours: Sequence[Goal], theirs: Sequence[Goal], least: float) -> list[Pair]:
+def _most_similar(goals_a: Sequence[Goal], goals_b: Sequence[Goal], minimum: float) -> list[Pair]:
     """Return pairs of goals by decreasing similarity; equally similar ones by closeness of their indices."""
-    scored = sorted(
-        (-one.likeness(other), abs(i - k), i, k)
-        for i, one in enumerate(ours)
-        for k, other in enumerate(theirs)
+    ranking = sorted(
+        (-goal_a.similarity(goal_b), abs(i - j), i, j)
+        for i, goal_a in enumerate(goals_a)
+        for j, goal_b in enumerate(goals_b)
     )
-    taken: tuple[set[int], set[int]] = (set(), set())
+    paired: tuple[set[int], set[int]] = (set(), set())
     pairs: list[Pair] = []
-    for unlike, _, i, k in scored:
-        if -unlike >= least and i not in taken[0] and k not in taken[1]:
-            taken[0].add(i)
-            taken[1].add(k)
-            pairs.append((ours[i], theirs[k]))
+    for negated, _, i, j in ranking:
+        if -negated >= minimum and i not in paired[0] and j not in paired[1]:
+            paired[0].add(i)
+            paired[1].add(j)
+            pairs.append((goals_a[i], goals_b[j]))
     return sorted(pairs, key=lambda pair: pair[0].start)

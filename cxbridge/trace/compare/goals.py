@@ -26,26 +26,26 @@ GoalKey: TypeAlias = tuple[str, str]
 class Goal:
     """A goal and its plans.
 
-    :param own: its transitions, without those that change only the parent.
+    :param transitions: its transitions, without those that change only the parent.
     :param plans: the transitions of its plan-actions, by plan id; after reading, by ids that are equal in all
         runs.
     :param details: its parameters and other details, when they changed.
     :param plan_details: the details of its plan-actions by plan; each state starts with the action's id.
-    :param deeds: the states of the goal and its plans, computed for comparisons with other goals.
-    :param named_by: the kind of each goal whose error names this one, and the index of the transition.
+    :param states: the states of the goal and its plans, computed for comparisons with other goals.
+    :param error_mentions: the kind of each goal whose error names this one, and the index of the transition.
     """
 
     key: GoalKey
     goal_class: str = UNKNOWN
     sub_type: str = UNKNOWN
     parent: GoalKey | None = None
-    own: list[Step] = field(default_factory=list)
+    transitions: list[Step] = field(default_factory=list)
     plans: dict[str, list[Step]] = field(default_factory=dict)
     details: list[Step] = field(default_factory=list)
     plan_details: dict[str, list[Step]] = field(default_factory=dict)
     children: list[Goal] = field(default_factory=list)
-    named_by: list[tuple[tuple[str, ...], int]] = field(default_factory=list)
-    deeds: Counter[State] = field(default_factory=Counter)
+    error_mentions: list[tuple[tuple[str, ...], int]] = field(default_factory=list)
+    states: Counter[State] = field(default_factory=Counter)
 
     @property
     def kind(self) -> tuple[str, str, str, str]:
@@ -55,44 +55,44 @@ class Goal:
     @property
     def start(self) -> int:
         """The position of the first transition."""
-        return min(steps[0].position for steps in (self.own, *self.plans.values()) if steps)
+        return min(steps[0].position for steps in (self.transitions, *self.plans.values()) if steps)
 
     @property
     def size(self) -> int:
         """The number of goals in this subtree."""
         return sum(1 for _ in downwards([self]))
 
-    def likeness(self, other: Goal) -> float:
+    def similarity(self, other: Goal) -> float:
         """Return the share of equal states of two goals, in any order, from 0 to 1."""
-        ours, theirs = self._known_deeds(), other._known_deeds()
-        return 2 * (ours & theirs).total() / max(1, ours.total() + theirs.total())
+        states_a, states_b = self._all_states(), other._all_states()
+        return 2 * (states_a & states_b).total() / max(1, states_a.total() + states_b.total())
 
-    def _known_deeds(self) -> Counter[State]:
+    def _all_states(self) -> Counter[State]:
         """Return the states of goal and plans without names, and the classes of the children."""
-        if not self.deeds:
-            self.deeds.update((*step.state[:2], anonymous(step.state[2])) for step in self.own)
+        if not self.states:
+            self.states.update((*step.state[:2], anonymous(step.state[2])) for step in self.transitions)
             for steps in (*self.plans.values(), self.details, *self.plan_details.values()):
-                self.deeds.update(states_of(steps))
-            self.deeds.update((child.goal_class, child.sub_type) for child in self.children)
-        return self.deeds
+                self.states.update(states_of(steps))
+            self.states.update((child.goal_class, child.sub_type) for child in self.children)
+        return self.states
 
     def before(self, inner: Steps) -> list[int]:
         """Return, for each transition of a child or plan, the number of this goal's earlier ones."""
-        positions = [step.position for step in self.own]
+        positions = [step.position for step in self.transitions]
         return [bisect_left(positions, step.position) for step in inner]
 
-    def by_stem(self, steps: Mapping[str, list[Step]]) -> dict[str, list[Step]]:
+    def by_plan_stem(self, steps: Mapping[str, list[Step]]) -> dict[str, list[Step]]:
         """Return steps of plans by ids without gensym numbers.
 
         :param steps: by plan id.
         """
-        found: dict[str, list[Step]] = {}
+        by_stem: dict[str, list[Step]] = {}
         counts: Counter[str] = Counter()
-        for plan, each in steps.items():
+        for plan, plan_steps in steps.items():
             stem = anonymous(plan.replace(self.key[1], "@"))
             counts[stem] += 1
-            found[stem if counts[stem] == 1 else f"{stem}[{counts[stem]}]"] = each
-        return found
+            by_stem[stem if counts[stem] == 1 else f"{stem}[{counts[stem]}]"] = plan_steps
+        return by_stem
 
 
 class GoalForest:
@@ -133,13 +133,14 @@ class GoalForest:
     def _goal_transition(self, event: GoalTransition) -> None:
         """Process a transition of a goal; one that changes only the parent is ignored."""
         goal = self._goal(event.env, event.goal)
-        goal.goal_class = _joined(goal.goal_class, event.goal_class)
-        goal.sub_type = _joined(goal.sub_type, event.sub_type)
+        goal.goal_class = _joined_class(goal.goal_class, event.goal_class)
+        goal.sub_type = _joined_class(goal.sub_type, event.sub_type)
         parent = parent_id(event.parent)
         goal.parent = None if parent is None else (goal.key[0], intern(parent))
         state = (event.mode, event.outcome, event.error)
-        if not goal.own or goal.own[-1].state != state:
-            goal.own.append(Step(state, self.count, event.time_us))
+        # a change of the parent alone: trees are built in different orders, see docs/evidence/comparing.md
+        if not goal.transitions or goal.transitions[-1].state != state:
+            goal.transitions.append(Step(state, self.count, event.time_us))
         self._take_details(goal.details, event, ())
 
     def _action_transition(self, event: PlanActionTransition) -> None:
@@ -159,17 +160,20 @@ class GoalForest:
         forest = Forest({key: goal.parent for key, goal in self.goals.items()})
         for key, goal in self.goals.items():
             goal.children = [self.goals[child] for child in forest.children.get(key, ())]
-            goal.plans, goal.plan_details = goal.by_stem(goal.plans), goal.by_stem(goal.plan_details)
-            for number, step in enumerate(goal.own):
+            goal.plans, goal.plan_details = (
+                goal.by_plan_stem(goal.plans),
+                goal.by_plan_stem(goal.plan_details),
+            )
+            for number, step in enumerate(goal.transitions):
                 for word in step.state[2].split():
-                    if named := self.goals.get((key[0], word)):
-                        named.named_by.append((goal.kind, number))
+                    if mentioned := self.goals.get((key[0], word)):
+                        mentioned.error_mentions.append((goal.kind, number))
         return [self.goals[key] for key in forest.roots]
 
 
-def _joined(known: str, new: str) -> str:
+def _joined_class(former: str, new: str) -> str:
     """Return the class of a goal; different classes are joined."""
-    return known if known == new else intern(new if known == UNKNOWN else f"{known}|{new}")
+    return former if former == new else intern(new if former == UNKNOWN else f"{former}|{new}")
 
 
 def downwards(roots: Iterable[Goal]) -> Iterator[Goal]:
@@ -181,24 +185,25 @@ def downwards(roots: Iterable[Goal]) -> Iterator[Goal]:
         stack.extend(reversed(goal.children))
 
 
-def sign(forest: GoalForest, numbers: dict[object, int], *, with_parent: bool) -> dict[Goal, int]:
+def signatures_of(forest: GoalForest, numbers: dict[object, int], *, with_parent: bool) -> dict[Goal, int]:
     """Return a number per goal, equal for goals whose subtrees behaved equally.
 
     :param numbers: the numbers assigned so far, for any number of runs.
     :param with_parent: include the position among the parent's transitions.
     """
-    signed: dict[Goal, int] = {}
+    signatures: dict[Goal, int] = {}
+    # children before their parents, whose signature contains theirs
     for goal in reversed(list(downwards(forest.roots))):
         parent = forest.goals.get(goal.parent) if with_parent and goal.parent else None
-        deeds = (
+        behaviour = (
             goal.kind,
-            tuple((*step.state[:2], anonymous(step.state[2])) for step in goal.own),
-            tuple(parent.before(goal.own)[1:]) if parent else (),
-            tuple(sorted(goal.named_by)),
+            tuple((*step.state[:2], anonymous(step.state[2])) for step in goal.transitions),
+            tuple(parent.before(goal.transitions)[1:]) if parent else (),
+            tuple(sorted(goal.error_mentions)),
             tuple((plan, states_of(steps), tuple(goal.before(steps))) for plan, steps in goal.plans.items()),
             states_of(goal.details),
             tuple(states_of(steps) for steps in goal.plan_details.values()),
-            tuple(sorted(signed[child] for child in goal.children)),
+            tuple(sorted(signatures[child] for child in goal.children)),
         )
-        signed[goal] = numbers.setdefault(deeds, len(numbers))
-    return signed
+        signatures[goal] = numbers.setdefault(behaviour, len(numbers))
+    return signatures

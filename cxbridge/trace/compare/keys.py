@@ -204,8 +204,10 @@ class Tokens:
                 continue
             number = self.count
             self.count += 1
+            # a dropped status is counted nevertheless, because reports number the events of the file
             counted = self._skillers.fresh(kept) if isinstance(kept, SkillStatus) else kept
             if counted is not None:
+                # the event as recorded, for reports
                 yield Token(*self._make(counted), kept, number)
 
     def _make(self, event: Event) -> tuple[Key, Names, int, int | None]:
@@ -246,6 +248,8 @@ class _KeyMaker:
         values = list(self._values(event))
         names: Names = ()
         thread_names = 0
+        # names are found by attribute instead of in all parts, because a class or a mode may look like a
+        # gensym id
         for index in self._named:
             values[index], part_names = self._namer.split(values[index])
             names += part_names
@@ -274,6 +278,7 @@ class SkillerBacklog:
         skiller = (event.env, event.skiller)
         old_skill = self._old_skills.get(skiller)
         has_ended = event.status in _ENDED and event.skill_string
+        # the first status of the run: the end of a skill of an earlier client
         if old_skill is None and has_ended:
             self._old_skills[skiller] = event.skill_string
             return replace(event, skill_string="", msgid=0, status=_IDLE)
@@ -311,6 +316,7 @@ def scenario_hints(scopes_a: set[str], scopes_b: set[str]) -> list[str]:
     :param scopes_a: the goal classes, rules and skills of run A; ``scopes_b``: of run B.
     """
     all_scopes = (scopes_a | scopes_b) - {""}
+    # the empty scope is that of an idle Skiller, which every run has
     if len(scopes_a & scopes_b & all_scopes) >= DIFFERENT_SCENARIOS * len(all_scopes):
         return []
     sentences = ["these look like runs of different scenarios"]

@@ -69,13 +69,14 @@ def without_times_of_day(text: str, now_us: int) -> str:
 
     :param now_us: the run's clock; the text of a run with dates is unchanged.
     """
+    # the times of a log without dates count from midnight of 1970-01-01
     if now_us >= _DATED_US or _PAIR.search(text) is None:
         return text
 
-    def name(match: re.Match[str]) -> str:
+    def replacement(match: re.Match[str]) -> str:
         return "time#" if 0 <= now_us // MICROSECONDS - int(match[1]) <= _RECENT_S else match[0]
 
-    return _PAIR.sub(name, text)
+    return _PAIR.sub(replacement, text)
 
 
 def _split(text: str, names: list[str], *, indices: bool = False) -> str:

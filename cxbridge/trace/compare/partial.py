@@ -39,21 +39,22 @@ def compare_partial(
 
     :param missing: details that do not count.
     """
-    ours = GoalForest(a, missing)
+    forest_a = GoalForest(a, missing)
     relations: dict[Relation, _AgreedRelation] = {}
     for number, run in enumerate(others):
-        theirs = GoalForest(run, missing)
-        comparison = Comparison(View.TRANSITIONS, Order.PARTIAL, ours.count, theirs.count, other=number)
-        match = match_goals(ours, theirs)
-        steps = chain(_step_pairs(match, (ours, theirs)), ours.skillers.pairs(theirs.skillers))
-        begin = ours.start_us, theirs.start_us
+        forest_b = GoalForest(run, missing)
+        comparison = Comparison(View.TRANSITIONS, Order.PARTIAL, forest_a.count, forest_b.count, other=number)
+        match = match_goals(forest_a, forest_b)
+        steps = chain(_step_pairs(match, (forest_a, forest_b)), forest_a.skillers.pairs(forest_b.skillers))
+        begin = forest_a.start_us, forest_b.start_us
         compare_steps(comparison, steps, begin, tolerance, _goal_differences(match))
         if not comparison.same:
-            comparison.hints += scenario_hints(ours.scopes, theirs.scopes)
+            comparison.hints += scenario_hints(forest_a.scopes, forest_b.scopes)
             return comparison
-        _agree(relations, match)
+        _add_relations(relations, match)
+    # relations hold between the run and all others; report them against the first
     comparison.other = 0
-    comparison.keep(sorted(_broken(relations), key=lambda difference: difference.position))
+    comparison.keep(sorted(_broken_relations(relations), key=lambda difference: difference.position))
     return comparison
 
 
@@ -61,17 +62,17 @@ def _goal_differences(match: GoalMatch) -> Iterator[Difference]:
     """Yield the goals that only one run has, or that differ in parent or class."""
     missing = Side(None, "(no such goal)")
     for run, kind in enumerate((DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)):
-        for goal in match.only[run]:
-            there = Side(goal.start, _goal_text(goal))
-            sides = (missing, there) if run else (there, missing)
+        for goal in match.unmatched[run]:
+            side = Side(goal.start, _goal_text(goal))
+            sides = (missing, side) if run else (side, missing)
             yield Difference(f"a goal that only {'AB'[run]} has", match.labels[goal], *sides, kind)
     for noun, text, pairs in (
-        ("another parent", _parent_text, match.adopted),
-        ("another class or id", _named, match.renamed),
+        ("another parent", _parent_text, match.moved),
+        ("another class or id", _class_text, match.renamed),
     ):
         for pair in pairs:
-            ours, theirs = (Side(goal.start, text(goal)) for goal in pair)
-            yield Difference(noun, f"goal {match.labels[pair[0]]}", ours, theirs)
+            side_a, side_b = (Side(goal.start, text(goal)) for goal in pair)
+            yield Difference(noun, f"goal {match.labels[pair[0]]}", side_a, side_b)
 
 
 def _parent_text(goal: Goal) -> str:
@@ -79,35 +80,37 @@ def _parent_text(goal: Goal) -> str:
     return f"goal {goal.key[1]} below {goal.parent[1] if goal.parent else 'no parent'}"
 
 
-def _named(goal: Goal) -> str:
+def _class_text(goal: Goal) -> str:
     """Return id, class and sub-type of a goal as text."""
     return f"goal {goal.key[1]} of class {goal.goal_class}, sub-type {goal.sub_type}"
 
 
 def _goal_text(goal: Goal) -> str:
-    more = f", with {goal.size - 1} below it" if goal.size > 1 else ""
-    return f"goal {goal.key[1]} of class {goal.goal_class}{more}"
+    subtree = f", with {goal.size - 1} below it" if goal.size > 1 else ""
+    return f"goal {goal.key[1]} of class {goal.goal_class}{subtree}"
 
 
 def _step_pairs(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Iterator[StepPair]:
     """Yield the transitions of all goals and plans, paired, and their details."""
     for pair in match.pairs:
-        one, other = pair
-        subject = f"goal {match.labels[one]}"
-        own = (_renamed(one, forests[0], match), _renamed(other, forests[1], match))
-        yield StepPair(subject, "transition", own)
-        details: list[tuple[str, Steps, Steps]] = [(subject, one.details, other.details)]
-        for plan in {**one.plans, **other.plans}:
-            name = _plan_subject(match, one, plan)
-            yield StepPair(name, "transition", (one.plans.get(plan, ()), other.plans.get(plan, ())))
-            said = [goal.plan_details.get(plan, []) for goal in pair]
-            actions = set.intersection(*({step.state[0] for step in steps} for steps in said))
+        goal_a, goal_b = pair
+        subject = f"goal {match.labels[goal_a]}"
+        transitions = (_renamed(goal_a, forests[0], match), _renamed(goal_b, forests[1], match))
+        yield StepPair(subject, "transition", transitions)
+        details: list[tuple[str, Steps, Steps]] = [(subject, goal_a.details, goal_b.details)]
+        for plan in {**goal_a.plans, **goal_b.plans}:
+            name = _plan_subject(match, goal_a, plan)
+            yield StepPair(name, "transition", (goal_a.plans.get(plan, ()), goal_b.plans.get(plan, ())))
+            plan_details = [goal.plan_details.get(plan, []) for goal in pair]
+            actions = set.intersection(*({step.state[0] for step in steps} for steps in plan_details))
             # an action that only one run has is a difference already
-            ours, theirs = ([step for step in steps if step.state[0] in actions] for steps in said)
-            details.append((name, ours, theirs))
-        for name, *said_of in details:
-            if all(said_of):
-                yield StepPair(f"details of {name}", "value", (said_of[0], said_of[1]), timed=False)
+            steps_a, steps_b = (
+                [step for step in steps if step.state[0] in actions] for steps in plan_details
+            )
+            details.append((name, steps_a, steps_b))
+        for name, *sides in details:
+            if all(sides):
+                yield StepPair(f"details of {name}", "value", (sides[0], sides[1]), timed=False)
 
 
 def _plan_subject(match: GoalMatch, goal: Goal, plan: str) -> str:
@@ -119,14 +122,14 @@ def _renamed(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
     """Return the steps of a goal with the labels of goals in its errors."""
 
     def label(word: str) -> str:
-        named = forest.goals.get((goal.key[0], word))
-        return anonymous(word) if named is None else match.labels[named]
+        mentioned = forest.goals.get((goal.key[0], word))
+        return anonymous(word) if mentioned is None else match.labels[mentioned]
 
     return [
         step._replace(state=(*step.state[:2], " ".join(map(label, step.state[2].split()))))
         if step.state[2]
         else step
-        for step in goal.own
+        for step in goal.transitions
     ]
 
 
@@ -135,60 +138,63 @@ class _AgreedRelation:
     """The numbers of a goal's transitions before those of a plan or sub-goal.
 
     :param outer: the goal whose transitions are counted; ``inner``: the transitions after them.
-    :param counts: the numbers in each of the other runs.
-    :param theirs: the transitions in the first of the other runs.
+    :param counts_b: the numbers in each of the other runs.
+    :param inner_b: the transitions in the first of the other runs.
     """
 
     subject: str
     outer: Goal
     inner: Steps
-    ours: list[int]
-    theirs: Steps
-    counts: list[list[int]]
+    counts_a: list[int]
+    inner_b: Steps
+    counts_b: list[list[int]]
 
 
-def _agree(agreed: dict[Relation, _AgreedRelation], match: GoalMatch) -> None:
+def _add_relations(relations: dict[Relation, _AgreedRelation], match: GoalMatch) -> None:
     """Add the relations of another run."""
     partners = dict(match.pairs)
-    for one, other in match.pairs:
-        for child in one.children:
-            place, subject = (child, ""), f"goal {match.labels[child]}"
-            _relate(agreed, place, subject, (one, child.own), (other, partners[child].own))
-        for plan, steps in one.plans.items():
-            subject = _plan_subject(match, one, plan)
-            _relate(agreed, (one, plan), subject, (one, steps), (other, other.plans[plan]))
+    for goal_a, goal_b in match.pairs:
+        for child in goal_a.children:
+            key, subject = (child, ""), f"goal {match.labels[child]}"
+            _add_relation(
+                relations, key, subject, (goal_a, child.transitions), (goal_b, partners[child].transitions)
+            )
+        for plan, steps in goal_a.plans.items():
+            subject = _plan_subject(match, goal_a, plan)
+            _add_relation(relations, (goal_a, plan), subject, (goal_a, steps), (goal_b, goal_b.plans[plan]))
 
 
-def _relate(
-    agreed: dict[Relation, _AgreedRelation],
-    place: Relation,
+def _add_relation(
+    relations: dict[Relation, _AgreedRelation],
+    key: Relation,
     subject: str,
-    ours: tuple[Goal, Steps],
-    theirs: tuple[Goal, Steps],
+    side_a: tuple[Goal, Steps],
+    side_b: tuple[Goal, Steps],
 ) -> None:
     """Add the relations between the transitions of a goal and those of a child or plan."""
-    counts = [outer.before(inner) for outer, inner in (ours, theirs)]
-    if not place[1]:
+    counts = [outer.before(inner) for outer, inner in (side_a, side_b)]
+    if not key[1]:
         # the way the tree is built decides whether parent or child is formulated first
         for count in counts:
-            count[:1] = [max(1, first) for first in count[:1]]
-    known = agreed.setdefault(place, _AgreedRelation(subject, *ours, counts[0], theirs[1], []))
-    known.counts.append(counts[1])
+            count[:1] = [max(1, first_count) for first_count in count[:1]]
+    relation = relations.setdefault(key, _AgreedRelation(subject, *side_a, counts[0], side_b[1], []))
+    relation.counts_b.append(counts[1])
 
 
-def _broken(agreed: dict[Relation, _AgreedRelation]) -> Iterator[Difference]:
+def _broken_relations(relations: dict[Relation, _AgreedRelation]) -> Iterator[Difference]:
     """Yield the relations on which the other runs agree and which the first run breaks."""
-    for relation in agreed.values():
-        for at, ours in enumerate(relation.ours):
-            theirs = [counts[at] for counts in relation.counts]
-            wanted = min(max(ours, min(theirs)), max(theirs))
-            if ours != wanted:
+    for relation in relations.values():
+        for index, count_a in enumerate(relation.counts_a):
+            counts_b = [counts[index] for counts in relation.counts_b]
+            # counts between the extremes of the other runs are as good as theirs
+            agreed_count = min(max(count_a, min(counts_b)), max(counts_b))
+            if count_a != agreed_count:
                 yield Difference(
-                    f"'{text_of(relation.inner[at].state)}' on the other side of transitions"
+                    f"'{text_of(relation.inner[index].state)}' on the other side of transitions"
                     f" of goal {relation.outer.key[1]}",
                     relation.subject,
-                    Side(relation.inner[at].position, _position_text(relation.outer, ours)),
-                    Side(relation.theirs[at].position, _position_text(relation.outer, wanted)),
+                    Side(relation.inner[index].position, _position_text(relation.outer, count_a)),
+                    Side(relation.inner_b[index].position, _position_text(relation.outer, agreed_count)),
                     DifferenceKind.ORDER,
                 )
 
@@ -197,7 +203,7 @@ def _position_text(goal: Goal, count: int) -> str:
     """Return the text for a position among the transitions of a goal."""
     if count == 0:
         return "before its first transition"
-    return f"after its transition number {count}, '{text_of(goal.own[count - 1].state)}'"
+    return f"after its transition number {count}, '{text_of(goal.transitions[count - 1].state)}'"
 
 
 def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Comparison:

@@ -34,6 +34,7 @@ def compare_runs(
     """
     if not others:
         raise ValueError("nothing to compare with")
+    # in partial order they are counted, and a count has no time
     if tolerance and order is Order.PARTIAL and view in {View.RULES, View.FACTS}:
         raise TraceError(
             f"in partial order, {view.value} have no times that could be compared",
@@ -60,6 +61,7 @@ def compare_runs(
         comparison.other = number
         _need_events(a, comparison.count_a, view)
         _need_events(other, comparison.count_b, view)
+        # the first run that differs is the result
         if not comparison.same:
             break
     return comparison

@@ -48,7 +48,7 @@ class EventPattern:
     tests: Mapping[str, re.Pattern[str]]
 
     @property
-    def whole_goal(self) -> bool:
+    def is_whole_goal(self) -> bool:
         """Whether the pattern selects goals with everything that belongs to them."""
         return self.kind == "goal" and not self.field and self.tests.keys() <= _WHOLE_GOAL
 
@@ -64,40 +64,40 @@ def parse_pattern(text: str) -> EventPattern:
 
     :raises TraceError: if the form is different, or a name is unknown.
     """
-    head, _, rest = text.partition(":")
+    head, _, condition = text.partition(":")
     kind, _, field = head.partition(".")
     kinds = selectable()
     if kind not in kinds:
         raise TraceError(f"pattern '{text}': no kind '{kind}'", hint=f"use one of {', '.join(kinds)}")
-    known = kinds[kind]
-    tests = dict(_tests(text, rest, known))
+    fields = kinds[kind]
+    tests = dict(_tests(text, condition, fields))
     if kind == "interface" and not field:
         uid = tests.get("uid", "")
-        before, dot, after = uid.rpartition(".")
-        if dot and "uid=" not in rest and "::" not in after:
-            field, tests["uid"] = after, before
-    elif field and kind not in {"interface", "fact"} and not known.get(field):
-        raise TraceError(f"pattern '{text}': {kind} has no field '{field}' to leave out", hint=_hint(known))
+        uid_glob, dot, field_glob = uid.rpartition(".")
+        if dot and "uid=" not in condition and "::" not in field_glob:
+            field, tests["uid"] = field_glob, uid_glob
+    elif field and kind not in {"interface", "fact"} and not fields.get(field):
+        raise TraceError(f"pattern '{text}': {kind} has no field '{field}' to leave out", hint=_hint(fields))
     globs = {name: re.compile(translate(glob)) for name, glob in tests.items()}
     return EventPattern(text, kind, field, globs)
 
 
-def _tests(text: str, rest: str, known: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+def _tests(text: str, condition: str, fields: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """Yield the fields and globs of a pattern."""
-    if not rest:
+    if not condition:
         return
-    if not re.match(r"[a-z-]+=", rest):
-        yield next(iter(known)), rest
+    if not re.match(r"[a-z-]+=", condition):
+        yield next(iter(fields)), condition
         return
-    for part in re.split(f",(?=(?:{'|'.join(known)})=)", rest):
-        name, _, glob = part.partition("=")
-        if name not in known:
-            raise TraceError(f"pattern '{text}': no field '{name}'", hint=_hint(known))
+    for test in re.split(f",(?=(?:{'|'.join(fields)})=)", condition):
+        name, _, glob = test.partition("=")
+        if name not in fields:
+            raise TraceError(f"pattern '{text}': no field '{name}'", hint=_hint(fields))
         yield name, glob
 
 
-def _hint(known: Mapping[str, str]) -> str:
-    return f"use one of {', '.join(known)}"
+def _hint(fields: Mapping[str, str]) -> str:
+    return f"use one of {', '.join(fields)}"
 
 
 class Selection:
@@ -112,6 +112,7 @@ class Selection:
         self.only = [parse_pattern(text) for text in only]
         self.ignore = [parse_pattern(text) for text in ignore]
         for pattern in self.only:
+            # the rest of another event identifies nothing without its other fields
             if pattern.field and pattern.kind != "interface":
                 raise TraceError(
                     f"--only {pattern.text}: single fields can be chosen of interfaces only",
@@ -137,11 +138,11 @@ class Selection:
     @property
     def unused(self) -> list[str]:
         """The patterns that matched no event of the runs read so far."""
-        return [each.text for each in (*self.only, *self.ignore) if each.text not in self._used]
+        return [pattern.text for pattern in (*self.only, *self.ignore) if pattern.text not in self._used]
 
     def reader(self) -> EventReader:
         """Return a function for the events of one run, from its start."""
-        return _SelectionReader(self, self._used).take
+        return _SelectionReader(self, self._used).content
 
 
 def with_kept(
@@ -149,14 +150,14 @@ def with_kept(
 ) -> Iterator[tuple[Event, Event | None]]:
     """Yield all events of a run with their compared content, or None."""
     types = frozenset(view.event_types)
-    take = selection.reader() if selection else None
+    content_of = selection.reader() if selection else None
     for event in run:
-        shown = type(event) in types
-        yield event, (take(event) if take is not None else event) if shown else None
+        is_compared = type(event) in types
+        yield event, (content_of(event) if content_of is not None else event) if is_compared else None
 
 
 def compared(run: Iterable[Event], view: View, selection: Selection | None = None) -> Iterator[Event]:
-    return (kept for _, kept in with_kept(run, view, selection) if kept is not None)
+    return (content for _, content in with_kept(run, view, selection) if content is not None)
 
 
 class _SelectionReader:
@@ -167,32 +168,34 @@ class _SelectionReader:
         self._goals: dict[tuple[str, str], GoalTransition] = {}
         self._last: dict[object, Event] = {}
 
-    def take(self, event: Event) -> Event | None:
+    def content(self, event: Event) -> Event | None:
         """Return the compared content of the next event, or None."""
         kind = event.KIND.name
         if not event.KIND.patterns:
             return event
+        # a plan-action belongs to a goal that a pattern may select, and has itself only the goal's id
         if isinstance(event, GoalTransition):
             self._goals[event.env, event.goal] = event
         values = self._values(event)
-        kept: Event | None = event
+        content: Event | None = event
         if self._only:
-            chosen = [pattern for pattern in self._only if self._matches(pattern, kind, event, values)]
-            kept = _chosen_fields(event, chosen) if chosen else None
+            patterns = [pattern for pattern in self._only if self._matches(pattern, kind, event, values)]
+            content = _with_only_selected_fields(event, patterns) if patterns else None
         for pattern in self._ignore:
-            if kept is not None and self._matches(pattern, kind, event, values):
-                kept = _without(kept, pattern.field) if pattern.field else None
-        return kept if kept is None or kept is event else self._unless_said(kept)
+            if content is not None and self._matches(pattern, kind, event, values):
+                content = _without_field(content, pattern.field) if pattern.field else None
+        # without some fields, consecutive states of a subject may be equal
+        return content if content is None or content is event else self._unless_repeated(content)
 
     def _matches(self, pattern: EventPattern, kind: str, event: Event, values: Mapping[str, str]) -> bool:
         """Return whether a pattern selects the event, or the goal to which it belongs."""
-        found = pattern.matches(kind, values)
-        if not found and pattern.whole_goal and isinstance(event, PlanActionTransition):
+        is_match = pattern.matches(kind, values)
+        if not is_match and pattern.is_whole_goal and isinstance(event, PlanActionTransition):
             goal = self._goals.get((event.env, event.goal))
-            found = goal is not None and pattern.matches("goal", self._values(goal))
-        if found:
+            is_match = goal is not None and pattern.matches("goal", self._values(goal))
+        if is_match:
             self._used.add(pattern.text)
-        return found
+        return is_match
 
     def _values(self, event: Event) -> Mapping[str, str]:
         """Return the fields of an event by their names in patterns."""
@@ -202,28 +205,28 @@ class _SelectionReader:
             values["class"] = goal.goal_class if goal else ""
         return values
 
-    def _unless_said(self, event: Event) -> Event | None:
+    def _unless_repeated(self, event: Event) -> Event | None:
         """Return the event, or None if it repeats the last one of its subject."""
         if not event.KIND.subject:
             return event
         subject = event.KIND.name, *(getattr(event, field) for field in event.KIND.subject)
-        bare = replace(event, time_us=0)
-        if self._last.get(subject) == bare:
+        timeless = replace(event, time_us=0)
+        if self._last.get(subject) == timeless:
             return None
-        self._last[subject] = bare
+        self._last[subject] = timeless
         return event
 
 
-def _chosen_fields(event: Event, chosen: Sequence[EventPattern]) -> Event:
+def _with_only_selected_fields(event: Event, patterns: Sequence[EventPattern]) -> Event:
     """Return an interface write with only the selected fields; other events are unchanged."""
-    if not isinstance(event, InterfaceWrite) or any(not pattern.field for pattern in chosen):
+    if not isinstance(event, InterfaceWrite) or any(not pattern.field for pattern in patterns):
         return event
-    globs = [re.compile(translate(pattern.field)) for pattern in chosen]
-    kept = {name: value for name, value in event.values.items() if any(glob.match(name) for glob in globs)}
-    return replace(event, values=kept)
+    globs = [re.compile(translate(pattern.field)) for pattern in patterns]
+    values = {name: value for name, value in event.values.items() if any(glob.match(name) for glob in globs)}
+    return replace(event, values=values)
 
 
-def _without(event: Event, field: str) -> Event:
+def _without_field(event: Event, field: str) -> Event:
     if isinstance(event, InterfaceWrite):
         glob = re.compile(translate(field))
         return replace(event, values={k: v for k, v in event.values.items() if not glob.match(k)})
@@ -240,5 +243,5 @@ def _without_slot(text: str, field: str) -> str:
         template, slots = parse_fact(text)
     except FactSyntaxError:
         return text
-    kept = "".join(f" ({name} {value})" for name, value in slots.items() if not glob.match(name))
-    return f"({template}{kept})"
+    slot_texts = "".join(f" ({name} {value})" for name, value in slots.items() if not glob.match(name))
+    return f"({template}{slot_texts})"

@@ -71,15 +71,18 @@ class StepPair:
         :param begin: the start of each run in microseconds.
         """
         states = [states_of(steps) for steps in self.steps]
+        # details have the times of the transitions beside them
         times = times if self.timed else None
         if states[0] == states[1] and times is None:
             return []
         alignment = Alignment(*states)
+        # all states have the same subject, so that states between the same pairs are changed ones
         edits = alignment.edits(lambda run, index: states[run][index], lambda _run, _at: None, joined=ALONE)
         differences = [self._difference(alignment, edit) for edit in edits]
         if times:
             differences += self._late_steps(alignment, times)
         if differences:
+            # made only for the first difference of the report
             rows[self.subject] = lambda: alignment.rows(lambda run, index: self._line(run, index, begin))
         return differences
 
@@ -200,6 +203,7 @@ class Streams:
         else:
             return
         stream = self._streams.setdefault(name, [])
+        # how often a writer repeats a value depends on the machine
         if not stream or stream[-1].state != (text,):
             stream.append(Step((text,), position, event.time_us))
 

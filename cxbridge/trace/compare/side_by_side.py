@@ -43,12 +43,12 @@ def page_report(
     explained = report.comparison.differences[:EXPLAINED]
     contexts: list[list[dict[str, Any]]] = []
     for run, sides in (
-        (report.a, [each.a for each in explained]),
-        (report.b, [each.b for each in explained]),
+        (report.a, [difference.a for difference in explained]),
+        (report.b, [difference.b for difference in explained]),
     ):
         positions = [side.position for side in sides]
-        found = contexts_of(run, report.comparison.view, positions, selection)
-        contexts.append([asdict(found[position]) for position in positions])
+        contexts_by_position = contexts_of(run, report.comparison.view, positions, selection)
+        contexts.append([asdict(contexts_by_position[position]) for position in positions])
     return {
         **plain_report(report, options),
         "contexts": [{"a": a, "b": b} for a, b in zip(*contexts, strict=True)],
@@ -64,10 +64,10 @@ def _goals(a: Run, b: Run) -> dict[str, Any]:
     ends = [history.end / MICROSECONDS if timed else history.events for history in histories]
     match = match_goals(GoalForest(_of_goals(a)), GoalForest(_of_goals(b)))
     rows: dict[str, dict[str, Any]] = {}
-    for one, other in match.pairs:
-        rows[match.labels[one]] = {"a": bars[0].get(one.key), "b": bars[1].get(other.key)}
-    for side, only in zip("ab", match.only, strict=True):
-        for goal in only:
+    for goal_a, goal_b in match.pairs:
+        rows[match.labels[goal_a]] = {"a": bars[0].get(goal_a.key), "b": bars[1].get(goal_b.key)}
+    for side, unmatched in zip("ab", match.unmatched, strict=True):
+        for goal in unmatched:
             rows[match.labels[goal]] = {"a": None, "b": None, side: bars["ab".index(side)].get(goal.key)}
     ordered = list(_in_order(rows))
     return {
@@ -87,10 +87,11 @@ def _of_goals(run: Run) -> Iterator[Event]:
 
 def _bars(history: RunHistory, *, timed: bool) -> dict[tuple[str, str], Bar]:
     """Return the first life of each goal as a bar."""
-    found: dict[tuple[str, str], Bar] = {}
+    bars: dict[tuple[str, str], Bar] = {}
     for goal in history.goals:
-        found.setdefault((goal.env, goal.id), _bar(goal, history, timed=timed))
-    return found
+        # the comparison knows a goal by its id, so that all lives of an id are one row
+        bars.setdefault((goal.env, goal.id), _bar(goal, history, timed=timed))
+    return bars
 
 
 def _bar(goal: GoalRecord, history: RunHistory, *, timed: bool) -> Bar:
@@ -112,16 +113,16 @@ def _bar(goal: GoalRecord, history: RunHistory, *, timed: bool) -> Bar:
 
 def _in_order(rows: Mapping[str, dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """Yield the rows of parents before those of their children, siblings by start."""
-    below: dict[str, list[str]] = {}
+    children: dict[str, list[str]] = {}
     for label in rows:
-        above = label.rpartition("/")[0]
-        below.setdefault(above if above in rows else "", []).append(label)
+        parent = label.rpartition("/")[0]
+        children.setdefault(parent if parent in rows else "", []).append(label)
 
     def begin(label: str) -> float:
         return min((bar["begin"] for bar in rows[label].values() if bar is not None), default=0)
 
-    stack = [(label, 0) for label in sorted(below.get("", ()), key=begin, reverse=True)]
+    stack = [(label, 0) for label in sorted(children.get("", ()), key=begin, reverse=True)]
     while stack:
         label, depth = stack.pop()
         yield {"label": label.rpartition("/")[2], "depth": depth, **rows[label]}
-        stack += [(child, depth + 1) for child in sorted(below.get(label, ()), key=begin, reverse=True)]
+        stack += [(child, depth + 1) for child in sorted(children.get(label, ()), key=begin, reverse=True)]

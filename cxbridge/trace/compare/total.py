@@ -68,11 +68,13 @@ def compare_total(
     window: deque[tuple[Token, Token, int]] = deque(maxlen=WINDOW)
     tokens_a, tokens_b = iter(runs[0]), iter(runs[1])
     while True:
+        # names are numbered by first appearance, so equal numbers mean the same name up to here
         shared_names = len(runs[0].namer)
         token_a, token_b = next(tokens_a, None), next(tokens_b, None)
         if token_a is None or token_b is None or token_a.key != token_b.key or token_a.names != token_b.names:
             break
         window.append((token_a, token_b, shared_names))
+        # most events have neither a message id nor a compared time, and this is the inner loop
         if tolerance or token_a.msgid is not None or token_b.msgid is not None:
             differences += checks.differences(token_a, token_b)
     tails = [
@@ -84,7 +86,10 @@ def compare_total(
     ]
     comparison = Comparison(view, Order.TOTAL, runs[0].count, runs[1].count)
     if len(window) < max(map(len, tails)):
+        # names that are new in the window may be paired differently, so that only the older ones are certain
         shared_names = window[0][2] if window else shared_names
+        # only for the first difference: an earlier one is a message id or a time, around which the events are
+        # equal
         divergence = Divergence(tails, shared_names, (runs[0].start_us, runs[1].start_us))
         is_first = not differences
         differences += divergence.differences(checks, len(window))
@@ -137,6 +142,7 @@ class Divergence:
         self._start_us = start_us
         self._partner_names: dict[int, int] = {}  # names of B to names of A
         self._paired_names: set[int] = set()  # names of A that have a partner
+        # first without names, to learn from the paired events which name of B is which of A; then with names
         self._alignment = Alignment(*([token.key for token in tail] for tail in tails))
         if any(token.names for tail in tails for token in tail):
             self._learn_names()
@@ -163,6 +169,7 @@ class Divergence:
         ]
         starts = [(NONE, NONE), *self._alignment.pairs]
         for (last_a, last_b), (index_a, index_b) in zip(starts, self._alignment.pairs, strict=False):
+            # an event that only one run has may shift the message ids after it
             for token in (*self._tails[0][last_a + 1 : index_a], *self._tails[1][last_b + 1 : index_b]):
                 checks.gap(token)
             if not index_a == index_b < checked:
@@ -190,6 +197,7 @@ class Divergence:
             for index_a, index_b in self._alignment.pairs
             for pair in zip(self._tails[0][index_a].names, self._tails[1][index_b].names, strict=False)
         )
+        # names are paired one to one: a pair with fewer votes is dropped if a name of it is paired already
         for pair, _ in votes.most_common():
             self._adopt(*pair)
 

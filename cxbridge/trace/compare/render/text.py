@@ -69,7 +69,7 @@ def make_report(
     ]
     if first and first.kind in {DifferenceKind.MSGID, DifferenceKind.TIME} and not comparison.rows:
         lines = zip(contexts[0].lines, contexts[1].lines, strict=False)
-        comparison.rows = [AlignedRow(one, other, not one.here) for one, other in lines]
+        comparison.rows = [AlignedRow(line_a, line_b, not line_a.here) for line_a, line_b in lines]
     return ComparisonReport(comparison, a, b, *contexts)
 
 
@@ -111,16 +111,16 @@ def _lines(report: ComparisonReport) -> Iterator[str]:
 
 def _further(comparison: Comparison) -> Iterator[str]:
     """Yield a line per difference after the first."""
-    more = comparison.differences[1:]
-    if not more:
+    further = comparison.differences[1:]
+    if not further:
         return
     yield ""
     yield "further differences:"
-    for difference in more[:LISTED]:
+    for difference in further[:LISTED]:
         yield f"  {title(difference)}: A {_side(difference.a)}; B {_side(difference.b)}"
-    left = len(more) - LISTED + comparison.dropped
-    if left > 0:
-        yield f"  and {left} more"
+    unlisted = len(further) - LISTED + comparison.dropped
+    if unlisted > 0:
+        yield f"  and {unlisted} more"
 
 
 def _extent(comparison: Comparison) -> str:
