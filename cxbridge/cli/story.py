@@ -13,7 +13,7 @@ from typing import IO, TYPE_CHECKING, Final
 from cxbridge.cli.console import ConsoleLog
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, Level, LogLine
-from cxbridge.history.brief import BRIEF_TYPES, BriefReasons, forget_oldest
+from cxbridge.history.failure_reasons import REASON_TYPES, FailureReasons, forget_oldest
 from cxbridge.history.outcome import ENDED_MODES, OutcomeKind, goal_outcome
 from cxbridge.history.tree import GoalLine, goal_title
 from cxbridge.mainloop import Hook
@@ -109,7 +109,7 @@ class RunStory:
         """Follow the goals of an assembled agent before its start."""
         self._agents += 1
         if not self._quiet:
-            assembly.bus.subscribe(_GoalFollower(assembly, self).take, *BRIEF_TYPES)
+            assembly.bus.subscribe(_GoalFollower(assembly, self).take, *REASON_TYPES)
             assembly.loop.add(Hook.POST_LOOP, self._check)
 
     def _check(self) -> None:
@@ -188,7 +188,7 @@ class _GoalFollower:
         self._name = assembly.name
         self._env = assembly.executive.env
         self._story = story
-        self._reasons = BriefReasons(self._slots_of)
+        self._reasons = FailureReasons(self._slots_of)
         self._start_us = assembly.clock.start_us
         self._printed: dict[str, str] = {}
         self._selected_us: dict[str, int] = {}

@@ -21,18 +21,22 @@ from cxbridge.events import (
     PlannerCall,
     SkillStatus,
 )
-from cxbridge.history.board_executions import BoardExecutions
+from cxbridge.history.exchange import BoardExecutions
 from cxbridge.history.keeping import LONGEST, cut
 from cxbridge.history.model import (
+    PLAN_ACTION,
+    ActionAssignment,
     ActionChange,
+    ActionKey,
     GoalChange,
     GoalRecord,
     PlanActionRecord,
     PlannerExecution,
     SentCall,
     SkillExecution,
+    assignment_of,
+    fields_of,
 )
-from cxbridge.history.orders import PLAN_ACTION, ActionKey, ActionOrder, fields_of, order_of
 from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import unquote
 
@@ -92,7 +96,7 @@ class RunHistory:
         self._limits = limits or HistoryLimits()
         self._goals: dict[tuple[str, str], GoalRecord] = {}
         self._actions: dict[tuple[str, ActionKey], PlanActionRecord] = {}
-        self._orders: dict[tuple[str, ActionKey], ActionOrder] = {}
+        self._assignments: dict[tuple[str, ActionKey], ActionAssignment] = {}
         self._calls: list[SkillExecution] = []
         self._last_call: dict[tuple[str, str], SkillExecution | None] = {}
         self._read: set[str] = set()  # Skillers that an executive reads
@@ -187,9 +191,11 @@ class RunHistory:
                 len(self.actions), event.env, event.goal, goal, event.plan, event.action_id, event.action
             )
             action.params = event.params
-            known = self._orders.get(key, ActionOrder())
-            # the order may belong to the previous plan-action with these ids
-            action.order = ActionOrder(known.skiller, fields_of(event.params[1:-1]) or known.arguments)
+            known = self._assignments.get(key, ActionAssignment())
+            # the assignment may belong to the previous plan-action with these ids
+            action.assignment = ActionAssignment(
+                known.skiller, fields_of(event.params[1:-1]) or known.arguments
+            )
             self._actions[key] = action
             self.actions.append(action)
             if goal is not None:
@@ -294,19 +300,19 @@ class RunHistory:
     def _fact(self, event: FactChange) -> None:
         if event.asserted and event.template == PLAN_ACTION:
             with suppress(FactSyntaxError):  # a recording may contain any text
-                self._note_order(event.env, *order_of(parse_fact(event.text)[1]))
+                self._note_assignment(event.env, *assignment_of(parse_fact(event.text)[1]))
         elif event.asserted and event.template == _SKILLER:
             with suppress(FactSyntaxError):  # a recording may contain any text
                 slots = parse_fact(event.text)[1]
                 self._note_error(unquote(slots.get("id", "")), unquote(slots.get("error", "")))
 
-    def _note_order(self, env: str, key: ActionKey, order: ActionOrder) -> None:
-        if len(self._orders) < self._limits.actions:
-            self._orders[env, key] = order
-            # the fact precedes the first event of the action, which has the order only if it records
+    def _note_assignment(self, env: str, key: ActionKey, assignment: ActionAssignment) -> None:
+        if len(self._assignments) < self._limits.actions:
+            self._assignments[env, key] = assignment
+            # the fact precedes the first event of the action, which has the arguments only if it records
             # parameters
             if (action := self._actions.get((env, key))) is not None and not action.params:
-                action.order = order
+                action.assignment = assignment
 
     def _plan(self, event: PlannerCall) -> None:
         key, longest = (event.env, event.call), self._limits.text
@@ -326,12 +332,12 @@ class RunHistory:
             took = f"{event.duration_us / MICROSECONDS:.3f} s of real time"
             outcome = f"{event.actions} actions" if event.status == "found" else event.reason
             call.text = cut(f"{outcome}, {took}: {event.problem}", longest)
-            self._order_steps(event)
+            self._note_plan(event)
 
-    def _order_steps(self, event: PlannerCall) -> None:
+    def _note_plan(self, event: PlannerCall) -> None:
         """Record the arguments of a plan's actions."""
         # planning features name the plan like the call
         for number, step in enumerate(_STEP.findall(event.plan)[: self._limits.actions], start=1):
             key = event.goal, event.call, str(number)
-            if (event.env, key) not in self._orders:
-                self._note_order(event.env, key, ActionOrder(arguments=tuple(step.split()[1:])))
+            if (event.env, key) not in self._assignments:
+                self._note_assignment(event.env, key, ActionAssignment(arguments=tuple(step.split()[1:])))

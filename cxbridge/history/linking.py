@@ -115,7 +115,10 @@ def _guessed_links(history: RunHistory, saying: Collection[str]) -> Iterator[Ski
             and call.env in ("", wait.action.env)
             # a name that is not a Skiller's proves nothing: it may be a robot's, if one Skiller serves all
             # robots
-            and (wait.action.order.skiller == call.skiller or wait.action.order.skiller not in skillers)
+            and (
+                wait.action.assignment.skiller == call.skiller
+                or wait.action.assignment.skiller not in skillers
+            )
             and (wait.action.number, wait.ran) not in taken
         ]
         if could:
@@ -138,7 +141,7 @@ def _unlikeliness(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int
     """Return the rank of a candidate; the lowest is the most likely."""
     over = call.end[1] if call.end is not None else end
     gap = abs((end if wait.over is None else wait.over) - over)
-    mentioned = wait.action.order.count_in(call.skill_string)
+    mentioned = wait.action.assignment.count_in(call.skill_string)
     return -mentioned, gap // SAME_US, wait.action.name != _name(call.skill_string), wait.ordered[0]
 
 

@@ -7,6 +7,7 @@ causes.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import takewhile
@@ -14,12 +15,21 @@ from typing import Final, NamedTuple
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.history.forest import Forest, parent_id
-from cxbridge.history.orders import ActionOrder
 from cxbridge.history.outcome import ENDED_MODES
+from cxbridge.history.transitions import unquote
 from cxbridge.history.tree import drawn, goal_title
 
 DONE_STATES: Final = ("FINAL", "FAILED")
 """The final states of a plan-action."""
+
+PLAN_ACTION: Final = "plan-action"
+"""The deftemplate of plan-actions."""
+
+_FIELD = re.compile(r'"[^"]*"|[^\s"]+')
+_SKILL_STRING_WORD = re.compile(r"[^\s{}()=,\"']+")
+
+ActionKey = tuple[str, str, str]
+"""The ids of goal, plan and action."""
 
 
 class GoalChange(NamedTuple):
@@ -145,13 +155,44 @@ class GoalRecord:
         return f"{self.title}: {self.mode}{f' {self.outcome}' if known else ''}{error}"
 
 
+@dataclass(frozen=True, slots=True)
+class ActionAssignment:
+    """The executor and arguments of a plan-action, as far as facts show them.
+
+    :param skiller: the executor, empty if the agent's core has no such slot.
+    :param arguments: values of the parameters, strings without quotes.
+    """
+
+    skiller: str = ""
+    arguments: tuple[str, ...] = ()
+
+    def count_in(self, skill_string: str) -> int:
+        """Return the number of arguments that a skill string contains."""
+        words = set(_SKILL_STRING_WORD.findall(skill_string))
+        return sum(value in words for value in self.arguments)
+
+
+def assignment_of(slots: Mapping[str, str]) -> tuple[ActionKey, ActionAssignment]:
+    """Return the key of a plan-action's fact, and its assignment.
+
+    :param slots: of the fact, as CLIPS prints their values.
+    """
+    key = slots.get("goal-id", ""), slots.get("plan-id", ""), slots.get("id", "")
+    return key, ActionAssignment(unquote(slots.get("skiller", "")), fields_of(slots.get("param-values", "")))
+
+
+def fields_of(text: str) -> tuple[str, ...]:
+    """Return the fields of a printed multislot, strings without quotes."""
+    return tuple(unquote(word) for word in _FIELD.findall(text))
+
+
 @dataclass(slots=True, eq=False)
 class PlanActionRecord:
     """A plan-action with at least one change.
 
     :param number: its index in :attr:`~cxbridge.history.builder.RunHistory.actions`.
     :param goal: the id of its goal; ``plan``: of its plan.
-    :param order: the executor and arguments, as far as facts show them.
+    :param assignment: updated by the last fact of the action.
     :param sent: the messages that sent it, empty if they are not recorded.
     :param params: the parameters in its first event, as its ids may be reused.
     """
@@ -164,7 +205,7 @@ class PlanActionRecord:
     id: str
     name: str
     changes: list[ActionChange] = field(default_factory=list)
-    order: ActionOrder = field(default_factory=ActionOrder)
+    assignment: ActionAssignment = field(default_factory=ActionAssignment)
     sent: list[SentCall] = field(default_factory=list)
     params: str = ""
 
@@ -181,7 +222,7 @@ class PlanActionRecord:
     @property
     def text(self) -> str:
         """The name and the known arguments."""
-        return " ".join((self.name, *self.order.arguments))
+        return " ".join((self.name, *self.assignment.arguments))
 
 
 @dataclass(slots=True, eq=False)

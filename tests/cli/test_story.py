@@ -13,7 +13,7 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.cli.story import wants_colour
 from cxbridge.events import GoalTransition, PlanActionTransition
-from cxbridge.history.brief import MOST_KEPT, MOST_LOOKS, BriefReasons
+from cxbridge.history.failure_reasons import MAX_FAILURES, MAX_LOOKUPS, FailureReasons
 from cxbridge.history.outcome import OutcomeKind, action_outcome, goal_outcome, skill_outcome
 from tests.programs import Started
 from tests.run.mini import write_scenario
@@ -169,28 +169,28 @@ def goal(name, mode, outcome="UNKNOWN", parent="nil", error=""):
     return GoalTransition(0, "executive", name, "C", "nil", parent, mode, outcome, error)
 
 
-class TestBriefReasons:
+class TestFailureReasons:
     def test_facts_say_with_what_and_why_an_action_failed(self):
         facts = {
             "plan-action": [
                 {"goal-id": "G", "plan-id": "P", "id": 1, "param-values": ("book",), "error-msg": "slipped"}
             ]
         }
-        reasons = BriefReasons(lambda template: facts.get(template, ()))
+        reasons = FailureReasons(lambda template: facts.get(template, ()))
         reasons.take(PlanActionTransition(0, "executive", "1", "G", "P", "pick", "FAILED"))
         failed = goal("G", "FINISHED", "FAILED", error="ACTION-FAILED")
         reasons.take(failed)
         assert reasons.reason(failed) == "action pick book failed: slipped"
 
     def test_a_goal_that_begins_again_has_a_clean_sheet(self):
-        reasons = BriefReasons(lambda _: ())
+        reasons = FailureReasons(lambda _: ())
         reasons.take(goal("below", "FINISHED", "FAILED", parent="G"))
         assert reasons.reason(goal("G", "FINISHED", "FAILED")) == "sub-goal below (C) failed"
         reasons.take(goal("G", "FORMULATED"))
         assert reasons.reason(goal("G", "FINISHED", "FAILED")) == ""
 
     def test_a_goal_that_went_well_needs_none(self):
-        reasons = BriefReasons(lambda _: ())
+        reasons = FailureReasons(lambda _: ())
         reasons.take(goal("below", "FINISHED", "FAILED", parent="G"))
         assert reasons.reason(goal("G", "FINISHED", "COMPLETED")) == ""
 
@@ -201,13 +201,13 @@ class TestBriefReasons:
             looks.append(template)
             return ()
 
-        reasons = BriefReasons(look)
-        for number in range(3 * MOST_KEPT):
+        reasons = FailureReasons(look)
+        for number in range(3 * MAX_FAILURES):
             failed = goal(f"g{number}", "FINISHED", "FAILED", parent=f"p{number}", error="TIMEOUT")
             reasons.take(failed)
             assert reasons.reason(failed) == "TIMEOUT"
-        assert len(looks) == MOST_LOOKS
-        assert len(reasons._below) == MOST_KEPT
+        assert len(looks) == MAX_LOOKUPS
+        assert len(reasons._sub_goals) == MAX_FAILURES
 
 
 def test_a_reader_that_has_seen_enough_ends_the_run_without_a_word():

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.history.orders import PLAN_ACTION, ActionKey
+from cxbridge.history.model import PLAN_ACTION, ActionKey
 from cxbridge.history.transitions import unquote
 from cxbridge.suggestions import or_similar
 from cxbridge_studio.explain.preconditions import FactsOf, Preconditions, atom_text, fields

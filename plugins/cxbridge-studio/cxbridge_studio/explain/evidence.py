@@ -28,7 +28,7 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.history.exchange import agent_of, is_exchanged
-from cxbridge.history.orders import PLAN_ACTION, ActionKey
+from cxbridge.history.model import PLAN_ACTION, ActionKey
 from cxbridge.history.transitions import unquote
 from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis, diagnose_action
 from cxbridge_studio.explain.preconditions import FactsOf

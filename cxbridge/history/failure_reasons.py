@@ -1,0 +1,107 @@
+"""Why goals fail or are rejected, in one line each, while a run goes on.
+
+A reason costs little enough for each failed goal: a failed plan-action or sub-goal is remembered when its
+event comes, and facts are read only for the text of an error. ``cxbridge why`` of cxbridge-studio explains in
+full.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Final, TypeVar
+
+from cxbridge.events import Event, GoalTransition, PlanActionTransition
+from cxbridge.history.outcome import ENDED_MODES
+from cxbridge.history.tree import goal_title
+
+REASON_TYPES: Final = (GoalTransition, PlanActionTransition)
+"""The types of events to process."""
+
+MAX_LOOKUPS: Final = 100
+"""The maximal number of lookups of facts in a run, as each iterates over all facts of a deftemplate."""
+
+MAX_FAILURES: Final = 1000
+"""The maximal number of remembered goals and actions; the oldest are dropped."""
+
+_BAD_OUTCOMES: Final = ("FAILED", "REJECTED")
+_FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
+
+Value = TypeVar("Value")
+
+FactSlots = Callable[[str], Iterable[Mapping[str, object]]]
+"""Returns the slots of the present facts of a deftemplate."""
+
+
+class FailureReasons:
+    """The latest failures below each goal of an environment.
+
+    :param slots_of: reads facts; called while an event of this environment is processed.
+    """
+
+    def __init__(self, slots_of: FactSlots) -> None:
+        self._slots_of = slots_of
+        self._lookups_left = MAX_LOOKUPS
+        self._actions: dict[str, PlanActionTransition] = {}  # by goal
+        self._sub_goals: dict[str, dict[str, GoalTransition]] = {}  # by parent, then by goal
+
+    def take(self, event: Event) -> None:
+        """Remember a failed goal or action."""
+        if isinstance(event, PlanActionTransition):
+            if event.state in _FAILED_STATES:
+                self._actions[event.goal] = event
+                forget_oldest(self._actions)
+        elif isinstance(event, GoalTransition):
+            if event.mode in ENDED_MODES and event.outcome in _BAD_OUTCOMES:
+                self._sub_goals.setdefault(event.parent, {})[event.goal] = event
+                forget_oldest(self._sub_goals[event.parent])
+                forget_oldest(self._sub_goals)
+            elif event.mode == "FORMULATED":  # the goal is tried again
+                self._actions.pop(event.goal, None)
+                self._sub_goals.pop(event.goal, None)
+
+    def reason(self, goal: GoalTransition) -> str:
+        """Return why a goal that just ended has failed, or an empty text."""
+        if goal.outcome not in _BAD_OUTCOMES:
+            return ""
+        action = self._actions.get(goal.goal)
+        if action is not None:
+            return self._action_text(action)
+        # the rules of a goal may name the sub-goal in its error; without an error the last failed one counts
+        sub_goals = self._sub_goals.get(goal.goal, {})
+        candidates = [sub_goals[word] for word in goal.error.split() if word in sub_goals]
+        if not goal.error:
+            candidates = [*sub_goals.values()][-1:]
+        if candidates:
+            child = candidates[0]
+            return f"sub-goal {goal_title(child.goal, child.goal_class)} {child.outcome.lower()}"
+        # the message is written for users, the error is a symbol for rules
+        message = str(self._last_slots("goal", {"id": goal.goal}).get("message", "")) if goal.error else ""
+        return message or goal.error
+
+    def _action_text(self, action: PlanActionTransition) -> str:
+        """Return a failed action with its arguments and error, as far as its fact has them."""
+        slots = self._last_slots(
+            "plan-action", {"goal-id": action.goal, "plan-id": action.plan, "id": action.action_id}
+        )
+        values = slots.get("param-values")
+        arguments = values if isinstance(values, list | tuple) else ()
+        text = str(slots.get("error-msg", ""))
+        call = " ".join((action.action, *map(str, arguments)))
+        return f"action {call} failed{f': {text}' if text else ''}"
+
+    def _last_slots(self, template: str, key: Mapping[str, str]) -> Mapping[str, object]:
+        """Return the slots of the last fact with the key; empty without one, or after too many lookups."""
+        if self._lookups_left <= 0:
+            return {}
+        self._lookups_left -= 1
+        last: Mapping[str, object] = {}
+        for slots in self._slots_of(template):
+            if all(str(slots.get(slot)) == value for slot, value in key.items()):
+                last = slots
+        return last
+
+
+def forget_oldest(table: dict[str, Value]) -> None:
+    """Drop the oldest entry of a table that has more than :data:`MAX_FAILURES`."""
+    if len(table) > MAX_FAILURES:
+        del table[next(iter(table))]
