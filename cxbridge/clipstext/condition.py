@@ -21,8 +21,10 @@ _GLOBAL = re.compile(r"\?\*.+\*\Z")
 
 def variables(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
     """Return the names of the local variables in nodes, e.g. ``x`` for ``?x`` and ``$?x``."""
-    found = (_VARIABLE.match(node.text) for top in nodes for node in top.walk() if node.items is None)
-    return frozenset(match[1] for match in found if match)
+    matches = (
+        _VARIABLE.match(node.text) for top_node in nodes for node in top_node.walk() if node.items is None
+    )
+    return frozenset(match[1] for match in matches if match)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,28 +59,32 @@ class FieldConstraint:
             for alternative in self.alternatives
             if len(alternative) == 1 and len(alternative[0]) == 1
         ]
-        found = [literal(term[0]) for term in terms]
-        return frozenset(found) if found and all(found) and len(found) == len(self.alternatives) else None
+        literals = [literal(term[0]) for term in terms]
+        return (
+            frozenset(literals)
+            if literals and all(literals) and len(literals) == len(self.alternatives)
+            else None
+        )
 
     @property
     def used(self) -> frozenset[str]:
         """The variables of the terms, without the binder."""
         return frozenset().union(*(variables(term) for terms in self.alternatives for term in terms))
 
-    def loosened(self, known: frozenset[str], *, bind: bool) -> str:
+    def loosened(self, bound: frozenset[str], *, bind: bool) -> str:
         """Return the text with only those terms whose variables are known.
 
-        :param known: variables with a value.
+        :param bound: variables with a value.
         :param bind: whether to keep the binder.
         """
         head = self.binder if bind and self.name else self.wildcard
-        kept = [
-            [term for term in terms if variables(term) <= known | ({self.name} if bind else set())]
+        usable = [
+            [term for term in terms if variables(term) <= bound | ({self.name} if bind else set())]
             for terms in self.alternatives
         ]
-        if not all(kept) or not kept:
+        if not all(usable) or not usable:
             return head
-        tests = "|".join("&".join("".join(node.text for node in term) for term in terms) for terms in kept)
+        tests = "|".join("&".join("".join(node.text for node in term) for term in terms) for terms in usable)
         return f"{head}&{tests}" if head not in ("?", "$?") else tests
 
 
@@ -119,13 +125,13 @@ class SlotConstraint:
         """The variables in the tests."""
         return frozenset().union(*(field.used for field in self.fields))
 
-    def is_open(self, known: frozenset[str]) -> bool:
+    def is_open(self, bound: frozenset[str]) -> bool:
         """Return whether any value satisfies the constraints.
 
-        :param known: the variables with an earlier value.
+        :param bound: the variables with an earlier value.
         """
         return all(field.binder and not field.alternatives for field in self.fields) and not (
-            self.binds & known or len(self.binds) < sum(bool(field.name) for field in self.fields)
+            self.binds & bound or len(self.binds) < sum(bool(field.name) for field in self.fields)
         )
 
     def write(self, fields: list[str]) -> str:
@@ -157,16 +163,18 @@ class PatternCE(Struct, frozen=True, dict=True):
     @cached_property
     def is_ordered(self) -> bool:
         """Whether the pattern has fields instead of slots; an empty pattern counts as ordered."""
-        rest = self.node.arguments
-        return not rest or any(item.items is None for item in rest)
+        arguments = self.node.arguments
+        return not arguments or any(item.items is None for item in arguments)
 
     @cached_property
     def parts(self) -> tuple[SlotConstraint, ...]:
         """The constraints of each slot, or of each field of an ordered fact."""
-        rest = self.node.arguments
+        arguments = self.node.arguments
         if self.is_ordered:
-            return tuple(SlotConstraint("", place, (each,)) for place, each in enumerate(fields_of(rest)))
-        return tuple(SlotConstraint(item.head, 0, tuple(fields_of(item.arguments))) for item in rest)
+            return tuple(
+                SlotConstraint("", position, (field,)) for position, field in enumerate(fields_of(arguments))
+            )
+        return tuple(SlotConstraint(item.head, 0, tuple(fields_of(item.arguments))) for item in arguments)
 
     @property
     def slots(self) -> dict[str, frozenset[str]]:
@@ -176,26 +184,26 @@ class PatternCE(Struct, frozen=True, dict=True):
     @property
     def count(self) -> tuple[int, float]:
         """The minimum and maximum number of fields of an ordered pattern."""
-        several = sum(part.fields[0].binder.startswith("$") for part in self.parts)
-        least = len(self.parts) - several
-        return least, inf if several else least
+        multifields = sum(part.fields[0].binder.startswith("$") for part in self.parts)
+        minimum = len(self.parts) - multifields
+        return minimum, inf if multifields else minimum
 
     @property
     def binds(self) -> frozenset[str]:
         """The variables at the starts of fields."""
         return frozenset().union(*(part.binds for part in self.parts))
 
-    def tested(self, known: frozenset[str]) -> list[SlotConstraint]:
+    def tested(self, bound: frozenset[str]) -> list[SlotConstraint]:
         """Return the parts that not every value satisfies.
 
-        :param known: the variables with a value before the pattern.
+        :param bound: the variables with a value before the pattern.
         """
-        parts = []
+        tested = []
         for part in self.parts:
-            if not part.is_open(known):
-                parts.append(part)
-            known |= part.binds
-        return parts
+            if not part.is_open(bound):
+                tested.append(part)
+            bound |= part.binds
+        return tested
 
     def bare(self) -> str:
         """Return the text without the variable of the fact."""
@@ -206,32 +214,32 @@ class PatternCE(Struct, frozen=True, dict=True):
 
         :param foreign: the variables that earlier CEs bind.
         """
-        known: set[str] = set()
+        bound: set[str] = set()
         texts = []
         for part in self.parts:
             fields = []
             for field in part.fields:
-                own = field.name not in foreign
-                if own and field.name:
-                    known.add(field.name)
-                fields.append(field.loosened(frozenset(known), bind=own))
+                is_own = field.name not in foreign
+                if is_own and field.name:
+                    bound.add(field.name)
+                fields.append(field.loosened(frozenset(bound), bind=is_own))
             texts.append(part.write(fields))
         return f"({' '.join([self.template, *texts])})"
 
-    def only(self, wanted: SlotConstraint, foreign: frozenset[str]) -> str:
+    def only(self, selected: SlotConstraint, foreign: frozenset[str]) -> str:
         """Return the pattern with only one part and the bindings that it needs.
 
         :param foreign: the variables that earlier CEs bind.
         """
-        needed = (wanted.used | wanted.binds) - foreign
+        required = (selected.used | selected.binds) - foreign
         texts = []
-        before = True
+        precedes = True
         for part in self.parts:
-            if part is wanted:
-                before = False
+            if part is selected:
+                precedes = False
                 texts.append(part.write([field.text for field in part.fields]))
-            elif before and part.binds & needed:
-                fields = [f.binder if f.name in needed else f.wildcard for f in part.fields]
+            elif precedes and part.binds & required:
+                fields = [f.binder if f.name in required else f.wildcard for f in part.fields]
                 texts.append(part.write(fields))
             elif not part.slot:
                 texts.append(part.write([field.wildcard for field in part.fields]))
@@ -295,7 +303,7 @@ def needed(ces: Sequence[CE]) -> Iterator[PatternCE]:
 def sides(rule: SyntaxNode) -> tuple[Sequence[SyntaxNode], Sequence[SyntaxNode]]:
     """Return the nodes of a rule before its arrow, without its name, and those after it."""
     items = rule.arguments[1:]
-    arrow = next((place for place, item in enumerate(items) if item.text == "=>"), len(items))
+    arrow = next((index for index, item in enumerate(items) if item.text == "=>"), len(items))
     return items[:arrow], items[arrow + 1 :]
 
 
@@ -326,13 +334,13 @@ def elements(items: Sequence[SyntaxNode]) -> Iterator[CE]:
 
 def _joined_bindings(items: Sequence[SyntaxNode]) -> Iterator[Sequence[SyntaxNode]]:
     """Yield the elements of a list of CEs, with ``?f <- (...)`` as one."""
-    place = 0
-    while place < len(items):
-        binding = items[place : place + 3]
+    index = 0
+    while index < len(items):
+        binding = items[index : index + 3]
         binds = len(binding) == 3 and binding[1].text == "<-"  # noqa: PLR2004 - variable, arrow, pattern
         length = 3 if binds and binding[0].items is None and binding[2].items is not None else 1
-        yield items[place : place + length]
-        place += length
+        yield items[index : index + length]
+        index += length
 
 
 def _branch(nodes: Sequence[SyntaxNode]) -> CE:
@@ -343,14 +351,14 @@ def _branch(nodes: Sequence[SyntaxNode]) -> CE:
 def fields_of(nodes: tuple[SyntaxNode, ...]) -> Iterator[FieldConstraint]:
     """Yield the fields of a slot or an ordered pattern; ``& | ~ : =`` connect nodes."""
     group: list[SyntaxNode] = []
-    tied = True
+    is_connected = True
     for node in nodes:
-        mark = node.text in ("&", "|")
-        if group and not mark and not tied:
+        is_connective = node.text in ("&", "|")
+        if group and not is_connective and not is_connected:
             yield _field(group)
             group = []
         group.append(node)
-        tied = mark or node.text in ("~", ":", "=")
+        is_connected = is_connective or node.text in ("~", ":", "=")
     if group:
         yield _field(group)
 
@@ -361,14 +369,14 @@ def _field(nodes: list[SyntaxNode]) -> FieldConstraint:
     binder = first if first.startswith(("?", "$?")) and not _GLOBAL.match(first) else ""
     if binder and len(nodes) > 1 and nodes[1].text == "|":
         binder = ""
-    rest = nodes[2:] if binder else nodes
+    constraint_nodes = nodes[2:] if binder else nodes
     alternatives: list[list[list[SyntaxNode]]] = [[[]]]
-    for node in rest:
+    for node in constraint_nodes:
         if node.text == "|":
             alternatives.append([[]])
         elif node.text == "&":
             alternatives[-1].append([])
         else:
             alternatives[-1][-1].append(node)
-    made = tuple(tuple(tuple(term) for term in terms if term) for terms in alternatives)
-    return FieldConstraint(binder, tuple(terms for terms in made if terms), text)
+    terms_by_alternative = tuple(tuple(tuple(term) for term in terms if term) for terms in alternatives)
+    return FieldConstraint(binder, tuple(terms for terms in terms_by_alternative if terms), text)

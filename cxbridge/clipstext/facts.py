@@ -32,7 +32,7 @@ LAYOUTS: Final[Mapping[str, tuple[str, ...]]] = {
 
 _VALUE = re.compile(r'(?:[^()"]*|(?: [^\s()"]+)* ".*"(?: [^\s()"]+)*)', re.DOTALL)
 _SYMBOL = re.compile(r"[^\s()\"]+")
-_LEFT_OUT = " ..."
+_OMITTED = " ..."
 _PLAIN_SLOT = re.compile(r" \(([^\s()\";&|~?<][^\s()\";&|~<]*)([^()\"]*)\)")
 _MARK = re.compile(r"[()\"]")
 _NAME = re.compile(r"[^\s()\";&|~?<][^\s()\";&|~<]*")
@@ -63,8 +63,8 @@ def parse_fact(text: str) -> tuple[str, Mapping[str, str]]:
     :returns: the name, and the slots' printed values: ``{"id": "gen8", "error": "", ...}``.
     :raises FactSyntaxError: if the text is not a template fact, or truncated.
     """
-    template, slots, whole = parse_slots(text)
-    if not whole:
+    template, slots, is_complete = parse_slots(text)
+    if not is_complete:
         raise FactSyntaxError("not a template fact, or cut off")
     return template, slots
 
@@ -86,54 +86,54 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
         return template, *_by_quotes(text, template)
     names = LAYOUTS[template]
     try:
-        slots, whole = _by_quotes(text, template)
+        slots, is_complete = _by_quotes(text, template)
     except FactSyntaxError:
-        slots = _KnownSlotsParser(text, names).read(1 + len(template)) or {}
+        slots = _LayoutParser(text, names).read(1 + len(template)) or {}
         if not slots:
             raise
         return template, slots, True
-    if whole and len(slots) < len(names):
+    if is_complete and len(slots) < len(names):
         # a string may contain the start of slots, or the fact has unknown slots
-        known = _KnownSlotsParser(text, names).read(1 + len(template))
-        if known is not None and len(known) > len(slots):
-            slots = known
-    return template, slots, whole
+        by_layout = _LayoutParser(text, names).read(1 + len(template))
+        if by_layout is not None and len(by_layout) > len(slots):
+            slots = by_layout
+    return template, slots, is_complete
 
 
 def _by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
     """Return the slots of a fact of an unknown deftemplate, and whether none is omitted."""
-    at = 1 + len(template)
+    position = 1 + len(template)
     slots: dict[str, str] = {}
-    whole = True
+    is_complete = True
     while True:
-        if text.startswith(_LEFT_OUT, at):
-            whole = False
-            at += len(_LEFT_OUT)
+        if text.startswith(_OMITTED, position):
+            is_complete = False
+            position += len(_OMITTED)
             continue
-        if not text.startswith(" (", at):
+        if not text.startswith(" (", position):
             break
-        name = _NAME.match(text, at + 2)
+        name = _NAME.match(text, position + 2)
         if name is None:
             raise FactSyntaxError("a slot without a name")
         start = name.end()
         end = _slot_end(text, start)
         slots[name.group()] = text[start:end].strip()
-        at = end + 1
-    if text[at:] != ")":
+        position = end + 1
+    if text[position:] != ")":
         raise FactSyntaxError("not a template fact, or cut off")
-    return slots, whole
+    return slots, is_complete
 
 
 def _plain_slots(template: str, text: str) -> dict[str, str] | None:
     """Return the slots of a fact without strings by a fast way, or None for other facts."""
-    found = _PLAIN_SLOT.findall(text, 1 + len(template))
-    size = sum(map(len, chain.from_iterable(found))) + len(" ()") * len(found)
+    slots = _PLAIN_SLOT.findall(text, 1 + len(template))
+    size = sum(map(len, chain.from_iterable(slots))) + len(" ()") * len(slots)
     if size + len(template) + len("()") != len(text) or not text.endswith(")"):
         return None
-    return {name: value.strip() for name, value in found}
+    return {name: value.strip() for name, value in slots}
 
 
-class _KnownSlotsParser:
+class _LayoutParser:
     """Parses a fact with known slots.
 
     :param names: in the order of printing.
@@ -142,111 +142,113 @@ class _KnownSlotsParser:
     def __init__(self, text: str, names: tuple[str, ...]) -> None:
         self._text = text
         self._names = names
-        self._begins = tuple(f" ({name}" for name in names)
+        self._slot_starts = tuple(f" ({name}" for name in names)
         # positions from which the end cannot be reached, so that none is tried twice
-        self._dead: set[tuple[int, int]] = set()
+        self._dead_ends: set[tuple[int, int]] = set()
 
-    def read(self, at: int) -> dict[str, str] | None:
+    def read(self, position: int) -> dict[str, str] | None:
         """Return the slots, or None if the fact has unknown slots or another order."""
-        found = self._slots(0, at)
-        return None if found is None else dict(reversed(found))
+        slots = self._reversed_slots(0, position)
+        return None if slots is None else dict(reversed(slots))
 
-    def _slots(self, first: int, at: int) -> list[tuple[str, str]] | None:
+    def _reversed_slots(self, first: int, position: int) -> list[tuple[str, str]] | None:
         """Return the slots from a position on, in reverse order."""
-        if self._ends(at):
+        if self._is_end(position):
             return []
-        number = self._slot_at(first, at)
-        if number is None or (number, at) in self._dead:
+        number = self._slot_at(first, position)
+        if number is None or (number, position) in self._dead_ends:
             return None
-        start = at + len(self._begins[number])
+        start = position + len(self._slot_starts[number])
         end = start - 1
         while (end := self._text.find(")", end + 1)) >= 0:
-            goes_on = self._ends(end + 1) or self._slot_at(number + 1, end + 1) is not None
-            if goes_on and _VALUE.fullmatch(self._text, start, end):
-                rest = self._slots(number + 1, end + 1)
-                if rest is not None:
-                    rest.append((self._names[number], self._text[start:end].strip(" ")))
-                    return rest
-        self._dead.add((number, at))
+            can_continue = self._is_end(end + 1) or self._slot_at(number + 1, end + 1) is not None
+            if can_continue and _VALUE.fullmatch(self._text, start, end):
+                later_slots = self._reversed_slots(number + 1, end + 1)
+                if later_slots is not None:
+                    later_slots.append((self._names[number], self._text[start:end].strip(" ")))
+                    return later_slots
+        self._dead_ends.add((number, position))
         return None
 
-    def _slot_at(self, first: int, at: int) -> int | None:
+    def _slot_at(self, first: int, position: int) -> int | None:
         """Return the number of the slot that starts at a position."""
-        if not self._text.startswith(" (", at):
+        if not self._text.startswith(" (", position):
             return None
         for number in range(first, len(self._names)):
-            after = at + len(self._begins[number])
-            if self._text.startswith(self._begins[number], at) and self._text.startswith((" ", ")"), after):
+            after = position + len(self._slot_starts[number])
+            if self._text.startswith(self._slot_starts[number], position) and self._text.startswith(
+                (" ", ")"), after
+            ):
                 return number
         return None
 
-    def _ends(self, at: int) -> bool:
-        return at + 1 == len(self._text) and self._text.endswith(")")
+    def _is_end(self, position: int) -> bool:
+        return position + 1 == len(self._text) and self._text.endswith(")")
 
 
-def _slot_end(text: str, at: int) -> int:
-    """Return the position of the parenthesis that closes the slot whose value starts at ``at``."""
+def _slot_end(text: str, position: int) -> int:
+    """Return the position of the parenthesis that closes the slot whose value starts at ``position``."""
     depth = 0
-    while (found := _MARK.search(text, at)) is not None:
-        at = found.start()
-        char = text[at]
+    while (mark := _MARK.search(text, position)) is not None:
+        position = mark.start()
+        char = text[position]
         if char == '"':
-            at = _string_end(text, at)
+            position = _string_end(text, position)
         elif char == "(":
             depth += 1
         elif depth == 0:
-            return at
+            return position
         else:
             depth -= 1
-        at += 1
+        position += 1
     raise FactSyntaxError("cut off within a slot")
 
 
 def _string_end(text: str, start: int) -> int:
     """Return the position of the quote that ends the string starting at ``start``."""
-    at = start
-    while (at := text.find('"', at + 1)) >= 0:
-        if _ends_slot(text, at + 1) or _starts_field(text, at + 1):
-            return at
+    position = start
+    while (position := text.find('"', position + 1)) >= 0:
+        if _ends_slot(text, position + 1) or _starts_field(text, position + 1):
+            return position
     raise FactSyntaxError("cut off within a string")
 
 
-def _ends_slot(text: str, at: int) -> bool:
+def _ends_slot(text: str, position: int) -> bool:
     """Return whether the slot ends: a parenthesis, then another slot, dots, or the end of the fact."""
-    return text.startswith((") (", "))", ") ... (", ") ...)"), at)
+    return text.startswith((") (", "))", ") ... (", ") ...)"), position)
 
 
-def _starts_field(text: str, at: int) -> bool:
+def _starts_field(text: str, position: int) -> bool:
     """Return whether another field of the multislot starts: a string, or a symbol without quote."""
-    if not text.startswith(" ", at):
+    if not text.startswith(" ", position):
         return False
-    if text.startswith('"', at + 1):
+    if text.startswith('"', position + 1):
         return True
-    symbol = _SYMBOL.match(text, at + 1)
+    symbol = _SYMBOL.match(text, position + 1)
     return symbol is not None and not text.startswith('"', symbol.end())
 
 
 def parse_values(text: str) -> tuple[Value, ...]:
     """Return the values in a slot of a printed fact, separated by blanks, with unescaped quotes."""
-    found: list[Value] = []
-    at = 0
-    while at < len(text):
-        if text[at] == " ":
-            at += 1
-        elif text[at] == '"':
-            end = at
+    values: list[Value] = []
+    position = 0
+    while position < len(text):
+        if text[position] == " ":
+            position += 1
+        elif text[position] == '"':
+            end = position
             while (end := text.find('"', end + 1)) >= 0:
                 if end + 1 == len(text) or _starts_field(text, end + 1):
                     break
             end = len(text) if end < 0 else end
-            found.append(text[at + 1 : end])
-            at = end + 1
+            values.append(text[position + 1 : end])
+            position = end + 1
         else:
-            end = text.find(" ", at)
+            end = text.find(" ", position)
             end = len(text) if end < 0 else end
-            found.append(_atom(text[at:end]))
-            at = end
-    return tuple(found)
+            values.append(_atom(text[position:end]))
+            position = end
+    return tuple(values)
 
 
 def _atom(text: str) -> Value:

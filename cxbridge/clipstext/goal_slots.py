@@ -35,14 +35,16 @@ def read_slots(text: str) -> tuple[GoalSlot, ...]:
     """Return the slots of the first deftemplate in a file, in the order of printing."""
     begin = text.index("(deftemplate")
     declaration = _COMMENT.sub("", text[begin : text.find("\n(def", begin)])
-    return tuple(_slot(bool(multi), name, rest) for multi, name, rest in _SLOT.findall(declaration))
+    return tuple(
+        _slot(bool(multi), name, attributes) for multi, name, attributes in _SLOT.findall(declaration)
+    )
 
 
-def _slot(is_multi: bool, name: str, rest: str) -> GoalSlot:
-    attributes = {key: value.strip() for key, value in _ATTRIBUTE.findall(rest)}
+def _slot(is_multi: bool, name: str, attribute_text: str) -> GoalSlot:
+    attributes = {key: value.strip() for key, value in _ATTRIBUTE.findall(attribute_text)}
     kind, allowed = attributes.get("type", ""), attributes.get("allowed-values", "").split()
-    usual = "" if is_multi else allowed[0] if allowed else _DEFAULTS.get(kind, "nil")
-    return GoalSlot(name, is_multi, kind, attributes.get("default", usual))
+    implicit = "" if is_multi else allowed[0] if allowed else _DEFAULTS.get(kind, "nil")
+    return GoalSlot(name, is_multi, kind, attributes.get("default", implicit))
 
 
 GOAL_SLOTS: Final = read_slots(DECLARATION.read_text("utf-8"))

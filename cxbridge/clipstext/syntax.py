@@ -93,13 +93,13 @@ class Lines(Struct, frozen=True, dict=True):
     def _starts(self) -> list[int]:
         return [0, *(match.end() for match in re.finditer("\n", self.text))]
 
-    def at(self, place: int) -> int:
+    def at(self, position: int) -> int:
         """Return the line of a position, from 1."""
-        return bisect_right(self._starts, place)
+        return bisect_right(self._starts, position)
 
-    def column(self, place: int) -> int:
+    def column(self, position: int) -> int:
         """Return the column of a position, from 1."""
-        return place - self._starts[self.at(place) - 1] + 1
+        return position - self._starts[self.at(position) - 1] + 1
 
     def place(self, line: int, column: int = 1) -> int:
         """Return the position of a line and column, both from 1; the end of the text for a later line."""
@@ -131,15 +131,15 @@ def read(text: str, *, close: bool = False) -> list[SyntaxNode]:
 
 def one_line(text: str) -> str:
     """Return CLIPS text on one line, without comments and superfluous blanks."""
-    parts: list[str] = []
+    tokens: list[str] = []
     for match in TOKEN.finditer(text):
         token = " " if match.lastgroup == "blank" else match.group()
-        if token == " " and (not parts or parts[-1] in (" ", "(")):
+        if token == " " and (not tokens or tokens[-1] in (" ", "(")):
             continue
-        if token == ")" and parts and parts[-1] == " ":
-            parts.pop()
-        parts.append(token)
-    return "".join(parts).strip()
+        if token == ")" and tokens and tokens[-1] == " ":
+            tokens.pop()
+        tokens.append(token)
+    return "".join(tokens).strip()
 
 
 def blank(text: str) -> str:
@@ -225,7 +225,9 @@ def definitions(text: str) -> Iterator[Definition]:
 def rule_lines(text: str) -> dict[str, int]:
     """Return the lines of the rules of a file by name, of several the last."""
     code, lines = blank(text), Lines(text)
-    found = ((CONSTRUCT.match(code, start), start) for start, _ in top_level(code))
+    constructs = ((CONSTRUCT.match(code, start), start) for start, _ in top_level(code))
     return {
-        without_module(match[2]): lines.at(start) for match, start in found if match and match[1] == "defrule"
+        without_module(match[2]): lines.at(start)
+        for match, start in constructs
+        if match and match[1] == "defrule"
     }

@@ -58,11 +58,11 @@ def show(value: Value) -> str:
 
     Nothing is escaped, as in CLIPS; :func:`quoted` is for text that CLIPS reads.
     """
-    shown = _SHOWN.get(type(value))
-    return str(value) if shown is None else shown(value)
+    printer = _PRINTERS.get(type(value))
+    return str(value) if printer is None else printer(value)
 
 
-_SHOWN: Final[dict[type, Callable[[Any], str]]] = {
+_PRINTERS: Final[dict[type, Callable[[Any], str]]] = {
     str: lambda value: f'"{value}"',
     InstanceName: lambda value: f"[{value}]",
     tuple: lambda value: " ".join(map(show, value)),
@@ -92,4 +92,4 @@ def constants_of(names: Sequence[str], constants: Sequence[str]) -> list[str | N
     :param constants: the slot ``param-constants``, in which trailing parameters may be missing.
     """
     filled = chain(constants, repeat(NO_CONSTANT))
-    return [None if each == NO_CONSTANT else each for each, _ in zip(filled, names, strict=False)]
+    return [None if constant == NO_CONSTANT else constant for constant, _ in zip(filled, names, strict=False)]

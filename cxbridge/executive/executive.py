@@ -241,7 +241,7 @@ class Executive:
                 self.bus.emit(event)
 
         def retracted(template: str, slots: dict[str, str]) -> None:
-            tracker.retracted(template, slots, gone=not self.env.maker.replaces)
+            tracker.retracted(template, slots, is_final=not self.env.maker.replaces)
 
         for template, slots in {**TRACKED_TEMPLATES, **CALL_TEMPLATES}.items():
             self.env.watcher.follow(template, follow, slots)

@@ -120,10 +120,10 @@ class RunHistory:
         cls, events: Iterable[Event], limits: HistoryLimits | None = None, start_us: int | None = None
     ) -> Self:
         """Build the history of all events."""
-        made = cls(limits, start_us)
+        history = cls(limits, start_us)
         for event in events:
-            made.take(event)
-        return made
+            history.take(event)
+        return history
 
     def take(self, event: Event) -> None:
         """Process the next event."""
@@ -160,16 +160,16 @@ class RunHistory:
         if event.is_unnamed:
             return
         key = event.env, event.goal
-        goal = before = self._goals.get(key)
-        if event.is_new and before is not None:
+        goal = former = self._goals.get(key)
+        if event.is_new and former is not None:
             goal = None  # the id is reused
         if goal is None:
             if len(self.goals) >= self._limits.goals:
                 self._lost["goal"] += 1
                 return
-            if before is not None:
-                before.replaced = self.events
-            life = 1 if before is None else before.life + 1
+            if former is not None:
+                former.replaced = self.events
+            life = 1 if former is None else former.life + 1
             goal = GoalRecord(
                 len(self.goals), event.env, event.goal, event.goal_class, event.sub_type, life=life
             )
@@ -191,16 +191,16 @@ class RunHistory:
                 len(self.actions), event.env, event.goal, goal, event.plan, event.action_id, event.action
             )
             action.params = event.params
-            known = self._assignments.get(key, ActionAssignment())
+            assignment = self._assignments.get(key, ActionAssignment())
             # the assignment may belong to the previous plan-action with these ids
             action.assignment = ActionAssignment(
-                known.skiller, fields_of(event.params[1:-1]) or known.arguments
+                assignment.skiller, fields_of(event.params[1:-1]) or assignment.arguments
             )
             self._actions[key] = action
             self.actions.append(action)
             if goal is not None:
                 goal.actions.append(action)
-        if event.call and [each[1:] for each in action.sent[-1:]] != [(event.skiller, event.call)]:
+        if event.call and [sent[1:] for sent in action.sent[-1:]] != [(event.skiller, event.call)]:
             action.sent.append(SentCall(self.events, event.skiller, event.call))
         self._append(action.changes, ActionChange(*self._position, event.state))
 
@@ -226,35 +226,37 @@ class RunHistory:
         key = event.env, event.skiller
         if event.skiller not in self._read:
             self._read.add(event.skiller)
-            shown = self._last_call.pop(("", event.skiller), None)
-            if shown is not None and key not in self._last_call:
-                shown.env = event.env
-                shown.begin = shown.begin if shown.end else self._position
-                self._last_call[key] = shown
+            call = self._last_call.pop(("", event.skiller), None)
+            if call is not None and key not in self._last_call:
+                call.env = event.env
+                call.begin = call.begin if call.end else self._position
+                self._last_call[key] = call
         self._status(key, event)
 
     def _status(self, key: tuple[str, str], event: SkillStatus) -> None:
-        text, here = cut(event.skill_string, self._limits.text), self._position
+        text, position = cut(event.skill_string, self._limits.text), self._position
         if key not in self._last_call and event.status in ENDED:
-            self._last_call[key] = SkillExecution(*key, text, event.msgid, here, here, event.status)
+            self._last_call[key] = SkillExecution(*key, text, event.msgid, position, position, event.status)
             return  # a Skiller that was used before this run still shows its last skill
         call = self._last_call.setdefault(key, None)
-        same = call is not None and (call.skill_string, call.msgid) == (text, event.msgid)
-        if call is not None and call.end is None and (not same or event.status != RUNNING):
+        is_same = call is not None and (call.skill_string, call.msgid) == (text, event.msgid)
+        if call is not None and call.end is None and (not is_same or event.status != RUNNING):
             # the skill ended, or another one or none is shown because it was stopped before it reported an
             # end
-            call.end = here
-            call.status = event.status if same and event.status != IDLE else "stopped"
+            call.end = position
+            call.status = event.status if is_same and event.status != IDLE else "stopped"
             if call.status in ENDED:
                 call.error = self._error_of(*key)
-            if same:
+            if is_same:
                 return
-        if event.status == RUNNING and not (same and call is not None and call.end is None):
-            self._register_call(key, SkillExecution(*key, text, event.msgid, here, None, RUNNING))
-        elif event.status in ENDED and text and not same:
+        if event.status == RUNNING and not (is_same and call is not None and call.end is None):
+            self._register_call(key, SkillExecution(*key, text, event.msgid, position, None, RUNNING))
+        elif event.status in ENDED and text and not is_same:
             # started and ended between two reads of the executive
             error = self._error_of(*key)
-            self._register_call(key, SkillExecution(*key, text, event.msgid, here, here, event.status, error))
+            self._register_call(
+                key, SkillExecution(*key, text, event.msgid, position, position, event.status, error)
+            )
 
     def _register_call(self, key: tuple[str, str], call: SkillExecution) -> None:
         """Register a call as the last one of its Skiller."""
@@ -290,8 +292,8 @@ class RunHistory:
         """Record a Skiller's error text, which may follow the end of the skill at the same time."""
         self._errors[skiller] = text
         for (env, name), call in self._last_call.items():
-            ended = None if call is None or skiller not in (name, f"{env}/{name}") else call.end
-            if call is not None and ended is not None and ended[1] == self.end and not call.error:
+            end = None if call is None or skiller not in (name, f"{env}/{name}") else call.end
+            if call is not None and end is not None and end[1] == self.end and not call.error:
                 call.error = text
 
     def _message(self, event: InterfaceMessage) -> None:

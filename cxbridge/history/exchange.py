@@ -7,9 +7,9 @@ message. The id in REQUEST is the master's, otherwise that of the executor that 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
-from typing import Any, Final, NamedTuple, TypeAlias
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, TypeAlias
 
 from cxbridge.events import Event, InterfaceMessage
 from cxbridge.history.keeping import cut
@@ -28,7 +28,7 @@ def agent_of(event: InterfaceMessage) -> str:
     return event.uid.partition("::")[2].rpartition("/")[0]
 
 
-def _own_id(event: InterfaceMessage) -> str:
+def _interface_id(event: InterfaceMessage) -> str:
     """Return the id of an interface without the agent's name."""
     return event.uid.partition("::")[2].rpartition("/")[2]
 
@@ -65,17 +65,6 @@ class SkillMessage:
     progress: float = 0.0
 
 
-class _SkillRequest(NamedTuple):
-    """The request of a master."""
-
-    name: str
-    action: str
-    params: tuple[str, ...]
-    agent: str
-    mapped: str
-    request: str
-
-
 _Ticket: TypeAlias = tuple[str, int, int]
 _MessageOfMaster: TypeAlias = tuple[SkillMessage, str]
 
@@ -87,7 +76,7 @@ class Exchange:
     """
 
     def __init__(self) -> None:
-        self._asked: dict[_Ticket, _SkillRequest] = {}
+        self._requests: dict[_Ticket, SkillMessage] = {}
         self._open: set[_Ticket] = set()
         self._early: dict[_Ticket, list[InterfaceMessage]] = {}
 
@@ -105,13 +94,13 @@ class Exchange:
         if ticket is None:
             return
         if event.message != _REQUEST:
-            if ticket in self._asked:
+            if ticket in self._requests:
                 yield self._message(ticket, event)
             else:
                 self._early.setdefault(ticket, []).append(event)
         elif ticket not in self._open:  # otherwise the same request to another executor
             self._open.add(ticket)
-            self._asked[ticket] = _asked(ticket, event.values)
+            self._requests[ticket] = _request_of(ticket, event, event.values)
             yield self._message(ticket, event)
             yield from (self._message(ticket, early) for early in self._early.pop(ticket, ()))
 
@@ -119,28 +108,20 @@ class Exchange:
         values, kind = event.values, event.message.removesuffix("Message").upper()
         if kind == "CONFIRM" or (kind == "FINISH" and _outcome(values) == "REFUSED"):
             self._open.discard(ticket)
-        asked = self._asked.get(ticket, _SkillRequest(_number(ticket), "", (), "", "", ""))
-        executor = str(values.get("executor", "")) or _own_id(event)
-        node = asked.name if event.message == _REQUEST else executor
-        said = _report_fields(kind, values)
-        message = SkillMessage(
-            event.time_us,
-            kind,
-            node,
-            asked.action,
-            asked.params,
-            asked.agent,
-            asked.mapped,
-            asked.request,
-            **said,
+        # a reply without its request: the recording began later, or left the request out
+        request = self._requests.get(ticket) or _request_of(ticket, event, {})
+        executor = str(values.get("executor", "")) or _interface_id(event)
+        node = request.node_id if event.message == _REQUEST else executor
+        message = replace(
+            request, time_us=event.time_us, type=kind, node_id=node, **_report_fields(kind, values)
         )
-        return message, asked.name
+        return message, request.node_id
 
 
 def _ticket(event: InterfaceMessage) -> _Ticket | None:
     """Return the ticket of a message, or None if it does not belong to a skill board."""
     if event.uid.startswith(_BOARD):
-        board = _own_id(event)
+        board = _interface_id(event)
     elif event.uid.startswith(_EXECUTOR):
         board = str(event.values.get("board", ""))
     else:
@@ -156,7 +137,8 @@ def _number(ticket: _Ticket) -> str:
     return f"{ticket[0]}-{ticket[2]}"
 
 
-def _asked(ticket: _Ticket, values: Any) -> _SkillRequest:
+def _request_of(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str, Any]) -> SkillMessage:
+    """Return the REQUEST with some values."""
     try:
         parameters = json.loads(str(values.get("parameters", "")))
     except (ValueError, RecursionError):
@@ -164,9 +146,12 @@ def _asked(ticket: _Ticket, values: Any) -> _SkillRequest:
     if not isinstance(parameters, dict):
         parameters = {}
     mapped = str(parameters.pop(MAPPED_ACTION, ""))
-    words = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
-    own, skill, agent = (str(values.get(name, "")) for name in ("name", "skill", "agent"))
-    return _SkillRequest(own or _number(ticket), skill, words, agent, mapped, own or str(ticket[2]))
+    texts = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
+    name, skill, agent = (str(values.get(field, "")) for field in ("name", "skill", "agent"))
+    node = name or _number(ticket)
+    return SkillMessage(
+        event.time_us, "REQUEST", node, skill, texts, agent, mapped, request=name or str(ticket[2])
+    )
 
 
 def _report_fields(kind: str, values: Any) -> dict[str, Any]:
@@ -177,8 +162,8 @@ def _report_fields(kind: str, values: Any) -> dict[str, Any]:
         return {}
     outcome, error = _outcome(values), str(values.get("error", ""))
     success = outcome == "SUCCEEDED"
-    said = values.get("text", "") if success else error or outcome
-    return {"status": str(said), "success": success, "progress": progress_of(values)}
+    text = values.get("text", "") if success else error or outcome
+    return {"status": str(text), "success": success, "progress": progress_of(values)}
 
 
 def progress_of(values: Any) -> float:

@@ -48,13 +48,13 @@ class Forest(Generic[Key]):
         settled: set[Key] = set()
         for start in self.parents:
             path: dict[Key, None] = {}
-            at: Key | None = start
-            while at is not None and at not in settled and at not in path:
-                path[at] = None
-                at = self.parents[at]
-            if at in path:
-                way = list(path)
-                self.parents[min(way[way.index(at) :], key=rank.__getitem__)] = None
+            goal: Key | None = start
+            while goal is not None and goal not in settled and goal not in path:
+                path[goal] = None
+                goal = self.parents[goal]
+            if goal in path:
+                ring_path = list(path)
+                self.parents[min(ring_path[ring_path.index(goal) :], key=rank.__getitem__)] = None
             settled.update(path)
 
     def walk(self, roots: Iterable[Key] | None = None) -> Iterator[tuple[Key, int]]:
@@ -70,10 +70,10 @@ class Forest(Generic[Key]):
 
     def with_those_above(self, goals: Iterable[Key]) -> set[Key]:
         """Return the goals and all their ancestors."""
-        found: set[Key] = set()
+        result: set[Key] = set()
         for goal in goals:
-            at: Key | None = goal
-            while at is not None and at not in found:
-                found.add(at)
-                at = self.parents[at]
-        return found
+            ancestor: Key | None = goal
+            while ancestor is not None and ancestor not in result:
+                result.add(ancestor)
+                ancestor = self.parents[ancestor]
+        return result

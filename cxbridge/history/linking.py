@@ -70,9 +70,9 @@ class _Wait:
 def links(history: RunHistory) -> list[SkillLink]:
     """Return the pairs of actions and skills in order."""
     # whether messages are recorded is decided per agent
-    saying = {action.env for action in history.actions if action.sent}
-    found = [*_recorded_links(history), *_guessed_links(history, saying)]
-    return sorted(found, key=lambda link: link.call.begin)
+    with_messages = {action.env for action in history.actions if action.sent}
+    pairs = [*_recorded_links(history), *_guessed_links(history, with_messages)]
+    return sorted(pairs, key=lambda link: link.call.begin)
 
 
 def _recorded_links(history: RunHistory) -> Iterator[SkillLink]:
@@ -83,32 +83,36 @@ def _recorded_links(history: RunHistory) -> Iterator[SkillLink]:
         calls.setdefault(call.sent_as, []).append(call)
     for action in history.actions:
         for seq, skiller, number in action.sent:
-            begun = [
+            candidates = [
                 call
                 for call in calls.get((skiller, number), ())
                 if call.begin[0] < seq and call.env in ("", action.env)
             ]
-            pending = [
+            unsent = [
                 change.seq for change in action.changes if change.seq < seq and change.state in NOT_SENT
             ]
-            if begun and begun[-1].begin[0] >= max(pending, default=0):
-                before = [change[:2] for change in action.changes if change.seq < begun[-1].begin[0]]
-                yield SkillLink(action, begun[-1], before[-1] if before else action.changes[0][:2])
+            if candidates and candidates[-1].begin[0] >= max(unsent, default=0):
+                earlier_changes = [
+                    change[:2] for change in action.changes if change.seq < candidates[-1].begin[0]
+                ]
+                yield SkillLink(
+                    action, candidates[-1], earlier_changes[-1] if earlier_changes else action.changes[0][:2]
+                )
 
 
-def _guessed_links(history: RunHistory, saying: Collection[str]) -> Iterator[SkillLink]:
+def _guessed_links(history: RunHistory, with_messages: Collection[str]) -> Iterator[SkillLink]:
     """Yield the most likely pairs.
 
-    :param saying: the environments whose messages are recorded.
+    :param with_messages: the environments whose messages are recorded.
     """
-    waits = [wait for wait in _waits(history) if wait.action.env not in saying]
+    waits = [wait for wait in _waits(history) if wait.action.env not in with_messages]
     waits.sort(key=lambda wait: wait.ran)
     ran_at = [wait.ran for wait in waits]
     skillers = {call.skiller for call in history.calls}
-    taken: set[tuple[int, int]] = set()
+    used: set[tuple[int, int]] = set()
     for call in history.calls if waits else ():
         limit = call.end[0] if call.end is not None else history.events
-        could = [
+        candidates = [
             wait
             for wait in waits[bisect_right(ran_at, call.begin[0]) : bisect_right(ran_at, limit)]
             if wait.ordered[0] < call.begin[0]
@@ -119,11 +123,11 @@ def _guessed_links(history: RunHistory, saying: Collection[str]) -> Iterator[Ski
                 wait.action.assignment.skiller == call.skiller
                 or wait.action.assignment.skiller not in skillers
             )
-            and (wait.action.number, wait.ran) not in taken
+            and (wait.action.number, wait.ran) not in used
         ]
-        if could:
-            wait = min(could, key=partial(_unlikeliness, call, history.end))
-            taken.add((wait.action.number, wait.ran))
+        if candidates:
+            wait = min(candidates, key=partial(_unlikeliness, call, history.end))
+            used.add((wait.action.number, wait.ran))
             yield SkillLink(wait.action, call, wait.ordered, guessed=True)
 
 
@@ -131,20 +135,20 @@ def _waits(history: RunHistory) -> Iterator[_Wait]:
     """Yield the waiting of actions for skills."""
     for action in history.actions:
         changes = action.changes
-        for place, (before, change) in enumerate(pairwise(changes)):
-            if change.state == RUNNING and before.state in WAITING:
-                after = changes[place + 2 : place + 3]
-                yield _Wait(action, before[:2], change.seq, after[0].time if after else None)
+        for index, (waiting, change) in enumerate(pairwise(changes)):
+            if change.state == RUNNING and waiting.state in WAITING:
+                following = changes[index + 2 : index + 3]
+                yield _Wait(action, waiting[:2], change.seq, following[0].time if following else None)
 
 
 def _unlikeliness(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int, bool, int]:
     """Return the rank of a candidate; the lowest is the most likely."""
     over = call.end[1] if call.end is not None else end
     gap = abs((end if wait.over is None else wait.over) - over)
-    mentioned = wait.action.assignment.count_in(call.skill_string)
-    return -mentioned, gap // SAME_US, wait.action.name != _name(call.skill_string), wait.ordered[0]
+    count = wait.action.assignment.count_in(call.skill_string)
+    return -count, gap // SAME_US, wait.action.name != _skill_name(call.skill_string), wait.ordered[0]
 
 
-def _name(skill_string: str) -> str:
+def _skill_name(skill_string: str) -> str:
     """Return the name of the skill that a skill string calls, or that an executor executes."""
     return _NAME_ENDS.split(skill_string, maxsplit=1)[0]

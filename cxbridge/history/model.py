@@ -136,12 +136,12 @@ class GoalRecord:
     @property
     def ended(self) -> GoalChange | None:
         """The change that set the present outcome, or None without one."""
-        found = None
+        end = None
         for change in reversed(self.changes):
             if change.mode not in ENDED_MODES:
                 break
-            found = change
-        return found
+            end = change
+        return end
 
     @property
     def former_ends(self) -> list[GoalChange]:
@@ -150,9 +150,9 @@ class GoalRecord:
         return [change for change in self.changes if change.mode == "FINISHED" and change is not last]
 
     def __str__(self) -> str:
-        known = self.outcome not in ("", "UNKNOWN")
+        has_outcome = self.outcome not in ("", "UNKNOWN")
         error = f"  [{self.error}]" if self.error else ""
-        return f"{self.title}: {self.mode}{f' {self.outcome}' if known else ''}{error}"
+        return f"{self.title}: {self.mode}{f' {self.outcome}' if has_outcome else ''}{error}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,11 +275,14 @@ def goal_forest(goals: Sequence[GoalRecord]) -> Forest[int]:
 
 def _parent_of(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[GoalRecord]]) -> int | None:
     """Return the number of the parent, the life of its id that existed at the time."""
-    above = parent_id(goal.parent)
-    known = () if above is None else lives.get((goal.env, above), ())
-    *_, since = (each.seq for each in takewhile(lambda each: each.parent == goal.parent, goal.changes[::-1]))
-    begun = [parent for parent in known if parent.changes[0].seq <= since]
-    return begun[-1].number if begun else known[0].number if known else None
+    parent = parent_id(goal.parent)
+    parents = () if parent is None else lives.get((goal.env, parent), ())
+    *_, since = (
+        change.seq for change in takewhile(lambda change: change.parent == goal.parent, goal.changes[::-1])
+    )
+    # a goal may name its parent before the parent is formulated: then its first life is meant
+    earlier = [life for life in parents if life.changes[0].seq <= since]
+    return earlier[-1].number if earlier else parents[0].number if parents else None
 
 
 def goals_named(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:

@@ -29,28 +29,28 @@ class EnvironmentFacts:
 
     def take(self, event: FactChange) -> None:
         """Process the next change."""
-        known = self.by_env.setdefault(event.env, {})
+        facts = self.by_env.setdefault(event.env, {})
         self.templates.setdefault(event.env, set()).add(event.template)
         if event.asserted:
-            known[event.index] = event
+            facts[event.index] = event
         else:
-            known.pop(event.index, None)
+            facts.pop(event.index, None)
 
     def copy(self) -> EnvironmentFacts:
         """Return an independent copy."""
-        made = EnvironmentFacts()
-        made.by_env = {env: dict(facts) for env, facts in self.by_env.items()}
-        made.templates = {env: set(names) for env, names in self.templates.items()}
-        return made
+        duplicate = EnvironmentFacts()
+        duplicate.by_env = {env: dict(facts) for env, facts in self.by_env.items()}
+        duplicate.templates = {env: set(names) for env, names in self.templates.items()}
+        return duplicate
 
     def slots(self, env: str, template: str) -> list[Mapping[str, str]]:
         """Return the slots of a deftemplate's facts, as CLIPS prints their values."""
-        found: list[Mapping[str, str]] = []
+        slots: list[Mapping[str, str]] = []
         for change in self.by_env.get(env, {}).values():
             if change.template == template:
                 with suppress(FactSyntaxError):  # a recording may contain any text
-                    found.append(parse_fact(change.text)[1])
-        return found
+                    slots.append(parse_fact(change.text)[1])
+        return slots
 
 
 class RunState:
@@ -86,15 +86,15 @@ class RunState:
 
     def copy(self) -> RunState:
         """Return an independent copy."""
-        made = RunState()
-        made.goals.update(self.goals)
-        made.actions.update(self.actions)
-        made.skills.update(self.skills)
-        made.interfaces.update(self.interfaces)
-        made.facts = self.facts.copy()
-        made.rule = self.rule
-        made._goal_facts.update(self._goal_facts)
-        return made
+        duplicate = RunState()
+        duplicate.goals.update(self.goals)
+        duplicate.actions.update(self.actions)
+        duplicate.skills.update(self.skills)
+        duplicate.interfaces.update(self.interfaces)
+        duplicate.facts = self.facts.copy()
+        duplicate.rule = self.rule
+        duplicate._goal_facts.update(self._goal_facts)
+        return duplicate
 
     def has_goal(self, env: str, goal: str) -> bool:
         """Return whether a goal exists; without recorded facts, its retraction is not noticed."""

@@ -87,14 +87,14 @@ class _Memory(Generic[Key, State]):
         self._states[key] = state
         return True
 
-    def retire(self, key: Key, *, gone: bool = False) -> None:
+    def retire(self, key: Key, *, is_final: bool = False) -> None:
         """Record the retraction of a fact.
 
-        :param gone: the fact is not asserted again with other slots.
+        :param is_final: the fact is not asserted again with other slots.
         """
         if key in self._states:
             self._retired.pop(key, None)
-            self._retired[key] = gone
+            self._retired[key] = is_final
             if len(self._retired) > MAX_RETIRED:
                 oldest = next(iter(self._retired))
                 del self._retired[oldest], self._states[oldest]
@@ -115,7 +115,7 @@ class TransitionTracker:
         self._actions: _Memory[tuple[str, str, str], str] = _Memory()
         self._skills: dict[tuple[str, str], str] = {}
         self._calls: dict[tuple[str, str, str], tuple[str, str]] = {}
-        self._last_gone = ""
+        self._last_retracted = ""
 
     def __len__(self) -> int:
         """Return the number of entries in the tables, which the numbers of facts limit."""
@@ -153,15 +153,15 @@ class TransitionTracker:
 
         :raises FactSyntaxError: if the fact of a goal, plan-action or Skiller cannot be parsed.
         """
-        before, self._last_gone = self._last_gone, ""
+        former_id, self._last_retracted = self._last_retracted, ""
         if event.asserted and event.template in TRACKED_TEMPLATES:
             slots = parse_fact(event.text)[1]
-            if before and (event.template != "goal" or slots.get("id") != before):
+            if former_id and (event.template != "goal" or slots.get("id") != former_id):
                 # not a modify, which would assert the same fact at once
-                self._goals.retire(before, gone=True)
+                self._goals.retire(former_id, is_final=True)
             return self.fact(event.time_us, event.template, slots)
-        if before:
-            self._goals.retire(before, gone=True)
+        if former_id:
+            self._goals.retire(former_id, is_final=True)
         if event.asserted and event.template in CALL_TEMPLATES:
             # facts of the calls only add the link to a message; an invalid one adds none
             with suppress(FactSyntaxError):
@@ -169,17 +169,17 @@ class TransitionTracker:
         elif not event.asserted and event.template in FORGETFUL_TEMPLATES:
             slots = parse_fact(event.text)[1]
             self.retracted(event.template, slots)
-            self._last_gone = slots.get("id", "") if event.template == "goal" else ""
+            self._last_retracted = slots.get("id", "") if event.template == "goal" else ""
         return None
 
-    def retracted(self, template: str, slots: Mapping[str, str], *, gone: bool = False) -> None:
+    def retracted(self, template: str, slots: Mapping[str, str], *, is_final: bool = False) -> None:
         """Record the retraction of a fact of `FORGETFUL_TEMPLATES`, whose state is dropped later.
 
-        :param gone: no ``modify`` asserts the fact with other slots.
+        :param is_final: no ``modify`` asserts the fact with other slots.
         """
         try:
             if template == "goal":
-                self._goals.retire(slots["id"], gone=gone)
+                self._goals.retire(slots["id"], is_final=is_final)
             elif template == "plan-action":
                 self._actions.retire(_action_key(slots))
         except KeyError:

@@ -81,8 +81,8 @@ def plain_goal(goal: NamedGoal) -> dict[str, str]:
 
 def goal_line(branch: str, name: str, goal: TreeGoal, *, modes: bool = False) -> GoalLine:
     """Return a goal as a line of a tree."""
-    known = goal.outcome not in ("UNKNOWN", "")
-    state = " ".join((goal.mode,) * (modes or not known) + (goal.outcome,) * known)
+    has_outcome = goal.outcome not in ("UNKNOWN", "")
+    state = " ".join((goal.mode,) * (modes or not has_outcome) + (goal.outcome,) * has_outcome)
     title = goal_title(name, goal.goal_class)
     return GoalLine(branch, title, goal_outcome(goal.mode, goal.outcome), state, goal.error)
 
@@ -92,17 +92,17 @@ def goal_lines(goals: Iterable[NamedGoal], *, modes: bool = False) -> Iterator[G
 
     :param goals: in the order of appearance; equal ids are lives of the same id.
     """
-    known = list(goals)
+    numbered = list(goals)
     lives: dict[str, list[int]] = {}
-    for number, goal in enumerate(known):
+    for number, goal in enumerate(numbered):
         lives.setdefault(goal.goal, []).append(number)
     parents: dict[int, int | None] = {}
-    for number, goal in enumerate(known):
-        above = lives.get(parent_id(goal.parent) or "", [])
-        before = [each for each in above if each < number]
-        parents[number] = before[-1] if before else above[0] if above else None
+    for number, goal in enumerate(numbered):
+        parent_lives = lives.get(parent_id(goal.parent) or "", [])
+        earlier = [life_number for life_number in parent_lives if life_number < number]
+        parents[number] = earlier[-1] if earlier else parent_lives[0] if parent_lives else None
     for number, branch in drawn(Forest(parents)):
-        goal = known[number]
+        goal = numbered[number]
         life = lives[goal.goal].index(number) + 1
         yield goal_line(branch, goal.goal if life == 1 else f"{goal.goal}#{life}", goal, modes=modes)
 
@@ -117,8 +117,8 @@ def drawn(forest: Forest[Key]) -> Iterator[tuple[Key, str]]:
         if parent is None:
             branch, stem = "", ""
         else:
-            last = goal == forest.children[parent][-1]
-            branch, stem = ("└─ ", "   ") if last else ("├─ ", "│  ")
-        before = stems[-1] if stems else ""
-        yield goal, before + branch
-        stems.append(before + stem)
+            is_last = goal == forest.children[parent][-1]
+            branch, stem = ("└─ ", "   ") if is_last else ("├─ ", "│  ")
+        stem_above = stems[-1] if stems else ""
+        yield goal, stem_above + branch
+        stems.append(stem_above + stem)
