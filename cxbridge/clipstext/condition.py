@@ -82,6 +82,7 @@ class FieldConstraint:
             [term for term in terms if variables(term) <= bound | ({self.name} if bind else set())]
             for terms in self.alternatives
         ]
+        # an alternative without terms allows any value, and with it the whole field
         if not all(usable) or not usable:
             return head
         tests = "|".join("&".join("".join(node.text for node in term) for term in terms) for terms in usable)
@@ -316,6 +317,7 @@ def elements(items: Sequence[SyntaxNode]) -> Iterator[CE]:
     """Yield the CEs of a list, without ``declare`` and with ``and`` and ``logical`` flattened."""
     for nodes in _joined_bindings(items):
         node = nodes[-1]
+        # `?f`, `<-` and words between the CEs are not CEs, `declare` has the salience
         if node.items is None or node.head == "declare":
             continue
         if len(nodes) > 1:
@@ -367,6 +369,7 @@ def _field(nodes: list[SyntaxNode]) -> FieldConstraint:
     text = one_line("".join(node.text for node in nodes))
     first = nodes[0].text
     binder = first if first.startswith(("?", "$?")) and not _GLOBAL.match(first) else ""
+    # `?x|red` tests ?x, it does not bind it
     if binder and len(nodes) > 1 and nodes[1].text == "|":
         binder = ""
     constraint_nodes = nodes[2:] if binder else nodes

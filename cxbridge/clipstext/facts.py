@@ -82,6 +82,7 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
         raise FactSyntaxError("no fact")
     if '"' not in text and (plain := _plain_slots(template, text)) is not None:
         return template, plain, True
+    # without a layout a quote ends a string where a field or a slot may end
     if template not in LAYOUTS:
         return template, *_by_quotes(text, template)
     names = LAYOUTS[template]
@@ -143,7 +144,8 @@ class _LayoutParser:
         self._text = text
         self._names = names
         self._slot_starts = tuple(f" ({name}" for name in names)
-        # positions from which the end cannot be reached, so that none is tried twice
+        # slots at positions from which the end cannot be reached: tried twice, many parentheses take
+        # exponential time
         self._dead_ends: set[tuple[int, int]] = set()
 
     def read(self, position: int) -> dict[str, str] | None:
@@ -160,6 +162,7 @@ class _LayoutParser:
             return None
         start = position + len(self._slot_starts[number])
         end = start - 1
+        # the shortest value first: a slot rarely contains the start of the next one
         while (end := self._text.find(")", end + 1)) >= 0:
             can_continue = self._is_end(end + 1) or self._slot_at(number + 1, end + 1) is not None
             if can_continue and _VALUE.fullmatch(self._text, start, end):

@@ -34,6 +34,7 @@ class GoalSlot(NamedTuple):
 def read_slots(text: str) -> tuple[GoalSlot, ...]:
     """Return the slots of the first deftemplate in a file, in the order of printing."""
     begin = text.index("(deftemplate")
+    # up to the next construct, so that slots of other deftemplates of the file are not found
     declaration = _COMMENT.sub("", text[begin : text.find("\n(def", begin)])
     return tuple(
         _slot(bool(multi), name, attributes) for multi, name, attributes in _SLOT.findall(declaration)

@@ -106,6 +106,7 @@ class Exchange:
 
     def _message(self, ticket: _Ticket, event: InterfaceMessage) -> _MessageOfMaster:
         values, kind = event.values, event.message.removesuffix("Message").upper()
+        # the master asks again after a refused confirmation: that request is a new one
         if kind == "CONFIRM" or (kind == "FINISH" and _outcome(values) == "REFUSED"):
             self._open.discard(ticket)
         # a reply without its request: the recording began later, or left the request out

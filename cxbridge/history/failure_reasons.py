@@ -53,6 +53,7 @@ class FailureReasons:
         elif isinstance(event, GoalTransition):
             if event.mode in ENDED_MODES and event.outcome in _BAD_OUTCOMES:
                 self._sub_goals.setdefault(event.parent, {})[event.goal] = event
+                # a parent may be tried for hours, with a failed sub-goal each time
                 forget_oldest(self._sub_goals[event.parent])
                 forget_oldest(self._sub_goals)
             elif event.mode == "FORMULATED":  # the goal is tried again

@@ -52,6 +52,7 @@ class Forest(Generic[Key]):
             while goal is not None and goal not in settled and goal not in path:
                 path[goal] = None
                 goal = self.parents[goal]
+            # a ring: from its first goal on, the path leads back to it
             if goal in path:
                 ring_path = list(path)
                 self.parents[min(ring_path[ring_path.index(goal) :], key=rank.__getitem__)] = None

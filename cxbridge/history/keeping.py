@@ -20,6 +20,7 @@ class Kept(Generic[Item]):
     def __init__(self, limit: int) -> None:
         self.total = 0
         self._head: list[Item] = []
+        # an odd limit keeps one more of the last items, which show how a run ended
         self._tail: deque[Item] = deque(maxlen=limit - limit // 2)
         self._room = limit // 2
 

@@ -146,6 +146,7 @@ def _unlikeliness(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int
     over = call.end[1] if call.end is not None else end
     gap = abs((end if wait.over is None else wait.over) - over)
     count = wait.action.assignment.count_in(call.skill_string)
+    # tuples compare in this order, and False precedes True
     return -count, gap // SAME_US, wait.action.name != _skill_name(call.skill_string), wait.ordered[0]
 
 

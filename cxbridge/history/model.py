@@ -137,6 +137,7 @@ class GoalRecord:
     def ended(self) -> GoalChange | None:
         """The change that set the present outcome, or None without one."""
         end = None
+        # EVALUATED and RETRACTED repeat the outcome of FINISHED, which set it
         for change in reversed(self.changes):
             if change.mode not in ENDED_MODES:
                 break
@@ -291,6 +292,7 @@ def goals_named(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
     :param name: an id, which may have several lives; ``ID#2``, one of the lives; a class; ``CLASS#2``, one of
         the goals of a class; or the start of ids.
     """
+    # an id may contain `#2` itself, so that a complete id or class goes first
     stem, _, digits = name.rpartition("#")
     for of_name, of_stem in (
         ([goal for goal in goals if goal.id == name], [goal for goal in goals if goal.id == stem]),

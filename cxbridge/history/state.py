@@ -30,6 +30,7 @@ class EnvironmentFacts:
     def take(self, event: FactChange) -> None:
         """Process the next change."""
         facts = self.by_env.setdefault(event.env, {})
+        # also of retractions: the recording has facts of this deftemplate
         self.templates.setdefault(event.env, set()).add(event.template)
         if event.asserted:
             facts[event.index] = event
@@ -98,6 +99,7 @@ class RunState:
 
     def has_goal(self, env: str, goal: str) -> bool:
         """Return whether a goal exists; without recorded facts, its retraction is not noticed."""
+        # a modified goal is retracted and asserted, so that facts are counted
         if "goal" in self.facts.templates.get(env, ()):
             return self._goal_facts.get((env, goal), 0) > 0
         return (env, goal) in self.goals

@@ -112,6 +112,7 @@ def drawn(forest: Forest[Key]) -> Iterator[tuple[Key, str]]:
     stems: list[str] = []  # the lines before the children of the ancestors
 
     for goal, depth in forest.walk():
+        # leave the subtree of the previous goal
         del stems[depth:]
         parent = forest.parents[goal]
         if parent is None:

@@ -159,10 +159,10 @@ class SkillerCall(Closing):
         if refusal:
             return SkillResult(CallOutcome.FAILED, refusal, 0)
         skip_stale_ids(self._interface, controls=True)
-        before = self._feed.now(self._interface)
+        former_state = self._feed.now(self._interface)
         self._msgid = self._send("ExecSkillMessage", skill_string=skill_string)
         self._runs = True
-        result = yield from self._wait(self._msgid, skill_string, before)
+        result = yield from self._wait(self._msgid, skill_string, former_state)
         self._runs = False
         return result
 
@@ -190,16 +190,17 @@ class SkillerCall(Closing):
             return "the Skiller is gone"
         return f"control of the Skiller was lost to {name_controller(self._interface, controller)}"
 
-    def _wait(self, msgid: int, skill_string: str, before: InterfaceChange) -> _Steps[SkillResult]:
+    def _wait(self, msgid: int, skill_string: str, former_state: InterfaceChange) -> _Steps[SkillResult]:
         """Wait for the end of a message's skill string.
 
-        :param before: the state at the time of sending, which may show the same id of an earlier caller.
+        :param former_state: the state at the time of sending, which may show the same id of an earlier
+            caller.
         """
         # a client that steals control counts ids separately, perhaps to the same number, and may request the
         # same skill, so its states are not ours; without any controller our call has ended: a stopping
         # Skiller shows it as failed
-        own_serial, taken, reported = str(self._interface.serial), False, ""
-        own_error = OwnError(before.values["msgid"], before.values["error"])
+        own_serial, is_accepted, reported_status = str(self._interface.serial), False, ""
+        own_error = OwnError(former_state.values["msgid"], former_state.values["error"])
         while True:
             news = yield None
             assert news is not None  # yield None sets no limit
@@ -207,24 +208,26 @@ class SkillerCall(Closing):
             status = getattr(values["status"], "name", str(values["status"]))
             if news.kind == "writer removed":
                 return SkillResult(CallOutcome.FAILED, "the Skiller is gone", msgid)
-            if news.time_us < before.time_us or (news.time_us == before.time_us and values == before.values):
+            if news.time_us < former_state.time_us or (
+                news.time_us == former_state.time_us and values == former_state.values
+            ):
                 continue
-            other = values["skill_string"]
-            replaced = values["msgid"] == msgid and not skill_string.startswith(other or "?")
-            ended = values["msgid"] == msgid and not replaced and status in (_FINAL, _FAILED)
+            shown_string = values["skill_string"]
+            is_replaced = values["msgid"] == msgid and not skill_string.startswith(shown_string or "?")
+            has_ended = values["msgid"] == msgid and not is_replaced and status in (_FINAL, _FAILED)
             if (controller := values["exclusive_controller"]) != own_serial:
                 self._in_control = False
-                if controller or not ended:
+                if controller or not has_ended:
                     return SkillResult(CallOutcome.FAILED, self._loss(controller), msgid)
-            if values["msgid"] != msgid or replaced:
-                if taken or replaced:
-                    reason = f"it was replaced by '{other}'" if other else "it was stopped"
+            if values["msgid"] != msgid or is_replaced:
+                if is_accepted or is_replaced:
+                    reason = f"it was replaced by '{shown_string}'" if shown_string else "it was stopped"
                     return SkillResult(CallOutcome.FAILED, reason, msgid)
                 continue
-            taken = True
-            error = own_error.of(msgid, other, values["error"], failed=status == _FAILED)
-            if status != reported:
-                reported = status
+            is_accepted = True
+            error = own_error.of(msgid, shown_string, values["error"], failed=status == _FAILED)
+            if status != reported_status:
+                reported_status = status
                 self._on_status(status, error)
             if status != _RUNNING:
                 return _result(status, error, msgid)
@@ -247,22 +250,22 @@ def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] 
             return _skills_on_board(board, skiller)
         news: InterfaceChange | None = feed.now(interface)
         assert news is not None
-        before = news.values["graph_fsm"]
+        former_subject = news.values["graph_fsm"]
         deadline = Deadline(timeout_s)
         _show(interface, "LIST")
         while news is not None and news.values["graph_fsm"] != "LIST":
             news = feed.next(deadline)
-        if before != "LIST":
-            _show(interface, before or "ACTIVE")
+        if former_subject != "LIST":
+            _show(interface, former_subject or "ACTIVE")
         return None if news is None else str(news.values["graph"]).split()
 
 
 def _skills_on_board(board: BlackBoard, agent: str) -> list[str] | None:
     names: set[str] = set()
     for info in board.list("SkillExecutorInterface"):
-        with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
-            instance.read()
-            values = instance.as_dict()
+        with board.open_for_reading(info.type, info.id, owner=OWNER) as interface:
+            interface.read()
+            values = interface.as_dict()
             if info.has_writer and values["agent"] == agent:
                 names.update(values["skills"].split())
     return sorted(names) or None

@@ -83,10 +83,10 @@ class ExclusiveControl:
         """Return whether the sender is the controller, or there is none."""
         return self.controller in ("", serial_of(message))
 
-    def admit(self, message: Any, *, again: bool, running: bool) -> bool:
+    def admit(self, message: Any, *, is_second: bool, running: bool) -> bool:
         """Decide on an ExecSkillMessage and log the decision.
 
-        :param again: an earlier message of the same loop is replaced.
+        :param is_second: an earlier message of the same loop is replaced.
         :param running: a running skill string is aborted.
         :returns: whether to execute the skill string.
         """
@@ -94,15 +94,17 @@ class ExclusiveControl:
         if not self.may_execute(message):
             self._log.warn(f"{thread} tries to exec, but other thread is controller")
             return False
-        before = self._interface.skill_string
-        if again:
-            self._log.warn(f"More than one skill string enqueued, ignoring previous string ({before}).")
+        former_string = self._interface.skill_string
+        if is_second:
+            self._log.warn(
+                f"More than one skill string enqueued, ignoring previous string ({former_string})."
+            )
         if self.controller:
             self._log.info(f"{thread} executes '{text}'")
         else:
             self._log.debug(f"{sender_of(message)} executes '{text}' without any exclusive controller")
         if running:
-            self._log.info(f"Aborting execution of previous skill string '{before}' for new goal")
+            self._log.info(f"Aborting execution of previous skill string '{former_string}' for new goal")
         return True
 
     def acquire(self, message: Any) -> bool:
@@ -113,6 +115,7 @@ class ExclusiveControl:
         serial, thread = serial_of(message), message.sender_thread_name
         if not self.controller:
             self._log.debug(f"{thread} (serial {serial}) is new exclusive controller")
+        # stealing what the sender has itself is logged, too, as in Fawkes
         elif message.steal_control:
             self._log.warn(f"{thread} (serial {serial}) steals exclusive control")
         elif self.controller == serial:

@@ -43,6 +43,7 @@ class DebugBoard:
 
     def loop(self) -> None:
         """Write the initial values in the first loop; then handle messages."""
+        # not when it is made: Fawkes writes both interfaces first in a loop, after the skills are loaded
         if not self._started:
             self._started = True
             for interface in self._both:
@@ -72,13 +73,13 @@ class DebugBoard:
             if is_new:
                 self._write(self._engine.overview(self._subject))
             return
-        found, graph = self._engine.graph(
+        has_machine, graph = self._engine.graph(
             "" if self._subject == ACTIVE else self._subject,
             self._direction,
             coloured=self._coloured,
             always=is_new or self._redraw,
         )
-        if found:
+        if has_machine:
             self._publish_machine(graph)
         elif is_new:
             if self._subject not in ("", ACTIVE):
@@ -91,6 +92,7 @@ class DebugBoard:
     def _publish_machine(self, graph: str) -> None:
         if graph:
             size = len(graph.encode("utf-8", "surrogateescape"))
+            # the field cuts the graph; viewers get the start, and the log says why
             if size > self._room:
                 self._log.error(f"the graph exceeds its maximum size ({size} vs. {self._room})")
             self._write(graph)

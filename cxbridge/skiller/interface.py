@@ -120,7 +120,7 @@ class InterfaceSkiller(SkillerBackend):
 
     def _exec(self, message: Any) -> bool:
         skill_string = message.skill_string
-        if not self._control.admit(message, again=self._enqueued, running=self.is_executing):
+        if not self._control.admit(message, is_second=self._enqueued, running=self.is_executing):
             return False
         if self.is_executing:
             self.drop()

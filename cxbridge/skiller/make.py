@@ -94,8 +94,8 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     :raises BlackBoardError: if an interface has another writer.
     """
     if space is None:
-        known = config is not None and config.exists(SKILL_SPACE)
-        space = config.get_str(SKILL_SPACE) if config is not None and known else DEFAULT_SPACE
+        is_configured = config is not None and config.exists(SKILL_SPACE)
+        space = config.get_str(SKILL_SPACE) if config is not None and is_configured else DEFAULT_SPACE
     if watch is None and config is not None and config.exists("/skiller/watch_files"):
         watch = ModuleWatch() if config.get_bool("/skiller/watch_files") else None
     bus.logger("SkillerExecutionThread").debug(f"Skill space: {space}")
@@ -120,6 +120,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
         skiller = Skiller(
             board, engine, transforms, bus, name=name, mode=mode, watch=watch, place_of=place_of
         )
+        # the Skiller closes them from here on
         undo.pop_all()
     log.debug("Lua startup completed")
     return skiller

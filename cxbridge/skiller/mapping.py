@@ -65,11 +65,11 @@ class ActionSkillMapping:
         try:
             return self._templates[action]
         except KeyError:
-            known = ", ".join(sorted(self._templates)) or "none"
+            mapped_actions = ", ".join(sorted(self._templates)) or "none"
             raise ActionMappingError(
                 f"action '{action}' has no action mapping",
                 hint=f"add '{action}: SKILL-STRING' under action-mapping in the configuration of the spec; "
-                f"mapped are: {known}",
+                f"mapped are: {mapped_actions}",
             ) from None
 
     def map(self, action: str, params: Mapping[str, str]) -> MappedSkill:
@@ -86,8 +86,8 @@ class ActionSkillMapping:
                     text = self._joined(action, text, part)
                 else:
                     value = _look_up(part, action, params)
-                    written = self._insert(part, _apply_steps(part, value, messages), text)
-                    text = self._joined(action, text, written)
+                    value_text = self._insert(part, _apply_steps(part, value, messages), text)
+                    text = self._joined(action, text, value_text)
         except _CannotMapError as error:
             messages.insert(0, (Level.ERROR, str(error)))
             return MappedSkill("", tuple(messages))
@@ -104,51 +104,53 @@ class ActionSkillMapping:
                     warnings.extend(_check_steps(action, part))
         return warnings
 
-    def _insert(self, place: Placeholder, value: str, before: str) -> str:
+    def _insert(self, placeholder: Placeholder, value: str, prefix: str) -> str:
         """Return the text of a value behind a part of the skill string."""
         try:
-            if place.kind == "i":
+            if placeholder.kind == "i":
                 return numbers.leading_integer(value)
-            if place.kind == "f":
+            if placeholder.kind == "f":
                 return numbers.leading_float(value)
         except numbers.NumberError as error:
-            kind = "integer" if place.kind == "i" else "float"
+            kind = "integer" if placeholder.kind == "i" else "float"
             raise _CannotMapError(f"Failed to convert '{value}' to {kind}: {error}") from None
-        if place.kind in "SY":
+        if placeholder.kind in "SY":
             value = _upper(value)
-        if place.kind in "sS":
-            kept = self._kept(place, value, f'{before}"')
-            return f'"{kept}"'
-        return self._kept(place, value, before)
+        if placeholder.kind in "sS":
+            quoted = self._preserved(placeholder, value, f'{prefix}"')
+            return f'"{quoted}"'
+        return self._preserved(placeholder, value, prefix)
 
-    def _joined(self, action: str, before: str, after: str) -> str:
+    def _joined(self, action: str, prefix: str, suffix: str) -> str:
         """Return the concatenation of two parts."""
-        if self.mode == "strict" and quoting.makes_comment(before, after):
+        if self.mode == "strict" and quoting.makes_comment(prefix, suffix):
             raise _CannotMapError(
-                f"'{before}' and '{after}' make the comment '--': leave a space between them in the "
+                f"'{prefix}' and '{suffix}' make the comment '--': leave a space between them in the "
                 f"action mapping of '{action}'"
             )
-        return before + after
+        return prefix + suffix
 
-    def _kept(self, place: Placeholder, value: str, before: str) -> str:
+    def _preserved(self, placeholder: Placeholder, value: str, prefix: str) -> str:
         """Return the text of a value behind a Lua text, preserved according to the mode."""
-        return _kept(place, value, before) if self.mode == "strict" else value
+        return _preserved_value(placeholder, value, prefix) if self.mode == "strict" else value
 
 
 def _describe(action: str, doubt: Doubt) -> Message:
-    place = f"'{doubt.text}' at column {doubt.offset + 1}"
-    return (Level.WARN, f"action-mapping/{action}: {place} is kept as text: {doubt.reason}")
+    excerpt = f"'{doubt.text}' at column {doubt.offset + 1}"
+    return (Level.WARN, f"action-mapping/{action}: {excerpt} is kept as text: {doubt.reason}")
 
 
-def _look_up(place: Placeholder, action: str, params: Mapping[str, str]) -> str:
+def _look_up(placeholder: Placeholder, action: str, params: Mapping[str, str]) -> str:
     try:
-        return params[place.name]
+        return params[placeholder.name]
     except KeyError:
-        raise _CannotMapError(f"No value for parameter '{place.name}' of action '{action}' given") from None
+        raise _CannotMapError(
+            f"No value for parameter '{placeholder.name}' of action '{action}' given"
+        ) from None
 
 
-def _apply_steps(place: Placeholder, value: str, messages: list[Message]) -> str:
-    for step in place.steps:
+def _apply_steps(placeholder: Placeholder, value: str, messages: list[Message]) -> str:
+    for step in placeholder.steps:
         if isinstance(step, Misfit):
             messages.append((Level.WARN, step.warning))
             continue
@@ -160,9 +162,9 @@ def _apply_steps(place: Placeholder, value: str, messages: list[Message]) -> str
     return value
 
 
-def _check_steps(action: str, place: Placeholder) -> list[Message]:
+def _check_steps(action: str, placeholder: Placeholder) -> list[Message]:
     warnings = []
-    for step in place.steps:
+    for step in placeholder.steps:
         problem = step.warning.strip() if isinstance(step, Misfit) else None
         if not isinstance(step, Misfit):
             try:
@@ -170,19 +172,19 @@ def _check_steps(action: str, place: Placeholder) -> list[Message]:
             except ecma.EcmaRegexError as error:
                 problem = f"invalid regex '{step.pattern}': {error}"
         if problem is not None:
-            warnings.append((Level.WARN, f"action-mapping/{action}: ?({place.name}...): {problem}"))
+            warnings.append((Level.WARN, f"action-mapping/{action}: ?({placeholder.name}...): {problem}"))
     return warnings
 
 
-def _kept(place: Placeholder, value: str, before: str) -> str:
+def _preserved_value(placeholder: Placeholder, value: str, prefix: str) -> str:
     """Return the text of a value behind a Lua text such that it cannot become code."""
-    context = quoting.context_at_end(before)
+    context = quoting.context_at_end(prefix)
     if context in (quoting.QuotingContext.DOUBLE_QUOTES, quoting.QuotingContext.SINGLE_QUOTES):
         return quoting.escape(value, context.value)
     if context is quoting.QuotingContext.ESCAPE or not quoting.is_word(value):
         raise _CannotMapError(
-            f"Value '{value}' of parameter '{place.name}' is not a single word or number and stands unquoted "
-            f"in the skill string: use ?({place.name})s (docs/skiller.md)"
+            f"Value '{value}' of parameter '{placeholder.name}' is not a single word or number and stands "
+            f"unquoted in the skill string: use ?({placeholder.name})s (docs/skiller.md)"
         )
     return value
 

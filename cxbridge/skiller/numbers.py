@@ -26,14 +26,14 @@ def leading_integer(text: str) -> str:
 
     :raises NumberError: ``stol`` without integer, ``stol: out of range`` beyond 64 bits.
     """
-    found = _INTEGER.match(text)
-    if found is None:
+    match = _INTEGER.match(text)
+    if match is None:
         raise NumberError("stol")
     # more digits than a 64-bit number has (without leading zeros) cannot fit, so skip the slow conversion
-    digits = found.group(1).lstrip("+-").lstrip("0")
+    digits = match.group(1).lstrip("+-").lstrip("0")
     if len(digits) > len(str(_LONG_MAX)):
         raise NumberError("stol: out of range")
-    number = int(digits or "0") * (-1 if found.group(1).startswith("-") else 1)
+    number = int(digits or "0") * (-1 if match.group(1).startswith("-") else 1)
     if not _LONG_MIN <= number <= _LONG_MAX:
         raise NumberError("stol: out of range")
     return str(number)
@@ -44,18 +44,18 @@ def leading_float(text: str) -> str:
 
     :raises NumberError: ``stod`` without number, ``stod: out of range`` beyond the range of a double.
     """
-    found = _FLOAT.match(text)
-    if found is None:
+    match = _FLOAT.match(text)
+    if match is None:
         raise NumberError("stod")
-    if found["word"]:
-        word = found["word"].lower()
+    if match["word"]:
+        word = match["word"].lower()
         return ("-" if word.startswith("-") else "") + word.lstrip("+-")[:3]
-    digits = found["hex"] or found["dec"]
+    digits = match["hex"] or match["dec"]
     try:
-        number = float.fromhex(digits) if found["hex"] else float(digits)
+        number = float.fromhex(digits) if match["hex"] else float(digits)
     except OverflowError:
         raise NumberError("stod: out of range") from None
-    mantissa = re.split("p" if found["hex"] else "e", digits.lower())[0].lstrip("+-0x")
+    mantissa = re.split("p" if match["hex"] else "e", digits.lower())[0].lstrip("+-0x")
     is_zero = not re.search(r"[1-9a-f]", mantissa)
     if number in (float("inf"), float("-inf")) or (abs(number) < _SMALLEST_NORMAL and not is_zero):
         raise NumberError("stod: out of range")

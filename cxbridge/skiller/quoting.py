@@ -32,8 +32,8 @@ def escape(value: str, quote: str = '"') -> str:
 
     The quote, ``\``, line ends and NUL are escaped.
     """
-    other = "'" if quote == '"' else '"'
-    return "".join(char if char == other else _ESCAPES.get(char, char) for char in value)
+    other_quote = "'" if quote == '"' else '"'
+    return "".join(char if char == other_quote else _ESCAPES.get(char, char) for char in value)
 
 
 def is_word(value: str) -> bool:
@@ -41,9 +41,9 @@ def is_word(value: str) -> bool:
     return _WORD.fullmatch(value) is not None and "--" not in value
 
 
-def makes_comment(before: str, after: str) -> bool:
+def makes_comment(prefix: str, suffix: str) -> bool:
     """Return whether two parts form a comment only in concatenation."""
-    return before.endswith("-") and after.startswith("-") and context_at_end(before) is QuotingContext.CODE
+    return prefix.endswith("-") and suffix.startswith("-") and context_at_end(prefix) is QuotingContext.CODE
 
 
 def context_at_end(text: str) -> QuotingContext:
@@ -67,6 +67,7 @@ def context_at_end(text: str) -> QuotingContext:
             if closing < 0:
                 return QuotingContext.OTHER
             position = closing + len(token["level"]) + 2
+        # a comment that a line end follows is over
         elif token["comment"] and position == len(text):
             return QuotingContext.OTHER
     return QuotingContext.CODE

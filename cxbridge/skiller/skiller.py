@@ -148,7 +148,7 @@ class Skiller(InterfaceSkiller):
         except SkillError as error:
             self._log.error(f"{error}")
             self._log.error("Could not load the skills again, those from before stay")
-            watch.follow(self.engine.attempt, also_before=True)
+            watch.follow(self.engine.attempt, keep_former=True)
             return
         watch.follow(self.engine.modules)
 

@@ -127,44 +127,45 @@ class _LuaCallReader:
 
     def __init__(self, text: str) -> None:
         self._text = text
-        self._at = 0
+        self._position = 0
         self._depth = 0
         self._next = self._scan()
 
     def calls(self) -> list[LuaCall]:
-        found = []
+        calls = []
         while self._next.kind != "end":
-            found.append(self._call())
+            calls.append(self._call())
+            # a semicolon may end a call, as in Lua
             if self._next.text == ";" and self._next.kind == "symbol":
                 self._next_token()
-        return found
+        return calls
 
-    def _refuse(self, message: str, at: int) -> NoReturn:
-        line, column = _place(self._text, at)
-        where = f"column {column}" if line == 1 else f"line {line}, column {column}"
+    def _refuse(self, message: str, position: int) -> NoReturn:
+        line, column = _line_and_column(self._text, position)
+        place = f"column {column}" if line == 1 else f"line {line}, column {column}"
         raise SkillError(
-            f"{where}: {message}",
+            f"{place}: {message}",
             hint="a skill string is calls of skills with literal arguments: name{key=1, other='text'}",
         )
 
-    def _refuse_token(self, token: _Token, wanted: str) -> NoReturn:
+    def _refuse_token(self, token: _Token, expected: str) -> NoReturn:
         if token.kind == "end":
-            self._refuse(f"the skill string ends where {wanted} should be", token.at)
+            self._refuse(f"the skill string ends where {expected} should be", token.at)
         if token.kind == "name" and token.text == "function":
             self._refuse(f"a function is not a literal; {ONLY_FAWKES}", token.at)
-        shown = "".join(char if char.isprintable() else _UNSHOWN for char in token.text[:20])
+        excerpt = "".join(char if char.isprintable() else _UNSHOWN for char in token.text[:20])
         if token.kind == "name" and token.text not in _KEYWORDS:
-            self._refuse(f"'{shown}' is a variable; {ONLY_FAWKES}", token.at)
-        self._refuse(f"'{shown}' stands where {wanted} should be; {ONLY_FAWKES}", token.at)
+            self._refuse(f"'{excerpt}' is a variable; {ONLY_FAWKES}", token.at)
+        self._refuse(f"'{excerpt}' stands where {expected} should be; {ONLY_FAWKES}", token.at)
 
     def _scan(self) -> _Token:
-        while self._at < len(self._text):
-            found = _SCANNER.match(self._text, self._at)
-            assert found is not None  # the last alternative matches any character
-            start, kind, text = self._at, str(found.lastgroup), found.group()
-            self._at = found.end()
+        while self._position < len(self._text):
+            match = _SCANNER.match(self._text, self._position)
+            assert match is not None  # the last alternative matches any character
+            start, kind, text = self._position, str(match.lastgroup), match.group()
+            self._position = match.end()
             if kind == "long":
-                value = self._long_bracket(start, found["level"])
+                value = self._long_bracket(start, match["level"])
                 if not text.startswith("-"):
                     return _Token("text", text, start, value)
             elif kind == "text":
@@ -181,22 +182,23 @@ class _LuaCallReader:
         token, self._next = self._next, self._scan()
         return token
 
-    def _is(self, symbol: str) -> bool:
+    def _is_symbol(self, symbol: str) -> bool:
         return self._next.kind == "symbol" and self._next.text == symbol
 
-    def _expect(self, symbol: str, wanted: str) -> None:
-        if not self._is(symbol):
-            self._refuse_token(self._next, wanted)
+    def _expect(self, symbol: str, expected: str) -> None:
+        if not self._is_symbol(symbol):
+            self._refuse_token(self._next, expected)
         self._next_token()
 
     def _long_bracket(self, start: int, level: str) -> str:
-        end = self._text.find(f"]{level}]", self._at)
+        end = self._text.find(f"]{level}]", self._position)
         if end < 0:
             self._refuse(f"the long bracket has no end (]{level}])", start)
-        if not level and (nested := self._text.find("[[", self._at, end)) >= 0:
+        # Lua 5.1 refuses it, because 5.0 nested long brackets
+        if not level and (nested := self._text.find("[[", self._position, end)) >= 0:
             self._refuse("a '[[' within [[...]] needs [=[...]=] around it", nested)
-        inside = _LINE_END.sub("\n", self._text[self._at : end])
-        self._at = end + len(level) + 2
+        inside = _LINE_END.sub("\n", self._text[self._position : end])
+        self._position = end + len(level) + 2
         return inside.removeprefix("\n")
 
     def _unquoted(self, quoted: str, start: int) -> str:
@@ -205,13 +207,13 @@ class _LuaCallReader:
             return inside
         byte_escape = False
 
-        def unescape(found: re.Match[str]) -> str:
+        def unescape(match: re.Match[str]) -> str:
             nonlocal byte_escape
-            if found[1] is None:
-                return "\n" if found[2][0] in "\r\n" else _ESCAPES.get(found[2], found[2])
-            code = int(found[1])
+            if match[1] is None:
+                return "\n" if match[2][0] in "\r\n" else _ESCAPES.get(match[2], match[2])
+            code = int(match[1])
             if code > 255:  # noqa: PLR2004 - a byte
-                self._refuse(f"'{found[0]}' is not a byte: 0 to 255", start + 1 + found.start())
+                self._refuse(f"'{match[0]}' is not a byte: 0 to 255", start + 1 + match.start())
             byte_escape |= code > 127  # noqa: PLR2004 - ASCII
             return chr(code)
 
@@ -221,8 +223,8 @@ class _LuaCallReader:
 
     def _number(self, text: str, start: int) -> int | float:
         if _HEXADECIMAL.fullmatch(text):
-            whole = int(text, 16)
-            return whole if whole < 2**53 else _as_float(whole)
+            integer = int(text, 16)
+            return integer if integer < 2**53 else _as_float(integer)
         if not _NUMBER.fullmatch(text):
             self._refuse(f"'{text[:20]}' is not a number", start)
         number = float(text)
@@ -235,32 +237,33 @@ class _LuaCallReader:
                 self._refuse(f"'{name.text}' is not a skill; {ONLY_FAWKES}", name.at)
             self._refuse_token(name, "the name of a skill")
         values = self._arguments(name)
-        return LuaCall(name.text, values, *_place(self._text, name.at))
+        return LuaCall(name.text, values, *_line_and_column(self._text, name.at))
 
     def _arguments(self, name: _Token) -> tuple[Value, ...]:
         if self._next.kind == "text":
             return (self._next_token().value,)
-        if self._is("{"):
+        if self._is_symbol("{"):
             return (self._table(),)
-        if not self._is("("):
-            wanted = f"the arguments of '{name.text[:20]}'"
+        if not self._is_symbol("("):
+            expected = f"the arguments of '{name.text[:20]}'"
             if self._next.kind == "name":
-                self._refuse(f"'{self._next.text[:20]}' stands where {wanted} should be", self._next.at)
-            self._refuse_token(self._next, wanted)
+                self._refuse(f"'{self._next.text[:20]}' stands where {expected} should be", self._next.at)
+            self._refuse_token(self._next, expected)
+        # Lua 5.1 calls this ambiguous: the '(' may begin the next statement
         if _LINE_END.search(self._text, name.at, self._next.at):
             self._refuse("a '(' must be in the line of the name before it", self._next.at)
         self._next_token()
         values: list[Value] = []
-        if not self._is(")"):
+        if not self._is_symbol(")"):
             values.append(self._value())
-            while self._is(","):
+            while self._is_symbol(","):
                 self._next_token()
                 values.append(self._value())
         self._expect(")", "',' or ')'")
         return tuple(values)
 
     def _value(self) -> Value:
-        if self._is("{"):
+        if self._is_symbol("{"):
             return self._table()
         token = self._next_token()
         if token.kind in ("text", "number"):
@@ -276,12 +279,14 @@ class _LuaCallReader:
     def _table(self) -> dict[Any, Any]:
         opening = self._next_token()
         self._depth += 1
+        # each level is a call of this method, and Python's stack is limited
         if self._depth > DEEPEST:
             self._refuse(f"tables lie in each other more than {DEEPEST} deep", opening.at)
         table: dict[Any, Any] = {}
         pending: dict[int, Value] = {}
         positions = 0
-        while not self._is("}"):
+        while not self._is_symbol("}"):
+            # a positional value beyond this block overrides an explicit key, and is overridden by a later one
             if len(pending) == _FLUSHED:
                 table |= pending
                 pending.clear()
@@ -291,9 +296,9 @@ class _LuaCallReader:
                 pending[positions] = value
             else:
                 table[key] = value
-            if self._is(",") or self._is(";"):
+            if self._is_symbol(",") or self._is_symbol(";"):
                 self._next_token()
-            elif not self._is("}"):
+            elif not self._is_symbol("}"):
                 self._refuse_token(self._next, "',' or '}'")
         self._next_token()
         self._depth -= 1
@@ -301,17 +306,17 @@ class _LuaCallReader:
         return table | pending
 
     def _field(self) -> tuple[str | float | None, Value]:
-        if self._is("["):
-            at = self._next_token().at
+        if self._is_symbol("["):
+            position = self._next_token().at
             key = self._value()
             if not isinstance(key, str | int | float) or isinstance(key, bool):
-                self._refuse("a key is a word, a text or a number", at)
+                self._refuse("a key is a word, a text or a number", position)
             self._expect("]", "']'")
             self._expect("=", "'='")
             return key, self._value()
         if self._next.kind == "name" and self._next.text not in _CONSTANTS:
             name = self._next_token()
-            if not self._is("=") or name.text in _KEYWORDS:
+            if not self._is_symbol("=") or name.text in _KEYWORDS:
                 self._refuse_name(name)
             self._next_token()
             return name.text, self._value()
@@ -327,18 +332,18 @@ class _LuaCallReader:
         self._refuse_token(name, "a literal")
 
 
-def _place(text: str, at: int) -> tuple[int, int]:
+def _line_and_column(text: str, position: int) -> tuple[int, int]:
     """Return line and column of a position."""
-    line, begin = 1, 0
-    if not at:
+    line, line_start = 1, 0
+    if not position:
         return 1, 1
-    for end in _LINE_END.finditer(text, 0, at):
-        line, begin = line + 1, end.end()
-    return line, at - begin + 1
+    for end in _LINE_END.finditer(text, 0, position):
+        line, line_start = line + 1, end.end()
+    return line, position - line_start + 1
 
 
-def _as_float(whole: int) -> float:
+def _as_float(integer: int) -> float:
     try:
-        return float(whole)
+        return float(integer)
     except OverflowError:
         return math.inf

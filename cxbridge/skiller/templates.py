@@ -79,11 +79,12 @@ def parse_template(template: str) -> tuple[Part, ...]:
 
 def _scan(template: str) -> Iterator[tuple[int, Part]]:
     end = 0
-    for found in _terminal("PLACEHOLDER").finditer(template):
-        if found.start() > end:
-            yield end, template[end : found.start()]
-        yield found.start(), _placeholder(found.group())
-        end = found.end()
+    # a text that is no placeholder stays as it is, as in Fawkes
+    for match in _terminal("PLACEHOLDER").finditer(template):
+        if match.start() > end:
+            yield end, template[end : match.start()]
+        yield match.start(), _placeholder(match.group())
+        end = match.end()
     if end < len(template):
         yield end, template[end:]
 
@@ -108,10 +109,10 @@ def _step(piece: str) -> Replacement | Misfit:
 def find_doubts(template: str) -> list[Doubt]:
     """Return the texts that were probably meant as placeholders."""
     starts = [
-        offset + found.start()
+        offset + match.start()
         for offset, part in _scan(template)
         if isinstance(part, str)
-        for found in re.finditer(r"\?\(", part)
+        for match in re.finditer(r"\?\(", part)
     ]
     return [Doubt(start, _excerpt(template[start:]), _reason(template[start:])) for start in starts]
 
@@ -130,14 +131,14 @@ def _reason(text: str) -> str:
     name = _terminal("NAME").match(text, len("?("))
     if name is None:
         return "the name of a parameter is missing after '?('"
-    rest = text[name.end() :]
-    if rest.startswith(")"):
-        kind = rest[1:2]
+    suffix = text[name.end() :]
+    if suffix.startswith(")"):
+        kind = suffix[1:2]
         return f"the type {f'{kind!r} ' if kind else ''}after ')' is not one of s, S, y, Y, i, f"
-    if rest.startswith("|"):
-        if "//" in rest.partition(")")[0]:
+    if suffix.startswith("|"):
+        if "//" in suffix.partition(")")[0]:
             return "a pattern and its replacement must not be empty: |/PATTERN/REPLACEMENT/"
         return "the part after '|' is not /PATTERN/REPLACEMENT/ followed by ')' and a type"
-    if not rest:
+    if not suffix:
         return "the ')' is missing"
-    return f"the character {rest[0]!r} cannot be part of a parameter's name"
+    return f"the character {suffix[0]!r} cannot be part of a parameter's name"

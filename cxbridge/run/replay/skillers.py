@@ -88,7 +88,7 @@ class RecordedSkiller(SkillerBackend):
                     self._interface.write()
             elif message.type != "ExecSkillMessage" or self._control.admit(
                 message,
-                again=command is not None and command.type == "ExecSkillMessage",
+                is_second=command is not None and command.type == "ExecSkillMessage",
                 running=bool(self._due),
             ):
                 command = message  # the Skiller obeys the last command of a loop

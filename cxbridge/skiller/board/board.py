@@ -124,7 +124,7 @@ class SkillBoard:
             )
         if self._quota > 0:
             if self._policy.ask_all:
-                self._ask_others(master, but="")
+                self._ask_others(master, excluded="")
             else:
                 self._ask_first(master)
         self._fresh[master.number] = master
@@ -175,9 +175,9 @@ class SkillBoard:
                 handler(message)
         while (failure := self._sender.failure()) is not None:
             self._note_failure(*failure)
-        for executor, gone in news:
+        for executor, is_gone in news:
             self._answered(executor)
-            if gone:
+            if is_gone:
                 self._lost(executor)
             else:
                 self._ask_for(executor)
@@ -189,6 +189,7 @@ class SkillBoard:
         """End a loop: expire overdue masters and publish the number of masters."""
         self._quota = REQUESTS_PER_LOOP
         now_us = self._clock.now_us()
+        # a list, because expire() removes masters
         for master in [master for master in self._masters.values() if master.deadline_us <= now_us]:
             master.expire()
         interface = self._interface
@@ -285,11 +286,12 @@ class SkillBoard:
         # asking all executors for the first master would require asking all but one again for the second
         fresh, self._fresh = self._fresh, {}
         waiting = [master for master in fresh.values() if master.state is MasterState.ASKING]
+        # first the masters that no executor has been asked for
         waiting.sort(key=lambda master: master.number in self._waits_for)
         agents = dict.fromkeys(master.call.agent for master in waiting)
         free = {agent: self._free(agent) for agent in agents}
         while waiting:
-            again = []
+            unsatisfied = []
             for master in waiting:
                 if self._quota <= 0:
                     self._fresh[master.number] = master
@@ -299,8 +301,8 @@ class SkillBoard:
                 if info is not None:
                     del executors[info.id]
                     self._send_request(info.id, master)
-                    again.append(master)
-            waiting = again
+                    unsatisfied.append(master)
+            waiting = unsatisfied
 
     def _ask_first(self, master: Master) -> None:
         skill = master.call.skill
@@ -317,10 +319,10 @@ class SkillBoard:
             if info.state is ExecutorState.IDLE and info.id not in self._asked
         }
 
-    def _ask_others(self, master: Master, but: str) -> None:
+    def _ask_others(self, master: Master, excluded: str) -> None:
         """Ask all suitable executors except one."""
         for info in self._free(master.call.agent).values():
-            if master.call.skill in info.skills and info.id != but:
+            if master.call.skill in info.skills and info.id != excluded:
                 self._send_request(info.id, master)
 
     def _ask_for(self, executor: str) -> None:
@@ -330,15 +332,15 @@ class SkillBoard:
             return
         if not self._policy.ask_later:
             return
-        second = None
+        fallback = None
         for master in self._asking.get(info.agent, {}).values():
             if master.call.skill in info.skills and master.number not in self._fresh:
                 if master.number not in self._waits_for:
                     self._send_request(executor, master)
                     return
-                second = second or master
-        if second is not None:
-            self._send_request(executor, second)
+                fallback = fallback or master
+        if fallback is not None:
+            self._send_request(executor, fallback)
 
     def _send_request(self, executor: str, master: Master) -> None:
         """Ask an executor, which must have no pending request because it answers only one."""

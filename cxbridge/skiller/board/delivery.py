@@ -60,6 +60,7 @@ class MessageDelivery:
             self._waiting[to.id] = deque([(to, message)])
             if self._pool is None:
                 self._pool = ThreadPoolExecutor(THREADS, thread_name_prefix="skill-board")
+            # one job an executor at a time keeps its messages in order
             self._pool.submit(self._work, to.id)
 
     def _work(self, executor: str) -> None:

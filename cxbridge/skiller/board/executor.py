@@ -30,15 +30,16 @@ def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
     :param folder: the base of a relative file.
     :raises SkillError: if the class is missing or not an executor, with file and line.
     """
-    place, colon, name = target.rpartition(":")
-    if not colon or not place or not name:
+    module_name, colon, name = target.rpartition(":")
+    if not colon or not module_name or not name:
         raise SkillError(f"'{target}' names no class of an executor", hint=CLASS_FORM)
-    module = _load_file(folder / place) if place.endswith(".py") else _load_module(place)
+    module = _load_file(folder / module_name) if module_name.endswith(".py") else _load_module(module_name)
     kind = getattr(module, name, None)
     if not isinstance(kind, type) or not issubclass(kind, SkillExecutor):
-        found = [key for key, value in vars(module).items() if _is_executor(value)]
+        executors = [key for key, value in vars(module).items() if _is_executor(value)]
         raise SkillError(
-            f"{place} has no executor '{name}'", hint=f"it has: {', '.join(found) or 'no SkillExecutor'}"
+            f"{module_name} has no executor '{name}'",
+            hint=f"it has: {', '.join(executors) or 'no SkillExecutor'}",
         )
     return checked_executor(kind)
 
@@ -84,6 +85,7 @@ def _load_module(name: str) -> Any:
 
 def _load_file(file: Path) -> Any:
     name = f"cxbridge_executors_{file.resolve().as_posix().replace('/', '_')}"
+    # several executors of one file share its module, and its state
     if name in sys.modules:
         return sys.modules[name]
     if not file.is_file():
@@ -192,8 +194,10 @@ class SkillExecutor:
         self.folder = context.folder
         for name in self.settings:
             if name not in self.known_settings:
-                known = ", ".join(self.known_settings) or "none"
-                raise ConfigError(f"{type(self).__name__} has no setting '{name}'", hint=f"it has: {known}")
+                settings_text = ", ".join(self.known_settings) or "none"
+                raise ConfigError(
+                    f"{type(self).__name__} has no setting '{name}'", hint=f"it has: {settings_text}"
+                )
 
     @classmethod
     def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:  # noqa: ARG003  some depend on them

@@ -83,11 +83,11 @@ class ExecutorHost(Listener):
         self._steps: Steps | None = None
         self._can_idle = True
         self._verbatim = verbatim
-        self._begun = False
-        self._said = Progress(0.0)
+        self._has_reported = False
+        self._progress = Progress(0.0)
         self._published_us = self._deadline_us = 0
         self._readers: dict[str, Interface] = {}
-        self._gone: deque[str] = deque()
+        self._lost_boards: deque[str] = deque()
         self._handlers = {
             "RequestMessage": self._request,
             "ConfirmMessage": self._confirm,
@@ -123,17 +123,17 @@ class ExecutorHost(Listener):
 
     def exchange(self) -> bool:
         """Handle and answer messages; return whether there were any."""
-        while self._gone:
-            self._board_gone(self._gone.popleft())
-        interface, came = self._interface, False
+        while self._lost_boards:
+            self._lose_board(self._lost_boards.popleft())
+        interface, is_active = self._interface, False
         if not interface.msgq_empty() and interface.valid:
             while (message := interface.msgq_pop()) is not None:
-                came = True
+                is_active = True
                 self._handlers[message.type](message)
         if self.state is ExecutorState.RESERVED and self._clock.now_us() >= self._deadline_us:
             self._log.warn(f"{self.name}: no answer from {self.ticket.board} for {RESERVE_S:g} s")
             self._become_idle()
-        return came
+        return is_active
 
     def step(self) -> None:
         """Execute a step."""
@@ -141,9 +141,9 @@ class ExecutorHost(Listener):
             self._idle()
             return
         try:
-            said = next(self._steps)
+            progress = next(self._steps)
         except StopIteration as end:
-            self._said = end.value if isinstance(end.value, Progress) else Progress(1.0)
+            self._progress = end.value if isinstance(end.value, Progress) else Progress(1.0)
             self._finish(SkillOutcome.SUCCEEDED)
         except CxbridgeError as error:
             self._note_progress(error)
@@ -152,11 +152,11 @@ class ExecutorHost(Listener):
             self._log.error(f"{self.name}: {self._call.skill} failed: {_error_text(error)}")
             self._finish(SkillOutcome.FAILED, _error_text(error))
         else:
-            if said is None or isinstance(said, (int, float, Progress)):
-                self._publish_feedback(said)
+            if progress is None or isinstance(progress, (int, float, Progress)):
+                self._publish_feedback(progress)
                 return
             self._end_steps()
-            self._finish(SkillOutcome.FAILED, f"{self._call.skill} has yielded no progress, but {said!r}")
+            self._finish(SkillOutcome.FAILED, f"{self._call.skill} has yielded no progress, but {progress!r}")
 
     def _idle(self) -> None:
         """Let the executor do idle work, until this fails once."""
@@ -213,6 +213,7 @@ class ExecutorHost(Listener):
 
     def _confirm(self, message: Any) -> None:
         ticket = Ticket(message.board, message.epoch, message.master)
+        # the reservation has expired, or the executor has restarted: the master must ask again
         if ticket != self.ticket:
             self._send("FinishMessage", SkillOutcome.REFUSED.value, "", ticket=ticket)
         elif self.state is ExecutorState.RESERVED:
@@ -236,7 +237,7 @@ class ExecutorHost(Listener):
     def _is_ours(self, message: Any) -> bool:
         return self.ticket == (message.board, message.epoch, message.master)
 
-    def _board_gone(self, board: str) -> None:
+    def _lose_board(self, board: str) -> None:
         reader = self._readers.pop(board, None)
         if reader is not None:
             reader.close()
@@ -246,7 +247,7 @@ class ExecutorHost(Listener):
             self._become_idle()
 
     def _start_execution(self) -> None:
-        self._said, self._begun = Progress(0.0), False
+        self._progress, self._has_reported = Progress(0.0), False
         try:
             self._call = replace(self._call, parameters=decode_parameters(self._parameters))
             steps: object = self.execution(self.executor, self._call)
@@ -260,37 +261,40 @@ class ExecutorHost(Listener):
 
     def _note_progress(self, error: CxbridgeError) -> None:
         if isinstance(error, SkillFailedError) and error.progress is not None:
-            self._said = Progress(error.progress)
+            self._progress = Progress(error.progress)
 
-    def _publish_feedback(self, said: float | Progress | None) -> None:
-        if said is not None:
-            self._said = said if isinstance(said, Progress) else Progress(said, self._said.text)
+    def _publish_feedback(self, progress: float | Progress | None) -> None:
+        if progress is not None:
+            self._progress = (
+                progress if isinstance(progress, Progress) else Progress(progress, self._progress.text)
+            )
         if self._verbatim:
-            if said is not None:
+            if progress is not None:
                 self._feedback()
             return
-        if not self._begun:
-            self._begun = True
+        if not self._has_reported:
+            self._has_reported = True
             self._feedback()
             # spread over time: skills that start together should not publish together
             self._published_us -= zlib.crc32(self.name.encode()) % _FEEDBACK_US
             return
         since_us = self._clock.now_us() - self._published_us
-        if since_us >= _SIGN_US or (said is not None and since_us >= _FEEDBACK_US):
+        if since_us >= _SIGN_US or (progress is not None and since_us >= _FEEDBACK_US):
             self._feedback()
 
     def _feedback(self) -> None:
         self._published_us = self._clock.now_us()
-        fraction, text = self._said
+        fraction, text = self._progress
         self._send("FeedbackMessage", share(fraction), sayable(text))
 
     def _finish(self, outcome: SkillOutcome, error: str = "") -> None:
-        fraction, text = self._said
+        fraction, text = self._progress
         self._send("FinishMessage", outcome.value, sayable(error), share(fraction), sayable(text))
         self._become_idle()
 
     def _end_steps(self) -> None:
         """Close the generator of a running skill."""
+        # first forget the generator, because its cleaning up may call this executor
         steps, self._steps = self._steps, None
         if steps is not None:
             try:
@@ -346,7 +350,7 @@ class ExecutorHost(Listener):
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         """Queue the end of a board. Called in any thread."""
-        self._gone.append(interface.id)
+        self._lost_boards.append(interface.id)
 
 
 def make_host(

@@ -130,6 +130,7 @@ class Master:
             self.deadline_us = now_us + _us(self._timeouts.start)
             self._go(MasterState.CONFIRMED)
             self._sender.confirm(executor, self.number)
+        # a second answer of the confirmed executor is a repetition
         elif executor != self.executor or self.is_over:
             self._sender.reject(executor, self.number)
 
@@ -159,6 +160,7 @@ class Master:
                 self._go(MasterState.CANCELLED)
             elif self.state is MasterState.CONFIRMED:
                 self.executor = ""
+                # the refusal costs no time of its own: the wait for an executor goes on
                 self.deadline_us = max(self._start_us, now_us)
                 self._go(MasterState.ASKING)
             else:

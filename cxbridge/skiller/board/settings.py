@@ -112,11 +112,13 @@ class ExecutorSettings:
 
         :raises SkillError: if they replace only some of its skills.
         """
-        mine = self.skills()
-        replaced = [skill for skill in mine if skill in skills]
-        if replaced and len(replaced) < len(mine):
+        own_skills = self.skills()
+        replaced = [skill for skill in own_skills if skill in skills]
+        if replaced and len(replaced) < len(own_skills):
+            # one executor executes one skill at a time, so that half of its skills cannot move to another
+            names, some = ", ".join(own_skills), ", ".join(replaced)
             raise SkillError(
-                f"{self.name} executes {', '.join(mine)}: {', '.join(replaced)} alone cannot be replaced",
+                f"{self.name} executes {names}: {some} alone cannot be replaced",
                 hint="replace all of its skills",
             )
         return bool(replaced)
@@ -161,7 +163,7 @@ class BoardSettings:
         agents = tuple(_agent(config, name, folder) for name in config.keys(f"{TREE}/agents"))
         if not agents:
             raise config.error(TREE, "the skill board has no agents", "name one: agents: {robot1: {}}")
-        _refuse_twice(config, agents)
+        _refuse_shared_skillers(config, agents)
         return cls(
             name=config.get_str(f"{TREE}/name", default=DEFAULT_BOARD),
             in_process=config.get_bool(f"{TREE}/in-process", default=True),
@@ -240,6 +242,7 @@ def _executor(config: Configuration, agent: str, key: str, folder: Path) -> Exec
 
 def value_of(text: str) -> bool | float | str:
     """Return the value of a configured text or of ``--set``: a number, a boolean, or the text."""
+    # the narrowest type first, as Fawkes' YAML reader tries them
     for convert in (to_uint, to_int, to_float, to_bool):
         value = convert(text)
         if value is not None:
@@ -247,18 +250,18 @@ def value_of(text: str) -> bool | float | str:
     return text
 
 
-def _refuse_unknown(config: Configuration, tree: str, known: tuple[str, ...]) -> None:
+def _refuse_unknown(config: Configuration, tree: str, allowed: tuple[str, ...]) -> None:
     """Refuse unknown keys, because a misspelt setting would silently have no effect."""
     for name in config.keys(tree):
-        if name not in known:
+        if name not in allowed:
             message = f"the skill board knows no {tree}/{name}"
-            raise config.error(f"{tree}/{name}", message, f"it knows: {', '.join(known)}")
+            raise config.error(f"{tree}/{name}", message, f"it knows: {', '.join(allowed)}")
 
 
-def _refuse_twice(config: Configuration, agents: tuple[AgentSettings, ...]) -> None:
-    seen: dict[str, str] = {}
+def _refuse_shared_skillers(config: Configuration, agents: tuple[AgentSettings, ...]) -> None:
+    agent_of_skiller: dict[str, str] = {}
     for agent in agents:
-        other = seen.setdefault(agent.skiller, agent.name)
-        if other != agent.name:
-            message = f"{other} and {agent.name} cannot have the same skiller, {agent.skiller}"
+        first_agent = agent_of_skiller.setdefault(agent.skiller, agent.name)
+        if first_agent != agent.name:
+            message = f"{first_agent} and {agent.name} cannot have the same skiller, {agent.skiller}"
             raise config.error(f"{TREE}/agents/{agent.name}", message)

@@ -36,11 +36,11 @@ class ExecutorInfo(NamedTuple):
 class News(NamedTuple):
     """A change of an executor.
 
-    :param gone: True for its end, False for a write.
+    :param is_gone: True for its end, False for a write.
     """
 
     executor: str
-    gone: bool
+    is_gone: bool
 
 
 class ExecutorWatch(Listener, Observer):
@@ -130,15 +130,16 @@ class ExecutorWatch(Listener, Observer):
         if state is None:
             self._log.warn(f"the executor {executor} is in an unknown state: {name_of(instance.state)}")
             return
-        before = self._infos.get(executor)
+        former = self._infos.get(executor)
         info = ExecutorInfo(executor, agent, tuple(instance.skills.split()), state, instance.skill)
         self.offered.update((agent, skill) for skill in info.skills)
-        if before is not None and before.agent != agent:
-            del self._agents[before.agent][executor]
+        # another program may reuse the id of an executor
+        if former is not None and former.agent != agent:
+            del self._agents[former.agent][executor]
         self._infos[executor] = info
         self._agents.setdefault(agent, {})[executor] = info
         self.version += 1
-        news.append(News(executor, gone=False))
+        news.append(News(executor, is_gone=False))
 
     def _forget(self, executor: str, news: list[News]) -> None:
         """Handle the end of an executor. A successor may exist already."""
@@ -147,7 +148,7 @@ class ExecutorWatch(Listener, Observer):
         if info is not None:
             del self._agents[info.agent][executor]
             self.version += 1
-            news.append(News(executor, gone=True))
+            news.append(News(executor, is_gone=True))
         if instance is not None:
             instance.close()
             try:

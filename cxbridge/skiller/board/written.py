@@ -29,10 +29,10 @@ def written_skills(target: str, folder: Path) -> tuple[str, ...] | None:
     :param folder: the base of a relative file.
     :raises SkillError: if the class is missing or not an executor, with file and line.
     """
-    place, colon, name = target.rpartition(":")
-    if not colon or not place or not name:
+    module_name, colon, name = target.rpartition(":")
+    if not colon or not module_name or not name:
         raise SkillError(f"'{target}' names no class of an executor", hint=CLASS_FORM)
-    file = folder / place if place.endswith(".py") else _file_of_module(place)
+    file = folder / module_name if module_name.endswith(".py") else _file_of_module(module_name)
     if file is None:
         return None
     body = _read(file).body
@@ -42,8 +42,10 @@ def written_skills(target: str, folder: Path) -> tuple[str, ...] | None:
     if name not in classes:
         if _may_bind(body, name):
             return None
-        found = ", ".join(each.name for each in classes.values() if each.bases)
-        raise SkillError(f"{place} has no executor '{name}'", hint=f"it has: {found or 'no SkillExecutor'}")
+        names = ", ".join(definition.name for definition in classes.values() if definition.bases)
+        raise SkillError(
+            f"{module_name} has no executor '{name}'", hint=f"it has: {names or 'no SkillExecutor'}"
+        )
     return _skills_of(classes[name], classes, file)
 
 
@@ -77,11 +79,13 @@ def _file_of_module(name: str) -> Path | None:
 
 def _statements(body: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
     """Yield the statements of a module, including those below ``if``, ``try`` and ``with``."""
-    for each in body:
-        yield each
-        if not isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            yield from _statements(node for node in ast.iter_child_nodes(each) if isinstance(node, ast.stmt))
-            for handler in getattr(each, "handlers", ()):
+    for statement in body:
+        yield statement
+        if not isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            yield from _statements(
+                node for node in ast.iter_child_nodes(statement) if isinstance(node, ast.stmt)
+            )
+            for handler in getattr(statement, "handlers", ()):
                 yield from _statements(handler.body)
 
 
@@ -99,14 +103,14 @@ def _may_bind(body: Iterable[ast.stmt], name: str) -> bool:
 
 
 def _skills_of(
-    kind: ast.ClassDef, classes: dict[str, ast.ClassDef], file: Path, below: tuple[str, ...] = ()
+    kind: ast.ClassDef, classes: dict[str, ast.ClassDef], file: Path, derived: tuple[str, ...] = ()
 ) -> tuple[str, ...] | None:
     """Return the skills of a class; None if they are computed or inherited from another file.
 
-    :param below: the derived classes.
+    :param derived: the derived classes.
     """
     bases = [ast.unparse(base).rpartition(".")[2] for base in kind.bases]
-    is_first = not below
+    is_first = not derived
     if is_first and not bases and not kind.keywords:
         raise SkillError(f"{kind.name} is no SkillExecutor", file=file, line=kind.lineno)
     members = list(_statements(kind.body))
@@ -114,13 +118,14 @@ def _skills_of(
         _check_execute(kind, members, file, is_last=set(bases) <= _BASES)
     if any(isinstance(member, ast.FunctionDef) and member.name == "skills_with" for member in members):
         return None
-    for each in reversed(members):
-        targets = each.targets if isinstance(each, ast.Assign) else [getattr(each, "target", None)]
+    # the last assignment counts
+    for member in reversed(members):
+        targets = member.targets if isinstance(member, ast.Assign) else [getattr(member, "target", None)]
         if any(isinstance(target, ast.Name) and target.id == "skills" for target in targets):
-            return _names(getattr(each, "value", None))
+            return _names(getattr(member, "value", None))
     for base in bases:
-        if base in classes and base not in (*below, kind.name):
-            return _skills_of(classes[base], classes, file, (*below, kind.name))
+        if base in classes and base not in (*derived, kind.name):
+            return _skills_of(classes[base], classes, file, (*derived, kind.name))
     return () if set(bases) <= _BASES else None
 
 
@@ -138,17 +143,19 @@ def _check_execute(kind: ast.ClassDef, members: list[ast.stmt], file: Path, *, i
 
     :param is_last: whether no class in between can define ``execute``.
     """
-    found = next((m for m in members if isinstance(m, ast.FunctionDef) and m.name == "execute"), None)
-    if found is None:
+    execute = next((m for m in members if isinstance(m, ast.FunctionDef) and m.name == "execute"), None)
+    if execute is None:
         if is_last and not any("execute" in ast.unparse(member) for member in members):
             hint = f"{_EXECUTE}: yield 0.5"
             raise SkillError(f"{kind.name} has no execute()", file=file, line=kind.lineno, hint=hint)
         return
-    arguments = found.args
-    most = len(arguments.posonlyargs) + len(arguments.args)
-    least = most - len(arguments.defaults)
+    arguments = execute.args
+    maximum = len(arguments.posonlyargs) + len(arguments.args)
+    minimum = maximum - len(arguments.defaults)
     required = any(default is None for default in arguments.kw_defaults)
-    takes = least <= _ARGUMENTS and (most >= _ARGUMENTS or arguments.vararg is not None) and not required
-    if not takes and not found.decorator_list:
+    is_callable = (
+        minimum <= _ARGUMENTS and (maximum >= _ARGUMENTS or arguments.vararg is not None) and not required
+    )
+    if not is_callable and not execute.decorator_list:
         message = f"{kind.name}.execute() does not take a call"
-        raise SkillError(message, file=file, line=found.lineno, hint=_EXECUTE)
+        raise SkillError(message, file=file, line=execute.lineno, hint=_EXECUTE)

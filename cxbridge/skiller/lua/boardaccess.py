@@ -141,8 +141,8 @@ class BoardAccess:
 
     def _close(self, handle: int) -> None:
         instance = self._opened.pop(int(handle))
-        self._readers = [other for other in self._readers if other is not instance]
-        self._writers = [other for other in self._writers if other is not instance]
+        self._readers = [open_instance for open_instance in self._readers if open_instance is not instance]
+        self._writers = [open_instance for open_instance in self._writers if open_instance is not instance]
         self._pool.give_back(instance)
 
     def _read_all(self) -> None:

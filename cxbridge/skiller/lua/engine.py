@@ -91,6 +91,7 @@ class LuaEngine:
         access: list[BoardAccess] = []
 
         def make_host(make_table: MakeTable) -> HostTable:
+            # the state makes the tables of the access, and needs its functions: it is made in between
             access.append(BoardAccess(self._pool, make_table))
             return self._host_of(modules) | access[0].table()
 
@@ -123,11 +124,12 @@ class LuaEngine:
 
         :raises SkillError: if the skills cannot be loaded; the old skills stay.
         """
+        # load before the old skills are finalised: a broken file leaves them running
         state, access = self._load()
         self._call("finalize")
-        before = self._board_access
+        former_access = self._board_access
         self._use(state, access)
-        before.close_all()
+        former_access.close_all()
 
     @property
     def modules(self) -> ModulePath:
@@ -199,8 +201,8 @@ class LuaEngine:
         :param always: draw an unchanged machine again.
         :returns: whether the machine exists, and its graph, empty if unchanged.
         """
-        found, text = self._call("graph", to_lua(skill), direction, coloured, always)[:2]
-        return bool(found), from_lua(text) if found else ""
+        exists, text = self._call("graph", to_lua(skill), direction, coloured, always)[:2]
+        return bool(exists), from_lua(text) if exists else ""
 
     def overview(self, subject: str) -> str:
         """Return all skills, one per line (``LIST``), or the graph of their dependencies (``SKILL_DEP``)."""

@@ -52,6 +52,7 @@ def guarded(function: Callable[..., Any], *, takes_tables: bool = False) -> Call
     @functools.wraps(function)
     def call(*args: Any) -> tuple[Any, ...]:
         try:
+            # exact types: a subclass may run a skill's code
             if not takes_tables and not _PLAIN.issuperset(map(type, args)):
                 return False, "bad argument (a text or a number expected)"
             result = function(*args)
@@ -134,6 +135,7 @@ class HostFunctions:
     def _config_get(self, path: str, kind: str) -> bool | int | float | str:
         if self._config is None:
             raise SkillError(f"there is no configuration, so no value {path}")
+        # a boolean of a secret path says only whether a protection is on
         if kind != "bool" and is_secret(path):
             raise SkillError(f"{path} is secret: skills cannot read it")
         value: bool | float | str = _GETTERS[kind](self._config, path)

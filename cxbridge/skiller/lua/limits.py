@@ -58,20 +58,21 @@ def limits_of(config: Configuration) -> Limits:
 
     :raises ConfigError: if a limit is unknown, not a number or out of range, with file and line.
     """
-    known: dict[str, Any] = asdict(Limits())
+    defaults: dict[str, Any] = asdict(Limits())
+    # a misspelt limit would silently not hold
     for name in config.keys(LIMITS_PATH):
-        if name not in known:
+        if name not in defaults:
             path = f"{LIMITS_PATH}/{name}"
-            raise config.error(path, f"{path} means nothing", f"the limits are: {', '.join(known)}")
-    read: dict[str, Any] = {
+            raise config.error(path, f"{path} means nothing", f"the limits are: {', '.join(defaults)}")
+    limits: dict[str, Any] = {
         name: config.get_float(f"{LIMITS_PATH}/{name}", default=default)
         if isinstance(default, float)
         else config.get_uint(f"{LIMITS_PATH}/{name}", default=default)
-        for name, default in known.items()
+        for name, default in defaults.items()
     }
-    for name, value in read.items():
-        least, most = RANGES[name]
-        if not least <= value <= most:
+    for name, value in limits.items():
+        minimum, maximum = RANGES[name]
+        if not minimum <= value <= maximum:
             path = f"{LIMITS_PATH}/{name}"
-            raise config.error(path, f"{path} cannot be {value:g}", f"from {least:g} to {most:g}")
-    return Limits(**read)
+            raise config.error(path, f"{path} cannot be {value:g}", f"from {minimum:g} to {maximum:g}")
+    return Limits(**limits)

@@ -33,7 +33,7 @@ class ModulePath:
         self.folders = tuple(folders)
         self.files: dict[str, Path] = {}
         """The paths of the found modules, by their label in Lua's messages."""
-        self.asked: dict[str, Signature | None] = {}
+        self.requested: dict[str, Signature | None] = {}
         """The requested modules with their signature at that time; None for a missing file."""
 
     def find(self, module: str) -> Path:
@@ -59,7 +59,7 @@ class ModulePath:
 
         :raises SkillError: if the module is missing or unreadable.
         """
-        self.asked[module] = self.signature(module)
+        self.requested[module] = self.signature(module)
         path = self.find(module)
         label = module.replace(".", "/") + ".lua"
         self.files[label] = path
@@ -78,10 +78,10 @@ class ModulePath:
         return path, state.st_mtime_ns, state.st_size, state.st_ino
 
     def _candidates(self, module: str) -> Iterator[Path]:
-        parts = module.split(".")
+        words = module.split(".")
         for folder in self.folders:
-            below = [parts, parts[1:]] if parts[0] == "skills" and len(parts) > 1 else [parts]
-            for names in below:
+            word_lists = [words, words[1:]] if words[0] == "skills" and len(words) > 1 else [words]
+            for names in word_lists:
                 stem = folder.joinpath(*names)
                 yield stem.with_name(stem.name + ".lua")
                 yield stem / "init.lua"
@@ -116,16 +116,16 @@ class ModuleWatch:
         self._now = now
         self._due = now() + interval
         self._path = ModulePath(())
-        self._known: dict[str, Signature | None] = {}
+        self._signatures: dict[str, Signature | None] = {}
 
-    def follow(self, path: ModulePath, *, also_before: bool = False) -> None:
+    def follow(self, path: ModulePath, *, keep_former: bool = False) -> None:
         """Watch the files that were requested on ``path``.
 
-        :param also_before: continue to watch the earlier files in their present state.
+        :param keep_former: continue to watch the earlier files in their present state.
         """
-        before = {name: path.signature(name) for name in self._known} if also_before else {}
+        former = {name: path.signature(name) for name in self._signatures} if keep_former else {}
         self._path = path
-        self._known = before | path.asked
+        self._signatures = former | path.requested
         self._due = self._now() + self._interval
 
     def changed_modules(self) -> list[str]:
@@ -133,4 +133,6 @@ class ModuleWatch:
         if self._now() < self._due:
             return []
         self._due = self._now() + self._interval
-        return [name for name, known in self._known.items() if self._path.signature(name) != known]
+        return [
+            name for name, signature in self._signatures.items() if self._path.signature(name) != signature
+        ]

@@ -39,11 +39,11 @@ class PlaceAccess:
         buffer = self._transforms
         functions: dict[str, Callable[..., Any]] = {
             "tf_frame_exists": lambda frame: buffer.frame_exists(from_lua(frame)),
-            "tf_can_transform": lambda target, source, at: buffer.can_transform(
-                from_lua(target), from_lua(source), int(at)
+            "tf_can_transform": lambda target, source, time_us: buffer.can_transform(
+                from_lua(target), from_lua(source), int(time_us)
             ),
-            "tf_lookup": lambda target, source, at: _numbers(
-                buffer.lookup(from_lua(target), from_lua(source), int(at))
+            "tf_lookup": lambda target, source, time_us: _numbers(
+                buffer.lookup(from_lua(target), from_lua(source), int(time_us))
             ),
             "tf_lookup_via": lambda target, target_us, source, source_us, fixed: _numbers(
                 buffer.lookup_via(
@@ -54,7 +54,7 @@ class PlaceAccess:
         if self._graph is not None:
             functions |= {
                 "nav_name": lambda: to_lua(self._navgraph.name),
-                "nav_node": lambda name: _place(self._navgraph.node(from_lua(name))),
+                "nav_node": lambda name: _node_values(self._navgraph.node(from_lua(name))),
                 "nav_closest": self._closest,
                 "nav_search": lambda prop: self._names(self._navgraph.search_nodes(from_lua(prop))),
                 "nav_reachable": lambda name: tuple(
@@ -81,7 +81,7 @@ class PlaceAccess:
         node = self._navgraph.closest_node(
             x, y, from_lua(prop), unconnected=bool(unconnected), other_than=from_lua(other_than)
         )
-        return _place(node)
+        return _node_values(node)
 
     def _property(self, node_name: str, name: str) -> str | None:
         node = self._navgraph.node(from_lua(node_name))
@@ -92,11 +92,11 @@ class PlaceAccess:
         return None if path is None else (path.cost, *self._names(list(path.nodes)))
 
 
-def _numbers(found: StampedTransform) -> tuple[float, ...]:
-    return (*found.transform.translation, *found.transform.rotation, found.stamp_us)
+def _numbers(transform: StampedTransform) -> tuple[float, ...]:
+    return (*transform.transform.translation, *transform.transform.rotation, transform.stamp_us)
 
 
-def _place(node: NavGraphNode | None) -> Any:
+def _node_values(node: NavGraphNode | None) -> Any:
     return None if node is None else (to_lua(node.name), node.x, node.y)
 
 

@@ -32,13 +32,14 @@ class Base:
         :param seconds: the available time.
         :returns: the remaining time; 0 unless the orientation is reached.
         """
-        rest = math.remainder(yaw - self.yaw, math.tau)
-        able = self.turn * seconds
-        if abs(rest) > able + _ANGLE:
-            self.yaw = math.remainder(self.yaw + math.copysign(able, rest), math.tau)
+        angle = math.remainder(yaw - self.yaw, math.tau)
+        reach = self.turn * seconds
+        if abs(angle) > reach + _ANGLE:
+            self.yaw = math.remainder(self.yaw + math.copysign(reach, angle), math.tau)
             return 0.0
+        # exactly, so that rounding errors of many steps do not add up
         self.yaw = math.remainder(yaw, math.tau)
-        return max(0.0, seconds - abs(rest) / self.turn)
+        return max(0.0, seconds - abs(angle) / self.turn)
 
     def approach(self, x: float, y: float, seconds: float) -> float:
         """Turn towards a point and drive to it.
@@ -50,10 +51,10 @@ class Base:
         if distance <= _LENGTH:
             return seconds
         seconds = self.face(math.atan2(y - self.y, x - self.x), seconds)
-        able = self.speed * seconds
-        if able + _LENGTH < distance:
-            self.x += able * (x - self.x) / distance
-            self.y += able * (y - self.y) / distance
+        reach = self.speed * seconds
+        if reach + _LENGTH < distance:
+            self.x += reach * (x - self.x) / distance
+            self.y += reach * (y - self.y) / distance
             return 0.0
         self.x, self.y = x, y
         return max(0.0, seconds - distance / self.speed)

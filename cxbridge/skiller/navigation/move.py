@@ -38,10 +38,10 @@ class Move(SkillExecutor):
         for name, value in (("speed", speed), ("turn", turn)):
             if not 0 < value < math.inf:
                 raise ConfigError(f"a robot's {name} must be above 0, not {value:g}")
-        first = self._node(self.setting("start", self.graph.nodes[0].name))
-        self.base = Base(first.x, first.y, _orientation(first) or 0.0, speed, turn)
-        self._then_us = self.clock.now_us()
-        self._seen = 0
+        start = self._node(self.setting("start", self.graph.nodes[0].name))
+        self.base = Base(start.x, start.y, _orientation(start) or 0.0, speed, turn)
+        self._last_us = self.clock.now_us()
+        self._updates = 0
         self._pose: Any = None
 
     def start(self) -> None:
@@ -58,20 +58,21 @@ class Move(SkillExecutor):
 
     def idle(self) -> None:
         """Publish the pose while standing still."""
-        self._then_us = self.clock.now_us()
+        self._last_us = self.clock.now_us()
         self._publish()
 
     def execute(self, call: SkillCall) -> Steps:
         """Drive to the nearest place, then along the path to the target."""
         target = self._node(call.text("to" if call.skill == "move" else "place"))
-        way = self._path_to(target)
-        whole, spare_s = self._length(way), 0.0
-        self._then_us = self.clock.now_us()
-        for number, node in enumerate(way):
+        path = self._path_to(target)
+        length, spare_s = self._length(path), 0.0
+        self._last_us = self.clock.now_us()
+        for number, node in enumerate(path):
             spare_s = self.base.approach(node.x, node.y, spare_s)
+            # one step a loop; the rest of a step's time is used for the next node
             while self._distance(node) > _TOLERANCE:
                 self._publish()
-                yield Progress(1 - self._length(way[number:]) / whole, f"to {node.name}")
+                yield Progress(1 - self._length(path[number:]) / length, f"to {node.name}")
                 spare_s = self.base.approach(node.x, node.y, self._elapsed_s())
         orientation = _orientation(target)
         if orientation is not None:
@@ -86,16 +87,16 @@ class Move(SkillExecutor):
         """Return a place."""
         node = self.graph.node(name)
         if node is None:
-            known = ", ".join(node.name for node in self.graph.nodes)
-            raise SkillError(f"there is no place '{name}'", hint=f"there are: {known}")
+            names = ", ".join(node.name for node in self.graph.nodes)
+            raise SkillError(f"there is no place '{name}'", hint=f"there are: {names}")
         return node
 
     def _path_to(self, target: NavGraphNode) -> list[NavGraphNode]:
         """Return the path to a place, nearest place first; in a graph without edges only the target."""
         if not self.graph.edges:
             return [target]
-        here = self.graph.closest_node(self.base.x, self.base.y)
-        path = None if here is None else self.graph.search_path(here.name, target.name)
+        nearest = self.graph.closest_node(self.base.x, self.base.y)
+        path = None if nearest is None else self.graph.search_path(nearest.name, target.name)
         if path is None:
             raise SkillError(f"there is no way to {target.name}")
         return list(path.nodes)
@@ -104,20 +105,20 @@ class Move(SkillExecutor):
         """Return the distance of a place in metres."""
         return node.distance(self.base.x, self.base.y)
 
-    def _length(self, way: list[NavGraphNode]) -> float:
+    def _length(self, path: list[NavGraphNode]) -> float:
         """Return the length of a path from the present pose in metres."""
-        return self._distance(way[0]) + sum(one.distance(other.x, other.y) for one, other in pairwise(way))
+        return self._distance(path[0]) + sum(start.distance(end.x, end.y) for start, end in pairwise(path))
 
     def _elapsed_s(self) -> float:
         """Return the seconds since the last call."""
-        then_us, self._then_us = self._then_us, self.clock.now_us()
-        return max(0, self._then_us - then_us) / MICROSECONDS
+        last_us, self._last_us = self._last_us, self.clock.now_us()
+        return max(0, self._last_us - last_us) / MICROSECONDS
 
     def _publish(self) -> None:
         """Write the pose."""
         pose = self._pose
-        self._seen = min(self._seen + 1, 2**31 - 1)
-        pose.visibility_history = self._seen
+        self._updates = min(self._updates + 1, 2**31 - 1)
+        pose.visibility_history = self._updates
         pose.translation = (self.base.x, self.base.y, 0.0)
         pose.rotation = self.base.quaternion
         pose.write()

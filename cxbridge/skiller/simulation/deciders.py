@@ -89,15 +89,15 @@ class Deciders:
     def decide(self, call: SkillStringCall) -> Decision | None:
         """Return how a starting call will end; None if no decider knows."""
         # an outcome without duration, e.g. an injected failure, needs the duration of the next decider
-        found: Decision | None = None
+        decision: Decision | None = None
         for decider in self._deciders:
             outcome = decider.decide(call)
             if outcome is None:
                 continue
-            found = Decision(decider, outcome if found is None else found.outcome.after(outcome))
-            if found.outcome.seconds is not None:
+            decision = Decision(decider, outcome if decision is None else decision.outcome.after(outcome))
+            if decision.outcome.seconds is not None:
                 break
-        return found
+        return decision
 
     def close(self) -> None:
         for decider in self._deciders:

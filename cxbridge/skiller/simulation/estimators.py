@@ -93,11 +93,11 @@ class EstimatorProperty(Generic[T]):
     """A setting that whitelist entries may override.
 
     :param default: the value of entries without override.
-    :param own: overrides by entry key.
+    :param overrides: overrides by entry key.
     """
 
     default: T
-    own: Mapping[str, T] = field(default_factory=dict)
+    overrides: Mapping[str, T] = field(default_factory=dict)
 
     @classmethod
     def from_config(
@@ -106,15 +106,15 @@ class EstimatorProperty(Generic[T]):
         """Read ``name`` and ``whitelist/KEY/name`` below ``prefix``."""
         path = f"{prefix}/{name}"
         keys = config.keys(f"{prefix}/whitelist")
-        places = {key: f"{prefix}/whitelist/{key}/{name}" for key in keys}
+        paths = {key: f"{prefix}/whitelist/{key}/{name}" for key in keys}
         return cls(
             get(path) if config.exists(path) else default,
-            {key: get(place) for key, place in places.items() if config.exists(place)},
+            {key: get(path_of_entry) for key, path_of_entry in paths.items() if config.exists(path_of_entry)},
         )
 
     def of(self, entry: SkillPattern | None) -> T:
         """Return the value for an entry."""
-        return self.default if entry is None else self.own.get(entry.key, self.default)
+        return self.default if entry is None else self.overrides.get(entry.key, self.default)
 
 
 @dataclass(frozen=True)
@@ -151,8 +151,8 @@ def as_text(value: object) -> str:
 
 def wrong(config: Configuration, path: str, fault: str, hint: str) -> SkillerError:
     """Return the error about a configured value."""
-    place = config.get(path)
-    return SkillerError(f"{path} {fault}", file=place.file or None, line=place.line or None, hint=hint)
+    value = config.get(path)
+    return SkillerError(f"{path} {fault}", file=value.file or None, line=value.line or None, hint=hint)
 
 
 def read_patterns(config: Configuration, path: str) -> list[SkillPattern]:
@@ -160,6 +160,7 @@ def read_patterns(config: Configuration, path: str) -> list[SkillPattern]:
 
     :raises SkillerError: if an argument's pattern is invalid.
     """
+    # the first match wins: users number their entries
     keys = [key for key in sorted(config.keys(path)) if config.exists(f"{path}/{key}/name")]
     return [read_pattern(config, path, key) for key in keys]
 
@@ -169,18 +170,18 @@ def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
 
     :raises SkillerError: if an argument's pattern is invalid.
     """
-    place = f"{path}/{key}/args"
+    args_path = f"{path}/{key}/args"
     args: dict[str, str] = {}
-    for text in config.get_strings(place) if config.exists(place) else []:
-        name, found, value = text.partition("=")
-        if not found:
-            raise wrong(config, place, f"has '{text}'", 'an argument is NAME=PATTERN: ["text=hello .*"]')
+    for text in config.get_strings(args_path) if config.exists(args_path) else []:
+        name, separator, value = text.partition("=")
+        if not separator:
+            raise wrong(config, args_path, f"has '{text}'", 'an argument is NAME=PATTERN: ["text=hello .*"]')
         args[name.strip()] = value.strip().strip("'\"")
         try:
             re.compile(args[name.strip()])
         except re.error as error:
             hint = "a regular expression for the whole value, e.g. hello .*"
-            raise wrong(config, place, f"has the pattern '{value}': {error}", hint) from None
+            raise wrong(config, args_path, f"has the pattern '{value}': {error}", hint) from None
     return SkillPattern(
         name=config.get_str(f"{path}/{key}/name"),
         args=args,

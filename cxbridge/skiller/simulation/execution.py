@@ -31,9 +31,9 @@ def ending_as(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall)
     # stops halfway
     if outcome is None:
         return (yield from executor.execute(call))
-    said = None
+    message = None
     if outcome.seconds is None and not outcome.failed:
-        said = yield from executor.execute(call)
+        message = yield from executor.execute(call)
     elif outcome.seconds is None:
         yield from _share_of(executor.execute(call), outcome.share)
     elif outcome.failed:
@@ -44,7 +44,7 @@ def ending_as(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall)
         outcome.then()
     if outcome.failed:
         raise SkillFailedError(outcome.error)
-    return said
+    return message
 
 
 def _steps_for(executor: SkillExecutor, call: SkillCall, seconds: float) -> Steps:
@@ -53,10 +53,10 @@ def _steps_for(executor: SkillExecutor, call: SkillCall, seconds: float) -> Step
     start_us = clock.now_us()
     end_us = start_us + round(seconds * MICROSECONDS)
     with closing(executor.execute(call)) as steps:
-        for said in steps:
+        for progress in steps:
             if clock.now_us() >= end_us:
                 return
-            yield said
+            yield progress
     while clock.now_us() < end_us:
         yield None
 
@@ -90,8 +90,8 @@ class DecidedExecution:
 def _share_of(steps: Steps, share: float) -> Steps:
     """Yield the steps of an executor until it reports the share or ends."""
     with closing(steps):
-        for said in steps:
-            fraction = said.fraction if isinstance(said, Progress) else said
+        for progress in steps:
+            fraction = progress.fraction if isinstance(progress, Progress) else progress
             if fraction is not None and share < 1 and fraction >= share:
                 break
-            yield said
+            yield progress

@@ -74,6 +74,7 @@ class FailureInjector(Decider):
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
         """Return the injected failure of a call, or None. Counts the call."""
+        # a list, so that each failure counts the call
         struck = [failure for failure in self._failures if failure.strikes(call, self._rng)]
         if not struck:
             return None
@@ -82,16 +83,16 @@ class FailureInjector(Decider):
 
 def _read(config: Configuration, prefix: str, key: str) -> Failure:
     path = f"{prefix}/{key}"
-    known = config.keys(path)
+    keys = config.keys(path)
     hint = "an entry has name, probability or calls, and may have args, error, after"
-    for name in known:
+    for name in keys:
         if name not in _KEYS:
             raise wrong(config, f"{path}/{name}", "means nothing here", hint)
-    if "name" not in known or not {"probability", "calls"} & set(known):
-        first = f"{path}/{known[0]}" if known else path
+    if "name" not in keys or not {"probability", "calls"} & set(keys):
+        first_path = f"{path}/{keys[0]}" if keys else path
         raise wrong(
             config,
-            first,
+            first_path,
             f"is of the failure '{key}': it needs 'probability' or 'calls'",
             hint,
         )
@@ -99,7 +100,7 @@ def _read(config: Configuration, prefix: str, key: str) -> Failure:
         read_pattern(config, prefix, key),
         probability=_share(config, f"{path}/probability", 0.0),
         calls=_numbers(config, f"{path}/calls"),
-        error=config.get_str(f"{path}/error") if "error" in known else f"{key} (simulated)",
+        error=config.get_str(f"{path}/error") if "error" in keys else f"{key} (simulated)",
         after=_share(config, f"{path}/after", 1.0),
     )
 

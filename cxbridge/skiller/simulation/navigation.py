@@ -133,6 +133,7 @@ class NavGraphEstimator(Decider):
 
     def progress(self, call: SkillStringCall, seconds: float) -> None:
         """Advance along the path and publish the pose."""
+        # another decider may have the duration of a later call
         if self._drive is not None and self._drive.call is call:
             self._publish_pose(self._drive.pose(seconds * self.selection.speed))
 

@@ -74,13 +74,13 @@ class LookupEstimator(Decider):
         self._fully_match = fully_match_args or EstimatorProperty(default=True)
         self._failures = include_failures or EstimatorProperty(default=False)
         self._rng = rng or random.Random(0)  # noqa: S311 - a simulation repeats
-        self._known: dict[str, list[tuple[SkillStringCall, Sample]]] = {}
+        self._samples: dict[str, list[tuple[SkillStringCall, Sample]]] = {}
         for sample in samples:
             try:
                 call = parse_skill_call(sample.skill_string)
             except SkillError:  # a recorded skill string may be any text
                 continue
-            self._known.setdefault(call.name, []).append((call, sample))
+            self._samples.setdefault(call.name, []).append((call, sample))
 
     @classmethod
     def from_config(
@@ -100,10 +100,10 @@ class LookupEstimator(Decider):
         base = Path(config.get(path).file).parent
         samples: list[Sample] = []
         for text in texts:
-            found = list(read(base / Path(text).expanduser()))
-            if not found:
+            run_samples = list(read(base / Path(text).expanduser()))
+            if not run_samples:
                 raise wrong(config, path, f"names '{text}', in which no skill ends", "name runs with skills")
-            samples += found
+            samples += run_samples
         return cls(
             samples,
             SkillSelection.from_config(config, prefix),
@@ -124,16 +124,16 @@ class LookupEstimator(Decider):
         failures = self._failures.of(entry)
         matches = [
             sample
-            for known, sample in self._known.get(call.name, ())
-            if (failures or sample.status is Status.S_FINAL) and self._fits(known, call, entry)
+            for sample_call, sample in self._samples.get(call.name, ())
+            if (failures or sample.status is Status.S_FINAL) and self._fits(sample_call, call, entry)
         ]
         if not matches:
             return None
         drawn = self._rng.choice(matches)
         return Outcome(drawn.seconds / self.selection.speed, drawn.status, drawn.error)
 
-    def _fits(self, known: SkillStringCall, call: SkillStringCall, entry: SkillPattern | None) -> bool:
-        recorded = {key: as_text(value) for key, value in known.args.items()}
+    def _fits(self, sample_call: SkillStringCall, call: SkillStringCall, entry: SkillPattern | None) -> bool:
+        recorded = {key: as_text(value) for key, value in sample_call.args.items()}
         if self._fully_match.of(entry):
             return all(recorded.get(key) in (ANY, as_text(value)) for key, value in call.args.items())
         patterns = {} if entry is None else entry.args
