@@ -41,14 +41,18 @@ def encode(event: Event) -> bytes:
         return _encode(event)
     except UnicodeEncodeError:
         plain = {name: getattr(event, name) for name in field_names(event_type)}
-        return _encode({name: v if isinstance(v, Enum) else _writable(v) for name, v in plain.items()})
+        return _encode(
+            {name: value if isinstance(value, Enum) else _writable(value) for name, value in plain.items()}
+        )
 
 
 def _prepared(value: Any) -> Any:
     """Return the value of a field in types that msgspec writes like :mod:`json`."""
     if type(value) is not dict:
         return _writable(value)
-    return {name: each if type(each) in _PLAIN else _writable(each) for name, each in value.items()}
+    return {
+        name: element if type(element) in _PLAIN else _writable(element) for name, element in value.items()
+    }
 
 
 def encode_with_kind(event: Event) -> bytes:
@@ -64,7 +68,7 @@ def dump(plain: Mapping[str, Any]) -> str:
 def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of an interface with enum items by name."""
     return {
-        name: [_item(each) for each in value] if isinstance(value, list | tuple) else _item(value)
+        name: [_item(element) for element in value] if isinstance(value, list | tuple) else _item(value)
         for name, value in values.items()
     }
 
@@ -124,20 +128,20 @@ def field_names(event_type: type[Event]) -> tuple[str, ...]:
 
 def _json_types(event_type: type[Event]) -> dict[str, str]:
     hints = get_type_hints(event_type)
-    found = {}
+    types = {}
     for name in field_names(event_type):
         hint = hints[name]
         is_enum = isinstance(hint, type) and issubclass(hint, Enum)
-        found[name] = "string" if is_enum else _JSON_TYPES.get(hint, "object")
-    return found
+        types[name] = "string" if is_enum else _JSON_TYPES.get(hint, "object")
+    return types
 
 
 def _find_open_fields(event_type: type[Event]) -> tuple[str, ...]:
     """Return the fields whose values msgspec may write differently or refuse, and cache them."""
     kinds = _json_types(event_type)
-    found = tuple(name for name, kind in kinds.items() if kind in ("number", "object"))
-    _open_fields[event_type] = found
-    return found
+    names = tuple(name for name, kind in kinds.items() if kind in ("number", "object"))
+    _open_fields[event_type] = names
+    return names
 
 
 def _is_ready(values: Iterable[Any]) -> bool:

@@ -24,6 +24,7 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
         unchanged.
     """
     refuse_locked(path)
+    # a run may be converted onto itself, and a failed copy must leave the old file
     with replacing(path) as fresh:
         return _converted(run, fresh, to)
 
@@ -35,15 +36,16 @@ def _converted(run: Run, path: Path, to: str) -> list[str]:
         return list(notes)
     written = lost = 0
     with _opened(target, path, run) as writer:
-        kept = writer.event_types(RecordLevel.FACTS)
+        stored_types = writer.event_types(RecordLevel.FACTS)
         writer.describe(run.metadata())
-        _copy_files(run, writer, sources=SourceRead in kept)
+        _copy_files(run, writer, sources=SourceRead in stored_types)
         facts = False
         for event in run:
             facts = facts or isinstance(event, FactChange)
-            if type(event) in kept:
+            if type(event) in stored_types:
                 writer.write(event)
                 written += 1
+            # a text log has no transitions, but facts from which its reader makes them
             elif isinstance(event, TRANSITION_TYPES):
                 lost += 1
     notes = writer.notes if written else [f"nothing of the run has a place in {to}: the copy is empty"]

@@ -77,7 +77,7 @@ class WriteForwarder(Listener, Observer):
         them.
     """
 
-    def __init__(self, board: BlackBoard, patterns: Iterable[Pattern], out: EventBus) -> None:
+    def __init__(self, board: BlackBoard, patterns: Iterable[Pattern], bus: EventBus) -> None:
         self.enabled = True
         """Whether writes are published or ignored."""
         self.counts: dict[str, int] = {}
@@ -86,15 +86,15 @@ class WriteForwarder(Listener, Observer):
         """The times without a connection."""
         self._board: Final = board
         self._patterns: Final = tuple(patterns)
-        self._out: Final = out
-        self._log: Final = out.logger(COMPONENT)
+        self._bus: Final = bus
+        self._log: Final = bus.logger(COMPONENT)
         self._tasks: queue.SimpleQueue[tuple[_Task, Key]] = queue.SimpleQueue()
         self._lock = threading.Lock()  # guards the publishing of events and the copies of the instances
         self._followed: dict[Key, _Followed] = {}
-        self._known: set[Key] = set()
+        self._opened_before: set[Key] = set()
         self._from_bus: set[str] = set()
         self._schemas: dict[str, InterfaceSchema | None] = {}
-        self._complained: set[Key] = set()
+        self._reported: set[Key] = set()
         self._lost: tuple[int, float] | None = None
         self._recheck_s: float | None = None
 
@@ -108,7 +108,7 @@ class WriteForwarder(Listener, Observer):
             self._board.bus.subscribe(self._on_block_write, BlockWrite)
         for pattern in self._patterns:
             self._board.register_observer(self, pattern.type_glob, pattern.id_glob)
-        self._survey(later=False)
+        self._survey(is_later=False)
         return len(self._followed)
 
     def poll(self, timeout: float) -> None:
@@ -147,15 +147,15 @@ class WriteForwarder(Listener, Observer):
         if task is _Task.SURVEY:
             self._recheck_s = time.monotonic() + _RECHECK_S
             with suppress(BlackBoardError):  # the connection is lost again
-                self._survey(later=True)
+                self._survey(is_later=True)
         elif task is not _Task.WAKE:
             self._check(key, created=task is _Task.CREATED)
 
-    def _survey(self, *, later: bool) -> None:
+    def _survey(self, *, is_later: bool) -> None:
         """Open all matching interfaces that are not open."""
         for pattern in self._patterns:
             for info in self._board.list(pattern.type_glob, pattern.id_glob):
-                self._open(info.type, info.id, later=later)
+                self._open(info.type, info.id, is_later=is_later)
 
     def _check(self, key: Key, *, created: bool = False) -> None:
         """Open a new interface, or close an interface that only this process has open.
@@ -172,8 +172,8 @@ class WriteForwarder(Listener, Observer):
                     return
                 self._close(key)
             if self._board.list(escaped(key[0]), escaped(key[1])):
-                self._open(*key, later=True)
-            elif created and key not in self._known:
+                self._open(*key, is_later=True)
+            elif created and key not in self._opened_before:
                 self._log.info(f"{'::'.join(key)} came and went before it could be opened")
 
     def _close(self, key: Key) -> None:
@@ -182,28 +182,28 @@ class WriteForwarder(Listener, Observer):
         self._log.debug(f"{instance.uid} is gone")
         instance.close()
 
-    def _open(self, kind: str, interface_id: str, *, later: bool) -> None:
+    def _open(self, kind: str, interface_id: str, *, is_later: bool) -> None:
         """Follow an interface.
 
-        :param later: whether it appeared after the start, so that its data are a new write.
+        :param is_later: whether it appeared after the start, so that its data are a new write.
         """
         key = (kind, interface_id)
-        known = self._followed.get(key)
-        if known is not None and known.instance.valid:
+        former = self._followed.get(key)
+        if former is not None and former.instance.valid:
             return
         try:
             listen = listening(self, EventKind.WRITER_REMOVED, EventKind.READER_REMOVED)
             instance = self._board.open_for_reading(kind, interface_id, owner=COMPONENT, listen=listen)
         except CxbridgeError as error:
-            if self._board.connected and key not in self._complained:
-                self._complained.add(key)
+            if self._board.connected and key not in self._reported:
+                self._reported.add(key)
                 self._log.warn(f"{kind}::{interface_id} cannot be recorded: {error}")
             return
         followed = self._followed[key] = _Followed(instance)
-        self._known.add(key)
+        self._opened_before.add(key)
         with self._lock:
             instance.read()
-            if later and instance.uid not in self._from_bus:
+            if is_later and instance.uid not in self._from_bus:
                 self._publish(instance.SCHEMA, instance.uid, instance.to_bytes())
         if not self._board.reports_writes:
             self._board.register_listener(self, instance, EventKind.DATA_REFRESHED)
@@ -276,10 +276,10 @@ class WriteForwarder(Listener, Observer):
             return
         self.counts[uid] = self.counts.get(uid, 0) + 1
         now_us = self._board.clock.now_us()
-        if self._out.wants(BlockWrite):
-            self._out.emit(BlockWrite(now_us, uid, schema.hash, block))
-        if self._out.wants(InterfaceWrite) or self._out.wants(SkillStatus):
+        if self._bus.wants(BlockWrite):
+            self._bus.emit(BlockWrite(now_us, uid, schema.hash, block))
+        if self._bus.wants(InterfaceWrite) or self._bus.wants(SkillStatus):
             stamp_us = join_us(*STAMP.unpack_from(block))
             time_us = stamp_us if 0 < stamp_us < _STAMP_LIMIT else now_us
             for event in block_events(schema, uid, time_us, block):
-                self._out.emit(event)
+                self._bus.emit(event)

@@ -45,20 +45,20 @@ def event_filter(kinds: Sequence[str], pattern: str) -> Filter:
     return lambda event, line: isinstance(event, types) and search(line) is not None
 
 
-def text_lines(run: Run, wanted: Filter) -> Iterator[str]:
+def text_lines(run: Run, is_shown: Filter) -> Iterator[str]:
     """Yield a line per event: seconds since the start of the run, kind and description."""
     start_us = run.start_us
     for event in run:
         start_us = event.time_us if start_us is None else start_us
         text = event_line(event)
-        if wanted(event, text):
+        if is_shown(event, text):
             yield f"{(event.time_us - start_us) / MICROSECONDS:12.6f} {event.KIND.name:11s} {text}"
 
 
-def json_lines(run: Run, wanted: Filter) -> Iterator[str]:
+def json_lines(run: Run, is_shown: Filter) -> Iterator[str]:
     """Yield a JSON object per event: its kind, and its fields as in docs/formats.md."""
     for event in run:
-        if wanted(event, event_line(event)):
+        if is_shown(event, event_line(event)):
             yield encode_with_kind(event).decode()
 
 

@@ -42,6 +42,7 @@ class Mending:
         """
         with replacing(target) as fresh:
             self.write(fresh)
+            # a recording may be read-only, but its repaired copy is opened for writing
             fresh.chmod(self.path.stat().st_mode | stat.S_IWUSR)
 
     def write_with_backup(self) -> Path:
@@ -51,6 +52,7 @@ class Mending:
         """
         backup = _free_name(self.path)
         try:
+            # a link costs nothing, and the copy then replaces the name only
             os.link(self.path, backup)
         except OSError:
             with writing(backup):
@@ -161,9 +163,9 @@ def _end_of_lines(path: Path, size: int) -> int:
         while end:
             start = max(end - _TAIL, 0)
             file.seek(start)
-            found = file.read(end - start).rfind(b"\n")
-            if found >= 0:
-                return start + found + 1
+            line_feed = file.read(end - start).rfind(b"\n")
+            if line_feed >= 0:
+                return start + line_feed + 1
             end = start
     return 0
 

@@ -90,20 +90,20 @@ def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[Ru
     :raises TraceError: if the recording cannot be read.
     """
     steps: list[RunSource] = []
-    begun: dict[str, int] = {}
+    file_steps: dict[str, int] = {}
     for source in sources_of(run, "environment", "clips", "construct", "function", "feature", owner=owner):
         if until_us is not None and source.time_us > until_us:
             break
         if source.role == "environment":
-            steps, begun = [], {}
+            steps, file_steps = [], {}
             continue
-        within = source.details.get("within", "")
-        at = begun.get(within, len(steps)) if within else len(steps)
-        steps.insert(at, source)
-        for file, place in begun.items():
-            begun[file] = place + (place >= at)
+        enclosing = source.details.get("within", "")
+        index = file_steps.get(enclosing, len(steps)) if enclosing else len(steps)
+        steps.insert(index, source)
+        for file, file_index in file_steps.items():
+            file_steps[file] = file_index + (file_index >= index)
         if source.role == "clips":
-            begun[source.name] = at
+            file_steps[source.name] = index
     return steps
 
 
@@ -140,8 +140,8 @@ def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
 def _checked(run: Run, name: str) -> PurePosixPath:
     """Return the name of an attachment as a relative path within its folder."""
     path = PurePosixPath(name)
-    parts = name.split("/")
-    if path.is_absolute() or any(part in ("", ".", "..") for part in parts) or "\\" in name or "\0" in name:
+    names = name.split("/")
+    if path.is_absolute() or any(part in ("", ".", "..") for part in names) or "\\" in name or "\0" in name:
         raise TraceError(
             f"an attachment is called {name!r}: it is not extracted", file=run.path,
             hint="the file is damaged, or made to harm",

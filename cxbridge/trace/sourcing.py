@@ -53,7 +53,7 @@ class SourceNamer:
     def __init__(self) -> None:
         self._numbers: Counter[str] = Counter()
         self._names: dict[bytes, str] = {}
-        self._taken: set[str] = set()
+        self._used_names: set[str] = set()
 
     def record(self, event: SourceRead) -> tuple[dict[str, str], Attachment | None]:
         """Return the metadata record of a source, and the attachment to write before it."""
@@ -65,12 +65,12 @@ class SourceNamer:
             number = self._numbers[event.owner]
             # empty files of the same role may share an attachment, those of different roles may not
             digest = sha256(event.role.encode() + b"\0" + event.data).digest()
-            known = self._names.get(digest)
-            if known is None:
-                known = self._names[digest] = self._unique(_attachment_name(event, number))
-                media_type = _TYPES.get(known.rpartition(".")[2], "text/plain")
-                attachment = Attachment(known, media_type, event.data, event.time_us)
-            record["attachment"] = known
+            attachment_name = self._names.get(digest)
+            if attachment_name is None:
+                attachment_name = self._names[digest] = self._unique(_attachment_name(event, number))
+                media_type = _TYPES.get(attachment_name.rpartition(".")[2], "text/plain")
+                attachment = Attachment(attachment_name, media_type, event.data, event.time_us)
+            record["attachment"] = attachment_name
         record["time_us"] = str(event.time_us)
         return {key: value for key, value in record.items() if value}, attachment
 
@@ -78,10 +78,10 @@ class SourceNamer:
         """Return an unused name, with a number for another content of the same file."""
         unique, number = name, 1
         stem, dot, suffix = name.rpartition(".")
-        while unique in self._taken:
+        while unique in self._used_names:
             number += 1
             unique = f"{stem}-{number}.{suffix}" if dot else f"{name}-{number}"
-        self._taken.add(unique)
+        self._used_names.add(unique)
         return unique
 
 

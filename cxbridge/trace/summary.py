@@ -55,6 +55,7 @@ def summarise(run: Run) -> Summary:
     """
     events = dict.fromkeys(EVENT_TYPES, 0)
     times: list[int] = []
+    # also reads the notes of the run, which are complete after the last event
     for event in run:
         events[event.KIND.name] += 1
         times = [min(times[0], event.time_us), max(times[1], event.time_us)] if times else [event.time_us] * 2

@@ -204,7 +204,7 @@ def _survey(run: Run, selection: ReplaySelection) -> Survey:
     found = survey(run, selection)
     if found.writes:
         return found
-    if found.others:
+    if found.unselected_writes:
         raise TraceError(
             "no interface write of it is selected",
             file=run.path,

@@ -129,6 +129,7 @@ class FolderRun(Run):
 
     def __iter__(self) -> Iterator[Event]:
         runs = self.runs()
+        # stable: at equal times the file whose name is first
         yield from merge(*runs, key=lambda event: event.time_us)
         for run in runs:
             for note in run.notes:

@@ -30,16 +30,16 @@ class BlockDecoder:
     ) -> None:
         self.schema = schema
         code = f"<{STAMP_SIZE}x"
-        end, first = STAMP_SIZE, 0
+        end, index = STAMP_SIZE, 0
         self._fields: list[tuple[str, int, _Convert | None]] = []
         for field in schema.fields:
             count = 1 if field.is_string else field.runtime_length
             element = f"{field.size}s" if field.is_string else f"{count}{field.storage.code}"
             code += f"{field.offset - end}x{element}"
             self._fields.append(
-                (field.name, first, _converter(field, first, first + count, decode_text or padded_text))
+                (field.name, index, _converter(field, index, index + count, decode_text or padded_text))
             )
-            end, first = field.offset + field.size, first + count
+            end, index = field.offset + field.size, index + count
         self._unpack = struct.Struct(code).unpack_from
 
     def values(self, block: bytes | memoryview) -> dict[str, Any]:

@@ -41,21 +41,21 @@ class _LogEntry:
     """An entry of the log: its first line and the following lines without time."""
 
     line: int
-    first: str
+    first_line: str
     match: re.Match[str] | None
-    more: list[str]
+    further_lines: list[str]
     size: int
-    whole: bool
+    is_complete: bool
 
     def groups(self) -> tuple[str, ...] | None:
         """Return letter, time of day, fraction, component and text, or None if the entry is invalid."""
         if self.match is None:
-            whole = _ENTRY.match("\n".join([self.first, *self.more]))
-            return None if whole is None else whole.groups()
-        if not self.more:
+            match_of_all = _ENTRY.match("\n".join([self.first_line, *self.further_lines]))
+            return None if match_of_all is None else match_of_all.groups()
+        if not self.further_lines:
             return self.match.groups()
         *stamp, text = self.match.groups()
-        return (*stamp, "\n".join([text, *self.more]))
+        return (*stamp, "\n".join([text, *self.further_lines]))
 
 
 class FawkesLog(Run):
@@ -71,7 +71,7 @@ class FawkesLog(Run):
         """Yield log lines, firings, and fact changes with their transitions."""
         trackers: dict[str, TransitionTracker] = {}
         days = _Days()
-        for line, (letter, clock, fraction, component, text) in self._whole_facts():
+        for line, (letter, clock, fraction, component, text) in self._joined_facts():
             time_us = days.absolute(clock, fraction)
             env = _environment(component) if letter == "D" else None
             event = clips_event(time_us, env, text) if env is not None else None
@@ -90,32 +90,32 @@ class FawkesLog(Run):
             if transition is not None:
                 yield transition
 
-    def _whole_facts(self) -> Iterator[tuple[int, tuple[str, ...]]]:
+    def _joined_facts(self) -> Iterator[tuple[int, tuple[str, ...]]]:
         """Yield the line number and groups of each entry.
 
         Fawkes ends an entry when CLIPS prints a single line feed, even within a string of a fact. The rest of
         the fact is then the next entry and is appended to the previous one.
         """
-        kept: tuple[int, tuple[str, ...]] | None = None
+        unfinished: tuple[int, tuple[str, ...]] | None = None
         for entry in self._entries():
             groups = entry.groups()
             if groups is None:
                 self.note(f"line {entry.line}: no entry of a log, left out")
                 continue
-            if kept is not None:
-                line, (*stamp, component, text) = kept
+            if unfinished is not None:
+                line, (*stamp, component, text) = unfinished
                 if groups[3] == component and not groups[4].startswith(_OF_CLIPS) and len(text) < MAX_LINE:
                     groups = (*stamp, component, f"{text}\n{groups[4]}")
                     entry.line = line
                 else:
-                    yield kept
-                kept = None
+                    yield unfinished
+                unfinished = None
             if groups[4].startswith(_CHANGES) and not groups[4].endswith(")") and _environment(groups[3]):
-                kept = entry.line, groups
+                unfinished = entry.line, groups
             else:
                 yield entry.line, groups
-        if kept is not None:
-            yield kept
+        if unfinished is not None:
+            yield unfinished
 
     def _entries(self) -> Iterator[_LogEntry]:
         """Join lines to entries: a line without a time continues the previous entry."""
@@ -135,10 +135,10 @@ class FawkesLog(Run):
                     raise TraceError(
                         f"an entry of more than {MAX_LINE >> 20} MiB", file=self.path, line=entry.line
                     )
-                entry.more.append(text)
-                entry.whole = whole
+                entry.further_lines.append(text)
+                entry.is_complete = whole
         if entry:
-            if not entry.whole:
+            if not entry.is_complete:
                 self.note(f"line {entry.line}: the file ends within this entry")
             yield entry
 
@@ -245,9 +245,9 @@ class FawkesLogWriter(StreamWriter):
         """Return the time of day, ``HH:MM:SS.uuuuuu``; the text of a second is cached."""
         second, fraction = split_us(time_us)
         if second != self._second:
-            parts = self._broken_down(second)
+            time_of_day = self._broken_down(second)
             self._second = second
-            self._clock = f"{parts.tm_hour:02d}:{parts.tm_min:02d}:{parts.tm_sec:02d}"
+            self._clock = f"{time_of_day.tm_hour:02d}:{time_of_day.tm_min:02d}:{time_of_day.tm_sec:02d}"
         return f"{self._clock}.{fraction:06d}"
 
 

@@ -22,14 +22,14 @@ def files_starting(folder: Path, pattern: str, size: int, starts_well: Callable[
 
     :param size: the number of bytes that ``starts_well`` needs.
     """
-    found = []
+    files = []
     for path in sorted(folder.glob(pattern)) if folder.is_dir() else ():
         with suppress(OSError):  # an unreadable file is not part of the recording
             if path.is_file():
                 with path.open("rb") as file:
                     if starts_well(file.read(size)):
-                        found.append(path)
-    return found
+                        files.append(path)
+    return files
 
 
 @contextmanager
@@ -57,7 +57,7 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
-    r"""Yield ``(number, text, whole)`` per line; ``whole`` is False for a last line without line feed.
+    r"""Yield ``(number, text, whole)`` per line; ``is_complete`` is False for a last line without line feed.
 
     Only line feeds end lines. Bytes that are not UTF-8 become ``\xNN``.
 
@@ -74,8 +74,12 @@ def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
                     line=number,
                     hint="this is not a text log of a run, or it is damaged here",
                 )
-            whole = line.endswith(b"\n")
-            yield number, (line[:-1] if whole else line).decode("utf-8", "backslashreplace"), whole
+            is_complete = line.endswith(b"\n")
+            yield (
+                number,
+                (line[:-1] if is_complete else line).decode("utf-8", "backslashreplace"),
+                is_complete,
+            )
 
 
 def open_alone(path: Path, buffering: int = -1) -> BinaryIO:
@@ -95,6 +99,7 @@ def open_alone(path: Path, buffering: int = -1) -> BinaryIO:
         return path.open("wb", buffering)
     if path.exists() and not path.is_file():
         return path.open("wb", buffering)
+    # truncate only under the lock: another process may be writing the file
     file = open(path, "wb", buffering, opener=_open_as_it_is)  # noqa: SIM115 - an opener
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -137,12 +142,12 @@ def keep_previous(path: Path) -> Path | None:
     if path.is_symlink() or not path.is_file() or not path.stat().st_size or _is_locked(path):
         return None
     stem = f"{path.stem}-{time.strftime('%Y-%m-%d-%H-%M-%S', time.localtime(path.stat().st_mtime))}"
-    names = (f"{stem}{again}{path.suffix}" for again in ("", *(f"-{count}" for count in range(2, 10_000))))
-    kept = next(other for name in names if not (other := path.with_name(name)).exists())
+    names = (f"{stem}{suffix}{path.suffix}" for suffix in ("", *(f"-{count}" for count in range(2, 10_000))))
+    free_path = next(candidate for name in names if not (candidate := path.with_name(name)).exists())
     try:
-        return path.rename(kept)
+        return path.rename(free_path)
     except OSError as error:
-        raise TraceError(f"cannot keep it as {kept.name}: {error.strerror}", file=path) from error
+        raise TraceError(f"cannot keep it as {free_path.name}: {error.strerror}", file=path) from error
 
 
 def _is_locked(path: Path) -> bool:

@@ -45,8 +45,8 @@ def copy_formats() -> dict[str, CopyFormat]:
 def _table_entries(rows: tuple[Row, ...], table: str) -> tuple[Any, ...]:
     """Return the entries of a table of all modules, sorted by rank."""
     modules = [FORMAT_MODULES.load(row) for row in rows]
-    found = [each for module in modules for each in getattr(module, table, ())]
-    return tuple(sorted(found, key=lambda each: each.rank))
+    entries = [entry for module in modules for entry in getattr(module, table, ())]
+    return tuple(sorted(entries, key=lambda entry: entry.rank))
 
 
 def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run:
@@ -59,9 +59,9 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
     path = Path(path)
     with reading(path):
         head = _head(path)
-        found = next((each for each in formats() if each.recognises(path, head)), None)
-    if found is not None:
-        reader: Callable[[Path, InterfaceRegistry | None], Run] = resolve_name(found.reader)
+        run_format = next((candidate for candidate in formats() if candidate.recognises(path, head)), None)
+    if run_format is not None:
+        reader: Callable[[Path, InterfaceRegistry | None], Run] = resolve_name(run_format.reader)
         return reader(path, registry)
     raise TraceError(
         "not a recorded run" if head or path.is_dir() else "the file is empty",

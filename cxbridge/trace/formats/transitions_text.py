@@ -98,20 +98,20 @@ class TransitionsText(Run):
         :raises TraceError: for an invalid line; a truncated last line is left out.
         """
         details = _Details()
-        last: Transition | None = None
+        pending: Transition | None = None
         at_us: int | None = None
-        for number, line, whole in read_lines(self.path):
+        for number, line, is_complete in read_lines(self.path):
             event = parse_transition(line, number if at_us is None else at_us)
             if event is not None:
-                if last is not None:
-                    yield details.known(last)
-                last = event
-            elif not whole:
+                if pending is not None:
+                    yield details.completed(pending)
+                pending = event
+            elif not is_complete:
                 self.note(f"line {number}: the file ends within this line")
             elif match := _AT.fullmatch(line):
                 at_us = round(float(match.group(1)) * MICROSECONDS)
-            elif last is not None and (match := _DETAIL.fullmatch(from_record(line))):
-                details.learn(last, match.group(1), match.group(2))
+            elif pending is not None and (match := _DETAIL.fullmatch(from_record(line))):
+                details.store(pending, match.group(1), match.group(2))
             elif line.strip():
                 raise TraceError(
                     "this line is not a transition",
@@ -119,13 +119,13 @@ class TransitionsText(Run):
                     line=number,
                     hint="a line starts with goal, plan-action or SkillerInterface; see docs/formats.md",
                 )
-        if last is not None:
-            yield details.known(last)
+        if pending is not None:
+            yield details.completed(pending)
 
     def has_times(self) -> bool:
         """Return whether the file has times, according to its first line."""
-        first = next((line for _, line, _ in read_lines(self.path)), "")
-        return _AT.fullmatch(first) is not None
+        first_line = next((line for _, line, _ in read_lines(self.path)), "")
+        return _AT.fullmatch(first_line) is not None
 
 
 class _Details:
@@ -138,31 +138,31 @@ class _Details:
     def _subject(event: Event) -> tuple[str, ...]:
         return (event.KIND.name, *(getattr(event, name) for name in event.KIND.subject))
 
-    def learn(self, event: Event, name: str, value: str) -> None:
+    def store(self, event: Event, name: str, value: str) -> None:
         """Store a changed detail."""
-        start = {name: DEFAULTS[name] for name in event.KIND.details}
-        self._last.setdefault(self._subject(event), start)[name] = value
+        defaults = {name: DEFAULTS[name] for name in event.KIND.details}
+        self._last.setdefault(self._subject(event), defaults)[name] = value
 
-    def known(self, event: Transition) -> Transition:
+    def completed(self, event: Transition) -> Transition:
         """Return an event with the details of its subject."""
-        known = self._last.get(self._subject(event), {})
-        fields: dict[str, Any] = {name: known[name] for name in event.KIND.details if name in known}
+        details = self._last.get(self._subject(event), {})
+        fields: dict[str, Any] = {name: details[name] for name in event.KIND.details if name in details}
         if isinstance(event, GoalTransition):
-            fields["slots"] = {name: value for name, value in known.items() if value and name not in fields}
-        return replace(event, **fields) if known else event
+            fields["slots"] = {name: value for name, value in details.items() if value and name not in fields}
+        return replace(event, **fields) if details else event
 
-    def news(self, event: Event) -> Iterator[str]:
+    def changes(self, event: Event) -> Iterator[str]:
         """Yield a line for each changed detail of an event."""
-        now = {name: getattr(event, name) or DEFAULTS[name] for name in event.KIND.details}
+        details = {name: getattr(event, name) or DEFAULTS[name] for name in event.KIND.details}
         if not any(getattr(event, name) for name in event.KIND.details):
             return
-        now |= event.slots if isinstance(event, GoalTransition) else {}
+        details |= event.slots if isinstance(event, GoalTransition) else {}
         subject = self._subject(event)
-        before = self._last.get(subject, DEFAULTS | {"params": ""})
-        self._last[subject] = now
-        for name in (*now, *(before.keys() - now.keys() - DEFAULTS.keys())):
-            if now.get(name, "") != before.get(name, ""):
-                yield to_record(f"  {name}={now.get(name, '')}")
+        former = self._last.get(subject, DEFAULTS | {"params": ""})
+        self._last[subject] = details
+        for name in (*details, *(former.keys() - details.keys() - DEFAULTS.keys())):
+            if details.get(name, "") != former.get(name, ""):
+                yield to_record(f"  {name}={details.get(name, '')}")
 
 
 class TransitionsWriter(StreamWriter):
@@ -179,7 +179,7 @@ class TransitionsWriter(StreamWriter):
         path = Path(path)
         self._details = _Details() if details else None
         self._start_us = start_us
-        self._at = ""
+        self._time_line = ""
         with writing(path):
             super().__init__(path, path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n"))
 
@@ -194,13 +194,13 @@ class TransitionsWriter(StreamWriter):
     def _lines(self, event: Transition) -> Iterator[str]:
         """Yield the line of a transition with the lines before and after it."""
         if self._start_us is not None:
-            at = f"at {(event.time_us - self._start_us) / MICROSECONDS:.6f}"
-            if at != self._at:
-                self._at = at
-                yield at
+            time_line = f"at {(event.time_us - self._start_us) / MICROSECONDS:.6f}"
+            if time_line != self._time_line:
+                self._time_line = time_line
+                yield time_line
         yield format_transition(event)
         if self._details is not None:
-            yield from self._details.news(event)
+            yield from self._details.changes(event)
 
 
 def open_copy(path: Path, _registry: InterfaceRegistry) -> TransitionsWriter:

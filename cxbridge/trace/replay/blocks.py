@@ -30,7 +30,7 @@ class BlockMaker:
         :param uid: the written interface, ``Type::id``.
         :raises TraceError: with the names of the differing fields.
         """
-        other = [
+        differences = [
             f"{problem} {', '.join(sorted(names))}"
             for problem, names in (
                 ("only the recording has", values.keys() - self._names),
@@ -38,8 +38,8 @@ class BlockMaker:
             )
             if names
         ]
-        if other:
-            raise TraceError(f"the recorded {uid} has other fields: {'; '.join(other)}", hint=_HINT)
+        if differences:
+            raise TraceError(f"the recorded {uid} has other fields: {'; '.join(differences)}", hint=_HINT)
 
     def make(self, values: Mapping[str, Any], time_us: int, uid: str) -> bytes:
         """Return the block with these values.

@@ -77,7 +77,7 @@ class Survey:
     :ivar messages: the number of messages by interface.
     :ivar samples: the first write of each interface.
     :ivar first_us: the position of the first event; ``last_us``: of the last.
-    :ivar others: the number of writes of unselected interfaces.
+    :ivar unselected_writes: the number of writes of unselected interfaces.
     """
 
     writes: dict[str, int] = field(default_factory=dict)
@@ -85,7 +85,7 @@ class Survey:
     samples: dict[str, InterfaceWrite] = field(default_factory=dict)
     first_us: int = 0
     last_us: int = 0
-    others: int = 0
+    unselected_writes: int = 0
 
 
 def survey(run: Run, selection: ReplaySelection) -> Survey:
@@ -93,19 +93,19 @@ def survey(run: Run, selection: ReplaySelection) -> Survey:
 
     :raises TraceError: if the run cannot be read.
     """
-    found = Survey()
+    overview = Survey()
     for number, (at_us, event) in enumerate(moves(run, selection)):
         if not number:
-            found.first_us = at_us
-        found.last_us = max(found.last_us, at_us)
+            overview.first_us = at_us
+        overview.last_us = max(overview.last_us, at_us)
         if isinstance(event, InterfaceWrite):
-            found.writes[event.uid] = found.writes.get(event.uid, 0) + 1
-            found.samples.setdefault(event.uid, event)
+            overview.writes[event.uid] = overview.writes.get(event.uid, 0) + 1
+            overview.samples.setdefault(event.uid, event)
         else:
-            found.messages[event.uid] = found.messages.get(event.uid, 0) + 1
-    if not found.writes:
-        found.others = sum(isinstance(event, InterfaceWrite) for event in run)
-    return found
+            overview.messages[event.uid] = overview.messages.get(event.uid, 0) + 1
+    if not overview.writes:
+        overview.unselected_writes = sum(isinstance(event, InterfaceWrite) for event in run)
+    return overview
 
 
 def moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
@@ -115,27 +115,28 @@ def moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
     """
     start_us = round((selection.start_s or 0.0) * MICROSECONDS)
     end_us = None if selection.end_s is None else round(selection.end_s * MICROSECONDS)
-    held: dict[str, InterfaceWrite] = {}
+    start_values: dict[str, InterfaceWrite] = {}
     positions: ReplayPositions | None = None
-    began = False
+    has_begun = False
     for event in run:
         if positions is None:
             positions = ReplayPositions(event.time_us)
         if not isinstance(event, (InterfaceWrite, InterfaceMessage)):
             continue
-        write = isinstance(event, InterfaceWrite)
-        if selection.has(event.uid) != write or not (write or selection.messages):
+        is_write = isinstance(event, InterfaceWrite)
+        # messages go to the interfaces that are not replayed: a replayed one has no writer that handles them
+        if selection.has(event.uid) != is_write or not (is_write or selection.messages):
             continue
         at_us = positions.of(event)
         if end_us is not None and at_us > end_us:
             continue  # later events may be out of order and precede the end
-        if selection.start_s is not None and at_us < start_us and not began:
+        if selection.start_s is not None and at_us < start_us and not has_begun:
             if isinstance(event, InterfaceWrite):
-                held[event.uid] = event
+                start_values[event.uid] = event
             continue
-        if not began:
-            began = True
-            yield from (ReplayMove(start_us, last) for last in held.values())
+        if not has_begun:
+            has_begun = True
+            yield from (ReplayMove(start_us, write) for write in start_values.values())
         yield ReplayMove(at_us, event)
-    if not began:
-        yield from (ReplayMove(start_us, last) for last in held.values())
+    if not has_begun:
+        yield from (ReplayMove(start_us, write) for write in start_values.values())

@@ -84,10 +84,10 @@ class ReplayPlayer:
         :raises BlackBoardError: if the blackboard was shut down.
         :raises TraceError: if a recorded value does not fit.
         """
-        begun = False
+        has_begun = False
         for move in moves:
-            if not begun:
-                begun = True
+            if not has_begun:
+                has_begun = True
                 pace.begin(move.at_us)
             announce(move)
             if not pace.wait(move.at_us):
@@ -114,12 +114,12 @@ class ReplayPlayer:
                 writer.msgq_flush()
 
     def _write(self, event: InterfaceWrite) -> None:
-        found = self._writers.get(event.uid)
-        if found is None:
+        opened = self._writers.get(event.uid)
+        if opened is None:
             raise TraceError(
                 f"a write of {event.uid} comes from a writer that the recording did not announce"
             )
-        writer, maker = found
+        writer, maker = opened
         block = maker.make(event.values, event.time_us, event.uid)
         data = block[STAMP.size :]
         writer.msgq_flush()  # messages of other programs are not processed and would fill the queue

@@ -67,6 +67,7 @@ def make_report(
         context_of(run, comparison.view, None if side is None else side.position, selection)
         for run, side in ((a, first and first.a), (b, first and first.b))
     ]
+    # at such a difference the events are partners, so that both contexts align by themselves
     if first and first.kind in {DifferenceKind.MSGID, DifferenceKind.TIME} and not comparison.rows:
         lines = zip(contexts[0].lines, contexts[1].lines, strict=False)
         comparison.rows = [AlignedRow(line_a, line_b, not line_a.here) for line_a, line_b in lines]
@@ -144,6 +145,7 @@ def short(text: str) -> str:
     """Shorten a long text in the middle; JSON contains it in full."""
     if len(text) <= LONGEST:
         return text
+    # the end is as telling as the start: the error of a goal is last
     half = LONGEST // 2
     return f"{text[:half]} ... {text[-half:]}"
 

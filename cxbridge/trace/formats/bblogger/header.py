@@ -130,16 +130,16 @@ def _with_schema(header: Header, registry: InterfaceRegistry) -> Header:
     schema: InterfaceSchema | None = None
     problem = ""
     try:
-        known = registry.schema(header.kind)
+        definition = registry.schema(header.kind)
     except InterfaceError as error:
         problem = error.message.split(". ")[0]
     else:
-        if header.data_size == known.datasize:
-            schema = known
+        if header.data_size == definition.datasize:
+            schema = definition
         else:
             problem = (
                 f"its blocks of {header.kind} have {header.data_size} bytes, those of our definition"
-                f" {known.datasize}: another version of the interface"
+                f" {definition.datasize}: another version of the interface"
             )
     if problem:
         problem += "; values are left as bytes (other definitions: --interface-dir)"

@@ -84,18 +84,19 @@ class BBLoggerFile(Run):
         header = self.header
         size = header.entry_size
         stamp = _ENTRY.unpack_from
-        count = rest = 0
+        count = partial_size = 0
         with reading(self.path), self.path.open("rb") as file:
             file.seek(HEADER_SIZE)
+            # whole entries in each read, so that none has to be joined
             while data := file.read(max(_READ_SIZE // size, 1) * size):
                 view = memoryview(data)
-                rest = len(data) % size
-                for at in range(0, len(data) - rest, size):
-                    seconds, microseconds = stamp(data, at)
+                partial_size = len(data) % size
+                for offset in range(0, len(data) - partial_size, size):
+                    seconds, microseconds = stamp(data, offset)
                     since_us = seconds * MICROSECONDS + microseconds
-                    yield Entry(since_us, view[at + ENTRY_HEADER_SIZE : at + size])
+                    yield Entry(since_us, view[offset + ENTRY_HEADER_SIZE : offset + size])
                 count += len(data) // size
-        if rest:
+        if partial_size:
             self.note("the file ends within an entry")
         if header.count not in (0, count):
             self.note(f"the header counts {header.count} entries, the file has {count}")
@@ -166,18 +167,18 @@ class BBLoggerFolder(FolderRun):
         :raises TraceError: if there are none.
         """
         runs = []
-        first: CxbridgeError | None = None
+        first_error: CxbridgeError | None = None
         for path in log_files(self.path):
             run = BBLoggerFile(path, self.registry)
             try:
                 run.header  # noqa: B018 - whether it can be read
             except TraceError as error:
-                first = first or error
+                first_error = first_error or error
                 self.note(f"{path.name}: left out: {error.message}")
             else:
                 runs.append(run)
-        if first is not None and not runs:
-            raise first
+        if first_error is not None and not runs:
+            raise first_error
         starts = {(run.header.scenario, run.header.start_us) for run in runs}
         if len(starts) > 1:
             self.note(f"files of {len(starts)} runs, by their scenarios and starts")

@@ -52,17 +52,17 @@ class BBLoggerWriter(RunWriter):
             raise TraceError("this is not a folder", file=folder, hint="bblogger writes a file an interface")
         with writing(self.folder):
             self.folder.mkdir(parents=True, exist_ok=True)
-            for path in self._left_behind():
+            for path in self._files_of_earlier_run():
                 path.unlink()
         if not os.access(self.folder, os.W_OK | os.X_OK):
             raise TraceError("no file can be made in this folder", file=folder, hint="see its permissions")
 
-    def _left_behind(self) -> list[Path]:
+    def _files_of_earlier_run(self) -> list[Path]:
         """Return the files of an earlier run with the same scenario and start."""
         pattern = file_pattern(self._scenario, self._start_us, utc=self._utc)
-        return [path for path in self.folder.glob(pattern) if path.is_file() and self._is_ours(path)]
+        return [path for path in self.folder.glob(pattern) if path.is_file() and self._is_of_scenario(path)]
 
-    def _is_ours(self, path: Path) -> bool:
+    def _is_of_scenario(self, path: Path) -> bool:
         """Return whether a file is a bblogger file of this scenario."""
         with path.open("rb") as file:
             return is_header_of(file.read(HEADER_SIZE), self._scenario)
@@ -97,6 +97,7 @@ class BBLoggerWriter(RunWriter):
     def close(self) -> None:
         """Write the numbers of entries and close the files."""
         errors = []
+        # close all files even if one of them cannot be written, e.g. on a full disk
         while self._files:
             _, file = self._files.popitem()
             try:
@@ -162,9 +163,9 @@ class _InterfaceFile:
 
     def _write_at(self, data: bytes, offset: int) -> None:
         self._file.seek(offset)
-        rest = memoryview(data)
-        while rest:
-            rest = rest[self._file.write(rest) :]
+        unwritten = memoryview(data)
+        while unwritten:
+            unwritten = unwritten[self._file.write(unwritten) :]
 
 
 def _hash_for_fawkes(event: BlockWrite) -> bytes:

@@ -46,7 +46,7 @@ def convert_bblogger(run: Run, path: Path) -> list[str] | None:
         return None
     files = run.runs()
     if path.suffix == _SUFFIX and len(files) != 1:
-        raise _several(path)
+        raise _several_interfaces(path)
     notes = list(run.notes)
     if path.suffix != _SUFFIX:
         _make_folder(path)
@@ -73,7 +73,7 @@ class CsvWriter(RunWriter):
         self._scenario = "run"
         self._start_us: int | None = None
         self._files: dict[str, _CsvFile] = {}
-        self._unknown: dict[str, str] = {}
+        self._left_out: dict[str, str] = {}
         if self._single:
             _open(path).close()
         else:
@@ -82,7 +82,7 @@ class CsvWriter(RunWriter):
     @property
     def notes(self) -> list[str]:
         """Notes for the user about interfaces that were left out."""
-        return [f"{uid}: left out: {reason}" for uid, reason in self._unknown.items()]
+        return [f"{uid}: left out: {reason}" for uid, reason in self._left_out.items()]
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
         return frozenset({InterfaceWrite})
@@ -93,7 +93,7 @@ class CsvWriter(RunWriter):
 
     def write(self, event: Event) -> None:
         """Write a row; the first write of an interface creates its file."""
-        if not isinstance(event, InterfaceWrite) or event.uid in self._unknown:
+        if not isinstance(event, InterfaceWrite) or event.uid in self._left_out:
             return
         if self._start_us is None:
             self._start_us = event.time_us
@@ -102,7 +102,7 @@ class CsvWriter(RunWriter):
             try:
                 file = self._create_file(event.uid)
             except InterfaceError as error:
-                self._unknown[event.uid] = error.message
+                self._left_out[event.uid] = error.message
                 return
             self._files[event.uid] = file
         file.write(event.time_us - self._start_us, event.values)
@@ -112,7 +112,7 @@ class CsvWriter(RunWriter):
         schema = self._registry.schema(uid.partition("::")[0])
         if self._single:
             if self._files:
-                raise _several(self._path)
+                raise _several_interfaces(self._path)
             return _CsvFile(self._path, schema)
         name = Path(file_name(self._scenario, uid, self._start_us or 0)).with_suffix(_SUFFIX)
         return _CsvFile(self._path / name, schema)
@@ -191,6 +191,7 @@ def _text_bytes(field: bytes) -> bytes:
 
 def _time(since_us: int) -> bytes:
     """Return microseconds as seconds, rounded as in Fawkes."""
+    # Fawkes adds two doubles, which rounds differently from one division
     seconds, microseconds = divmod(since_us, MICROSECONDS)
     return b"%f" % (seconds + microseconds / MICROSECONDS)
 
@@ -220,7 +221,7 @@ def _scenario_name(metadata: Mapping[str, str]) -> str:
     return fit_text(name, _NAME_SIZE).decode("utf-8", "surrogateescape")
 
 
-def _several(path: Path) -> TraceError:
+def _several_interfaces(path: Path) -> TraceError:
     return TraceError(
         "the run has several interfaces, or none", file=path, hint="name a folder: each gets a file in it"
     )

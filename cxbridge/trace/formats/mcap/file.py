@@ -66,7 +66,7 @@ class McapFile:
 
     def __init__(self, file: IO[bytes], profile: str, library: str) -> None:
         self._file = file
-        self._at = 0
+        self._offset = 0
         self._schemas: dict[int, bytes] = {0: b""}  # 0 stands for channels without a schema
         self._channels: dict[int, bytes] = {}
         self._chunk = bytearray()
@@ -78,13 +78,13 @@ class McapFile:
         self._metadata_index: list[bytes] = []
         self._append(mcap.MAGIC, _record(mcap.HEADER, _text(profile), _text(library)))
 
-    def _append(self, *parts: bytes | bytearray) -> int:
+    def _append(self, *pieces: bytes | bytearray) -> int:
         """Write data to the file; return their offset."""
-        at = self._at
-        for part in parts:
-            self._file.write(part)
-            self._at += len(part)
-        return at
+        offset = self._offset
+        for piece in pieces:
+            self._file.write(piece)
+            self._offset += len(piece)
+        return offset
 
     def add_schema(self, name: str, encoding: str, data: bytes) -> int:
         """Write a schema; return its number."""
@@ -102,9 +102,9 @@ class McapFile:
         self._counts[number] = 0
         return number
 
-    def _define(self, known: dict[int, bytes], number: int, record: bytes) -> None:
+    def _define(self, definitions: dict[int, bytes], number: int, record: bytes) -> None:
         """Write a schema or channel, and keep it for the summary."""
-        known[number] = record
+        definitions[number] = record
         self._chunk += record
 
     def add_messages(self, messages: Iterable[tuple[int, int, bytes]]) -> None:
@@ -115,6 +115,7 @@ class McapFile:
         """
         pack, chunk, indexes = _MESSAGE.pack, self._chunk, self._index
         for channel, time_ns, data in messages:
+            # the clock of a robot may be wrong; struct refuses such a number
             if not 0 <= time_ns <= _LATEST:
                 time_ns = max(0, min(time_ns, _LATEST))  # noqa: PLW2901 - it is the time
             index = indexes[channel]
@@ -138,8 +139,8 @@ class McapFile:
         )
 
     def _put_indexed(self, record: bytes, index: list[bytes], kind: int, *entry: bytes) -> None:
-        place = struct.pack("<QQ", self._append(record), len(record))
-        index.append(_record(kind, place, *entry))
+        position = struct.pack("<QQ", self._append(record), len(record))
+        index.append(_record(kind, position, *entry))
 
     def copy_record(self, kind: int, content: bytes) -> None:
         """Write a record of another file with its numbers of schemas and channels.
@@ -166,11 +167,11 @@ class McapFile:
                     self._chunk += record
             case mcap.METADATA:
                 fields.text()
-                self._put_indexed(record, self._metadata_index, _METADATA_INDEX, content[: fields.at])
+                self._put_indexed(record, self._metadata_index, _METADATA_INDEX, content[: fields.offset])
             case mcap.ATTACHMENT:
                 times, _ = content[:16], (fields.long(), fields.long())
                 fields.text(), fields.text()
-                names = content[16 : fields.at]
+                names = content[16 : fields.offset]
                 size = struct.pack("<Q", fields.long())
                 self._put_indexed(record, self._attachment_index, _ATTACHMENT_INDEX, times, size, names)
         if len(self._chunk) >= CHUNK_SIZE:
@@ -193,9 +194,9 @@ class McapFile:
             self._counts[channel] += len(index) // 2
         if times:
             self._earliest, self._latest = min(self._earliest, start), max(self._latest, end)
-        at = self._append(mcap.HEAD.pack(mcap.CHUNK, size), head, chunk)
-        index_at = self._at
-        places = [
+        chunk_offset = self._append(mcap.HEAD.pack(mcap.CHUNK, size), head, chunk)
+        index_offset = self._offset
+        index_positions = [
             struct.pack(
                 "<HQ",
                 channel,
@@ -206,9 +207,9 @@ class McapFile:
         self._chunk_index.append(
             _record(
                 _CHUNK_INDEX,
-                struct.pack("<QQQQ", start, end, at, mcap.HEAD.size + size),
-                _block(b"".join(places)),
-                struct.pack("<Q", self._at - index_at),
+                struct.pack("<QQQQ", start, end, chunk_offset, mcap.HEAD.size + size),
+                _block(b"".join(index_positions)),
+                struct.pack("<Q", self._offset - index_offset),
                 _text(""),
                 struct.pack("<QQ", len(chunk), len(chunk)),
             )
@@ -218,7 +219,8 @@ class McapFile:
         """Write the last chunk, and the summary with the indexes."""
         self.finish_chunk()
         self._append(_record(_DATA_END, struct.pack("<I", 0)))
-        start, summary, offsets = self._at, bytearray(), bytearray()
+        start, summary, offsets = self._offset, bytearray(), bytearray()
+        # the order of the groups is free, but readers expect schemas before channels
         for kind, records in (
             (mcap.SCHEMA, [*self._schemas.values()][1:]),
             (mcap.CHANNEL, [*self._channels.values()]),
@@ -229,11 +231,12 @@ class McapFile:
         ):
             if records:
                 group = b"".join(records)
-                place = struct.pack("<BQQ", kind, start + len(summary), len(group))
-                offsets += _record(_SUMMARY_OFFSET, place)
+                position = struct.pack("<BQQ", kind, start + len(summary), len(group))
+                offsets += _record(_SUMMARY_OFFSET, position)
                 summary += group
         footer = struct.pack("<QQ", start, start + len(summary))
         head = mcap.HEAD.pack(mcap.FOOTER, len(footer) + 4)
+        # mcap: the checksum of the summary, and of the footer up to this checksum
         crc = zlib.crc32(footer, zlib.crc32(head, zlib.crc32(offsets, zlib.crc32(summary))))
         self._append(summary, offsets, head, footer, struct.pack("<I", crc), mcap.MAGIC)
 

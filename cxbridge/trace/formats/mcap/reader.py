@@ -42,34 +42,34 @@ class McapRun(Run):
         """Yield the events of some types in the order of the file, and decode only these."""
         channels = _Channels(types)
         unpack, size_of_head = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
-        found = False
-        with self._opened() as file, self._knowing_events(), self._noting():
+        has_messages = False
+        with self._opened() as file, self._checking_events(), self._noting_damage():
             for block in self._blocks(file):
-                at, end = 0, len(block)
-                while at + size_of_head <= end:
-                    kind, size, channel = unpack(block, at)
-                    start = at + mcap.HEAD.size
-                    at = start + size
-                    if at > end:
+                offset, end = 0, len(block)
+                while offset + size_of_head <= end:
+                    kind, size, channel = unpack(block, offset)
+                    start = offset + mcap.HEAD.size
+                    offset = start + size
+                    if offset > end:
                         break
                     if kind == mcap.MESSAGE:
-                        found = True
+                        has_messages = True
                         decode = channels.decoders.get(channel)
                         if decode is not None:
-                            yield decode(block[start + _MESSAGE_FIELDS : at])
+                            yield decode(block[start + _MESSAGE_FIELDS : offset])
                     elif kind in (mcap.SCHEMA, mcap.CHANNEL):
-                        channels.take(kind, block[start:at])
+                        channels.take(kind, block[start:offset])
                     else:
                         break
-        if self.notes and not found:
+        if self.notes and not has_messages:
             raise TraceError("damaged or cut off before the first event", file=self.path)
 
     def metadata(self) -> Mapping[str, str]:
         """Return the values of the metadata records; later ones replace earlier ones."""
-        found: dict[str, str] = {}
+        values: dict[str, str] = {}
         for record in self._metadata(METADATA_NAME):
-            found.update(record)
-        return found
+            values.update(record)
+        return values
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
         return self._metadata(SOURCE_NAME)
@@ -78,7 +78,7 @@ class McapRun(Run):
         """Yield the attached files."""
         with self._opened() as file:
             for record in self._records(file, mcap.ATTACHMENT):
-                with self._noting():
+                with self._noting_damage():
                     stored = mcap.attachment_at(file, record)
                     yield StoredFile(
                         stored.name,
@@ -99,13 +99,13 @@ class McapRun(Run):
     def _metadata(self, name: str) -> Iterator[dict[str, str]]:
         with self._opened() as file:
             for record in self._records(file, mcap.METADATA):
-                with self._noting():
+                with self._noting_damage():
                     fields = Fields(mcap.content(file, record))
                     if fields.text() == name:
                         yield fields.map()
 
     @contextmanager
-    def _knowing_events(self) -> Iterator[None]:
+    def _checking_events(self) -> Iterator[None]:
         """Raise `TraceError` for messages that are not events."""
         try:
             yield
@@ -121,28 +121,28 @@ class McapRun(Run):
         for record in self._records(file, mcap.CHUNK, mcap.SCHEMA, mcap.CHANNEL, mcap.MESSAGE):
             try:
                 if record.kind == mcap.CHUNK:
-                    yield mcap.chunk_records(_available_content(file, record), whole=record.whole)
+                    yield mcap.chunk_records(_available_content(file, record), is_complete=record.is_complete)
                 else:
                     yield mcap.HEAD.pack(record.kind, record.size) + mcap.content(file, record)
             except DamageError as error:
-                self._damaged(error)
+                self._note_damage(error)
                 return
 
     def _records(self, file: IO[bytes], *kinds: int) -> Iterator[Record]:
         """Yield the intact records of some kinds, and a truncated chunk."""
-        first = True
-        with self._noting():
+        is_first = True
+        with self._noting_damage():
             for record in mcap.walk(file):
-                if first:
+                if is_first:
                     self._check_header(file, record)
-                    first = False
-                if record.kind in kinds and (record.whole or record.kind == mcap.CHUNK):
+                    is_first = False
+                if record.kind in kinds and (record.is_complete or record.kind == mcap.CHUNK):
                     yield record
 
     def _check_header(self, file: IO[bytes], record: Record) -> None:
         if record.kind != mcap.HEADER:
             raise DamageError("it does not begin with a header")
-        if record.whole and Fields(mcap.content(file, record)).text() != PROFILE:
+        if record.is_complete and Fields(mcap.content(file, record)).text() != PROFILE:
             raise TraceError("an mcap file, but not a run recorded by cxbridge", file=self.path)
 
     @contextmanager
@@ -152,14 +152,14 @@ class McapRun(Run):
             yield file
 
     @contextmanager
-    def _noting(self) -> Iterator[None]:
+    def _noting_damage(self) -> Iterator[None]:
         """Record a damage as a note and continue."""
         try:
             yield
         except DamageError as error:
-            self._damaged(error)
+            self._note_damage(error)
 
-    def _damaged(self, error: DamageError) -> None:
+    def _note_damage(self, error: DamageError) -> None:
         self.note(f"damaged or cut off: {error}; read up to there")
 
 
@@ -189,7 +189,7 @@ class _Channels:
 
 def _available_content(file: IO[bytes], record: Record) -> bytes:
     """Return the content of a record, or the existing part of it."""
-    if record.whole:
+    if record.is_complete:
         return mcap.content(file, record)
     file.seek(record.start)
     return file.read(mcap.MAX_RECORD)

@@ -55,13 +55,13 @@ class Record(Struct, frozen=True):
     :param kind: one of the constants above.
     :param start: the offset of its content.
     :param size: bytes of its content.
-    :param whole: whether the file contains all of it.
+    :param is_complete: whether the file contains all of it.
     """
 
     kind: int
     start: int
     size: int
-    whole: bool
+    is_complete: bool
 
 
 def walk(file: IO[bytes]) -> Iterator[Record]:
@@ -83,9 +83,9 @@ def walk(file: IO[bytes]) -> Iterator[Record]:
         start = at + HEAD.size
         at = start + size
         if at > os.fstat(file.fileno()).st_size:
-            yield Record(kind, start, size, whole=False)
+            yield Record(kind, start, size, is_complete=False)
             raise DamageError("the file ends too early")
-        yield Record(kind, start, size, whole=True)
+        yield Record(kind, start, size, is_complete=True)
         if kind == FOOTER:
             return
 
@@ -114,7 +114,7 @@ class Fields:
 
     def __init__(self, data: bytes) -> None:
         self._data = data
-        self.at = 0
+        self.offset = 0
         """The offset of the next field."""
 
     def short(self) -> int:
@@ -138,19 +138,19 @@ class Fields:
 
     def map(self) -> dict[str, str]:
         """Return a map of texts."""
-        end = self.number() + self.at
-        found = {}
-        while self.at < end:
+        end = self.number() + self.offset
+        values = {}
+        while self.offset < end:
             key = self.text()
-            found[key] = self.text()
-        return found
+            values[key] = self.text()
+        return values
 
     def _next_bytes(self, size: int) -> bytes:
-        end = self.at + size
+        end = self.offset + size
         if end > len(self._data):
             raise DamageError("a record that ends too early")
-        piece = self._data[self.at : end]
-        self.at = end
+        piece = self._data[self.offset : end]
+        self.offset = end
         return piece
 
 
@@ -178,7 +178,7 @@ def attachment_at(file: IO[bytes], record: Record) -> StoredAttachment:
     fields = Fields(file.read(min(record.size, _LONGEST_NAMES)))
     time_ns, _ = fields.long(), fields.long()
     name, media_type, size = fields.text(), fields.text(), fields.long()
-    start = record.start + fields.at
+    start = record.start + fields.offset
     if start + size + _CRC.size != record.start + record.size:
         raise DamageError("an attachment of another size than it says")
     return StoredAttachment(name, media_type, time_ns, start, size)
@@ -196,10 +196,10 @@ def attachment_data(file: IO[bytes], stored: StoredAttachment, record: Record) -
     return data[stored.start - record.start : -_CRC.size]
 
 
-def chunk_records(data: bytes, *, whole: bool) -> bytes:
+def chunk_records(data: bytes, *, is_complete: bool) -> bytes:
     """Return the records within a chunk.
 
-    :param whole: whether the data are complete.
+    :param is_complete: whether the data are complete.
     :raises DamageError: if they are damaged or too large, or have an unknown compression.
     """
     fields = Fields(data)
@@ -207,8 +207,8 @@ def chunk_records(data: bytes, *, whole: bool) -> bytes:
     size, crc, packing, _ = fields.long(), fields.number(), fields.text(), fields.long()
     if size > MAX_RECORD:
         raise DamageError("a chunk that is too large")
-    packed = data[fields.at :]
-    if not whole:
+    packed = data[fields.offset :]
+    if not is_complete:
         return b"" if packing else packed
     records = _unpacked(packing, packed, size)
     if len(records) != size or (crc and crc != zlib.crc32(records)):

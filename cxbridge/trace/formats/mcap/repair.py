@@ -32,8 +32,9 @@ def examine_mcap(path: Path) -> tuple[list[str], Callable[[Path], None]]:
 
     :raises TraceError: if nothing can be read.
     """
-    with open(os.devnull, "wb") as nothing:  # noqa: PTH123 - no path of a file
-        problems = _copy(path, nothing)
+    # a dry run: the copy tells the damage
+    with open(os.devnull, "wb") as null_device:  # noqa: PTH123 - no path of a file
+        problems = _copy(path, null_device)
 
     def write(target: Path) -> None:
         with target.open("wb") as file:
@@ -51,14 +52,14 @@ def _copy(source: Path, target: IO[bytes]) -> list[str]:
         try:
             for record in walk(file):
                 try:
-                    for kind, data in _parts(file, record):
+                    for kind, data in _records_of(file, record):
                         if copy is None:
                             profile = Fields(data).text() if kind == HEADER else ""
                             copy = McapFile(target, profile, f"cxbridge {VERSION}")
                         copy.copy_record(kind, data)
                 except DamageError:
                     left_out += 1
-                if record.kind == FOOTER and record.whole:
+                if record.kind == FOOTER and record.is_complete:
                     file.seek(record.start + record.size)
                     ended = file.read(len(MAGIC)) == MAGIC
         except DamageError:
@@ -72,18 +73,18 @@ def _copy(source: Path, target: IO[bytes]) -> list[str]:
     return problems
 
 
-def _parts(file: IO[bytes], record: Record) -> Iterator[tuple[int, bytes]]:
+def _records_of(file: IO[bytes], record: Record) -> Iterator[tuple[int, bytes]]:
     """Yield a record, or those within a chunk; of a truncated chunk its complete records."""
     if record.kind != CHUNK:
-        if record.whole:
+        if record.is_complete:
             yield record.kind, content(file, record)
         return
     file.seek(record.start)
-    data = chunk_records(file.read(min(record.size, MAX_RECORD)), whole=record.whole)
-    at = 0
-    while at + HEAD.size <= len(data):
-        kind, size = HEAD.unpack_from(data, at)
-        at += HEAD.size
-        if at + size <= len(data):
-            yield kind, data[at : at + size]
-        at += size
+    data = chunk_records(file.read(min(record.size, MAX_RECORD)), is_complete=record.is_complete)
+    offset = 0
+    while offset + HEAD.size <= len(data):
+        kind, size = HEAD.unpack_from(data, offset)
+        offset += HEAD.size
+        if offset + size <= len(data):
+            yield kind, data[offset : offset + size]
+        offset += size
