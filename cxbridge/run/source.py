@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.run.options import RunOptions
     from cxbridge.skiller.board.executor import SkillExecutor
-    from cxbridge.skiller.board.policy import BoardPolicy
+    from cxbridge.skiller.board.master import BoardPolicy
     from cxbridge.skiller.board.settings import BoardSettings
 
 SOURCES: Final[Table[Callable[[RunOptions], Source]]] = Table(

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.blackboard.errors import BlackBoardError, NoWriterError
 from cxbridge.skiller.board.delivery import Sender
-from cxbridge.skiller.board.master import Master, Timeouts
-from cxbridge.skiller.board.policy import BoardPolicy
+from cxbridge.skiller.board.master import BoardPolicy, Master, Timeouts
 from cxbridge.skiller.board.protocol import (
     BOARD_TYPE,
     DEFAULT_BOARD,
@@ -129,6 +128,10 @@ class SkillBoard:
                 self._ask_first(master)
         self._fresh[master.number] = master
         return master
+
+    def master(self, number: int) -> Master | None:
+        """Return the master of a running action, or None."""
+        return self._masters.get(number)
 
     def cancel(self, master: Master) -> bool:
         """Cancel an action; return whether it was running."""

@@ -30,9 +30,7 @@ def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
     :param folder: the base of a relative file.
     :raises SkillError: if the class is missing or not an executor, with file and line.
     """
-    module_name, colon, name = target.rpartition(":")
-    if not colon or not module_name or not name:
-        raise SkillError(f"'{target}' names no class of an executor", hint=CLASS_FORM)
+    module_name, name = split_target(target)
     module = _load_file(folder / module_name) if module_name.endswith(".py") else _load_module(module_name)
     kind = getattr(module, name, None)
     if not isinstance(kind, type) or not issubclass(kind, SkillExecutor):
@@ -42,6 +40,17 @@ def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
             hint=f"it has: {', '.join(executors) or 'no SkillExecutor'}",
         )
     return checked_executor(kind)
+
+
+def split_target(target: str) -> tuple[str, str]:
+    """Return the module or file of a target, and the class.
+
+    :raises SkillError: if the target has another form.
+    """
+    module_name, _, name = target.rpartition(":")
+    if not module_name or not name:
+        raise SkillError(f"'{target}' names no class of an executor", hint=CLASS_FORM)
+    return module_name, name
 
 
 def checked_executor(kind: type[SkillExecutor]) -> type[SkillExecutor]:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus
     from cxbridge.skiller.board.executor import Execution
-    from cxbridge.skiller.board.policy import BoardPolicy
+    from cxbridge.skiller.board.master import BoardPolicy
     from cxbridge.skiller.board.settings import BoardSettings
 
 LOG_COMPONENT = "SkillBoardSkiller"
@@ -76,7 +76,6 @@ class LocalSkillCalls:
 
     def __init__(self, skills: SkillBoard) -> None:
         self._skills = skills
-        self._open: dict[int, Master] = {}
 
     @property
     def version(self) -> int:
@@ -101,7 +100,7 @@ class LocalSkillCalls:
         :param name: the display name of the master.
         :raises SkillError: if names or parameters do not fit into messages.
         """
-        return self._request_skill(SkillCall(skill, agent, parameters, name), on_change)
+        return self._skills.request(SkillCall(skill, agent, parameters, name), on_change)
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
         """Request a skill string with one call.
@@ -111,23 +110,12 @@ class LocalSkillCalls:
         calls = calls_of(skill_string, agent)
         if len(calls) != 1:
             raise SkillError(f"the skill string '{skill_string}' has {len(calls)} calls, expected one")
-        return self._request_skill(calls[0], on_change)
+        return self._skills.request(calls[0], on_change)
 
     def stop(self, number: int) -> bool:
         """Cancel an action; return whether it was running."""
-        master = self._open.get(number)
+        master = self._skills.master(number)
         return master is not None and self._skills.cancel(master)
-
-    def _request_skill(self, call: SkillCall, on_change: Callable[[Master], None]) -> Master:
-        def changed(master: Master) -> None:
-            if master.is_over:
-                self._open.pop(master.number, None)
-            on_change(master)
-
-        master = self._skills.request(call, changed)
-        if not master.is_over:
-            self._open[master.number] = master
-        return master
 
 
 def calls_of(text: str, agent: str) -> list[SkillCall]:

@@ -1,6 +1,6 @@
 """The skills of an executor class, read from its text without executing it.
 
-:mod:`.loading` imports the class for a run. Both report the same errors, as far as the text shows them.
+:mod:`.executor` imports the class for a run. Both report the same errors, as far as the text shows them.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import SkillError
-from cxbridge.skiller.board.executor import CLASS_FORM
+from cxbridge.skiller.board.executor import CLASS_FORM, split_target
 
 # Names of the base class of all executors.
 _BASES: Final = frozenset({"SkillExecutor", "Skill"})
@@ -29,9 +29,7 @@ def written_skills(target: str, folder: Path) -> tuple[str, ...] | None:
     :param folder: the base of a relative file.
     :raises SkillError: if the class is missing or not an executor, with file and line.
     """
-    module_name, colon, name = target.rpartition(":")
-    if not colon or not module_name or not name:
-        raise SkillError(f"'{target}' names no class of an executor", hint=CLASS_FORM)
+    module_name, name = split_target(target)
     file = folder / module_name if module_name.endswith(".py") else _file_of_module(module_name)
     if file is None:
         return None

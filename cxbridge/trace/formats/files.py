@@ -6,7 +6,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -32,28 +32,28 @@ def files_starting(folder: Path, pattern: str, size: int, starts_well: Callable[
     return files
 
 
-@contextmanager
-def reading(path: Path) -> Iterator[None]:
+def reading(path: Path) -> AbstractContextManager[None]:
     """Raise `TraceError` with the file instead of an OSError while reading.
 
     :raises TraceError: if the file cannot be read.
     """
-    try:
-        yield
-    except OSError as error:
-        raise TraceError(f"cannot be read: {error.strerror}", file=path) from error
+    return _errors_of(path, "read")
 
 
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
+def writing(path: Path) -> AbstractContextManager[None]:
     """Raise `TraceError` with the file instead of an OSError while writing.
 
     :raises TraceError: if the file cannot be written.
     """
+    return _errors_of(path, "written")
+
+
+@contextmanager
+def _errors_of(path: Path, participle: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise TraceError(f"cannot be written: {error.strerror}", file=path) from error
+        raise TraceError(f"cannot be {participle}: {error.strerror}", file=path) from error
 
 
 def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:

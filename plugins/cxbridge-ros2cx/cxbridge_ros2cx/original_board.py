@@ -10,8 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.history.exchange import MAPPED_ACTION
-from cxbridge.skiller.board.master import Master
-from cxbridge.skiller.board.policy import BoardPolicy
+from cxbridge.skiller.board.master import BoardPolicy, Master
 from cxbridge.skiller.board.protocol import MasterState, SkillOutcome
 from cxbridge.skiller.board.settings import TREE, BoardSettings
 from cxbridge_ros2cx.settings import Ros2CxSettings

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.executive.executive import Executive
     from cxbridge.run.agent import Run
-    from cxbridge.skiller.board.policy import BoardPolicy
+    from cxbridge.skiller.board.master import BoardPolicy
     from cxbridge.skiller.board.service import SkillBoardService
 
 # Configurations for `--config NAME` on top of a checkout's parameters.

@@ -8,8 +8,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, initialize, invariant, rule
 
-from cxbridge.skiller.board.master import Master, Timeouts
-from cxbridge.skiller.board.policy import BoardPolicy
+from cxbridge.skiller.board.master import BoardPolicy, Master, Timeouts
 from cxbridge.skiller.board.protocol import ExecutorState, MasterState, Ticket
 from tests.skiller.board.rig import Puppet, Rig, call
 from tests.support import many
