@@ -5,10 +5,10 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
-from enum import Enum
+from functools import partial
 from typing import Final
 from uuid import UUID
 
@@ -28,16 +28,6 @@ COMPONENT: Final = "Recorder"
 Key = tuple[str, str]
 
 
-class _Task(Enum):
-    """The tasks of :meth:`WriteForwarder.poll` for one or all interfaces."""
-
-    CREATED = 1
-    CHECK = 2
-    SURVEY = 3
-    WAKE = 4
-
-
-_ALL: Final = ("", "")
 _RECHECK_S: Final = 5.0  # seconds after a reconnection in which interfaces reappear
 _STAMP_LIMIT: Final = 1 << 53  # microseconds; larger values are not times and exceed the range of mcap
 
@@ -88,7 +78,7 @@ class WriteForwarder(Listener, Observer):
         self._patterns: Final = tuple(patterns)
         self._bus: Final = bus
         self._log: Final = bus.logger(COMPONENT)
-        self._tasks: queue.SimpleQueue[tuple[_Task, Key]] = queue.SimpleQueue()
+        self._tasks: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()  # of `poll`
         self._lock = threading.Lock()  # guards the publishing of events and the copies of the instances
         self._followed: dict[Key, _Followed] = {}
         self._opened_before: set[Key] = set()
@@ -113,10 +103,12 @@ class WriteForwarder(Listener, Observer):
 
     def poll(self, timeout: float) -> None:
         """Open new interfaces and close unused ones, until ``timeout`` seconds pass without an event."""
+        # listeners are called in any thread, often with locks of the blackboard, where no interface may be
+        # opened
         with suppress(queue.Empty):  # no task for ``timeout`` seconds
-            self._handle(*self._tasks.get(timeout=timeout))
+            self._tasks.get(timeout=timeout)()
             while True:
-                self._handle(*self._tasks.get_nowait())
+                self._tasks.get_nowait()()
         if self._recheck_s is not None and time.monotonic() >= self._recheck_s:
             self._recheck_s = None
             for key in tuple(self._followed):
@@ -124,7 +116,7 @@ class WriteForwarder(Listener, Observer):
 
     def wake(self) -> None:
         """Make `poll` return; callable from any thread and from signal handlers."""
-        self._tasks.put((_Task.WAKE, _ALL))
+        self._tasks.put(lambda: None)
 
     def close(self) -> None:
         """Publish the writes received so far, and close the instances."""
@@ -143,13 +135,11 @@ class WriteForwarder(Listener, Observer):
                 followed.instance.close()
         self._followed.clear()
 
-    def _handle(self, task: _Task, key: Key) -> None:
-        if task is _Task.SURVEY:
-            self._recheck_s = time.monotonic() + _RECHECK_S
-            with suppress(BlackBoardError):  # the connection is lost again
-                self._survey(is_later=True)
-        elif task is not _Task.WAKE:
-            self._check(key, created=task is _Task.CREATED)
+    def _survey_again(self) -> None:
+        """Open the interfaces that appeared while there was no connection."""
+        self._recheck_s = time.monotonic() + _RECHECK_S
+        with suppress(BlackBoardError):  # the connection is lost again
+            self._survey(is_later=True)
 
     def _survey(self, *, is_later: bool) -> None:
         """Open all matching interfaces that are not open."""
@@ -157,7 +147,7 @@ class WriteForwarder(Listener, Observer):
             for info in self._board.list(pattern.type_glob, pattern.id_glob):
                 self._open(info.type, info.id, is_later=is_later)
 
-    def _check(self, key: Key, *, created: bool = False) -> None:
+    def _check(self, key: Key, *, is_new: bool = False) -> None:
         """Open a new interface, or close an interface that only this process has open.
 
         Without a connection, and shortly after its return, the check is postponed, because interfaces
@@ -173,7 +163,7 @@ class WriteForwarder(Listener, Observer):
                 self._close(key)
             if self._board.list(escaped(key[0]), escaped(key[1])):
                 self._open(*key, is_later=True)
-            elif created and key not in self._opened_before:
+            elif is_new and key not in self._opened_before:
                 self._log.info(f"{'::'.join(key)} came and went before it could be opened")
 
     def _close(self, key: Key) -> None:
@@ -230,15 +220,15 @@ class WriteForwarder(Listener, Observer):
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
         """Schedule a check, as the interface may be unused."""
-        self._tasks.put((_Task.CHECK, (interface.type, interface.id)))
+        self._tasks.put(partial(self._check, (interface.type, interface.id)))
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         """Schedule a check, as the interface may be unused."""
-        self._tasks.put((_Task.CHECK, (interface.type, interface.id)))
+        self._tasks.put(partial(self._check, (interface.type, interface.id)))
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
         """Schedule the opening of a new interface."""
-        self._tasks.put((_Task.CREATED, (interface_type, interface_id)))
+        self._tasks.put(partial(self._check, (interface_type, interface_id), is_new=True))
 
     def _on_block_write(self, event: Event) -> None:
         """Publish a write from the blackboard's bus."""
@@ -268,7 +258,7 @@ class WriteForwarder(Listener, Observer):
             gap = Gap(start_us, time.monotonic() - since_s)
             self.gaps.append(gap)
             self._log.warn(f"A gap: the blackboard could not be heard for {gap.seconds:.2f} s")
-            self._tasks.put((_Task.SURVEY, _ALL))
+            self._tasks.put(self._survey_again)
 
     def _publish(self, schema: InterfaceSchema, uid: str, block: bytes) -> None:
         # an interface that was never written has only zeros

@@ -38,24 +38,22 @@ _DAY_US = 24 * 3600 * MICROSECONDS
 
 @dataclass(slots=True)
 class _LogEntry:
-    """An entry of the log: its first line and the following lines without time."""
+    """An entry of the log: a line with a time, and the following lines without.
+
+    :param line: the number of the first line.
+    :param size: the number of characters.
+    :param is_complete: whether the last line has its line feed.
+    """
 
     line: int
-    first_line: str
-    match: re.Match[str] | None
-    further_lines: list[str]
+    lines: list[str]
     size: int
     is_complete: bool
 
     def groups(self) -> tuple[str, ...] | None:
         """Return letter, time of day, fraction, component and text, or None if the entry is invalid."""
-        if self.match is None:
-            match_of_all = _ENTRY.match("\n".join([self.first_line, *self.further_lines]))
-            return None if match_of_all is None else match_of_all.groups()
-        if not self.further_lines:
-            return self.match.groups()
-        *stamp, text = self.match.groups()
-        return (*stamp, "\n".join([text, *self.further_lines]))
+        match = _ENTRY.match("\n".join(self.lines))
+        return None if match is None else match.groups()
 
 
 class FawkesLog(Run):
@@ -120,23 +118,22 @@ class FawkesLog(Run):
     def _entries(self) -> Iterator[_LogEntry]:
         """Join lines to entries: a line without a time continues the previous entry."""
         entry: _LogEntry | None = None
-        match_entry, match_stamp = _ENTRY.match, _STAMP.match
-        for number, text, whole in read_lines(self.path):
-            match = match_entry(text)
-            if match or match_stamp(text):
+        for number, text, is_complete in read_lines(self.path):
+            if _STAMP.match(text):
                 if entry:
                     yield entry
-                entry = _LogEntry(number, text, match, [], len(text), whole)
+                entry = _LogEntry(number, [text], len(text), is_complete)
             elif entry is None:
                 self.note(f"line {number}: text before the first entry, left out")
             else:
                 entry.size += len(text) + 1
+                # a binary file that starts like a log must not fill the memory
                 if entry.size > MAX_LINE:
                     raise TraceError(
                         f"an entry of more than {MAX_LINE >> 20} MiB", file=self.path, line=entry.line
                     )
-                entry.further_lines.append(text)
-                entry.is_complete = whole
+                entry.lines.append(text)
+                entry.is_complete = is_complete
         if entry:
             if not entry.is_complete:
                 self.note(f"line {entry.line}: the file ends within this entry")
@@ -147,8 +144,8 @@ class _Days:
     """Converts times of day to continuous times; a step back of more than half a day means midnight."""
 
     def __init__(self) -> None:
-        self._last = 0
-        self._midnight = 0
+        self._last_us = 0
+        self._midnight_us = 0
         self._clock = ""
         self._clock_us = 0
 
@@ -163,10 +160,10 @@ class _Days:
             self._clock = clock
             self._clock_us = ((int(hour) * 60 + int(minute)) * 60 + int(second)) * MICROSECONDS
         time_of_day_us = self._clock_us + int(fraction)
-        if self._last - time_of_day_us > _DAY_US // 2:
-            self._midnight += _DAY_US
-        self._last = time_of_day_us
-        return self._midnight + time_of_day_us
+        if self._last_us - time_of_day_us > _DAY_US // 2:
+            self._midnight_us += _DAY_US
+        self._last_us = time_of_day_us
+        return self._midnight_us + time_of_day_us
 
 
 @lru_cache(maxsize=256)

@@ -71,18 +71,18 @@ def walk(file: IO[bytes]) -> Iterator[Record]:
 
     :raises DamageError: if the file ends without a footer.
     """
-    at = len(MAGIC)
+    offset = len(MAGIC)
     while True:
-        file.seek(at)
+        file.seek(offset)
         head = file.read(HEAD.size)
         if len(head) < HEAD.size:
             raise DamageError("the file ends too early")
         kind, size = HEAD.unpack(head)
         if kind == 0:
             raise DamageError("a record of no kind")
-        start = at + HEAD.size
-        at = start + size
-        if at > os.fstat(file.fileno()).st_size:
+        start = offset + HEAD.size
+        offset = start + size
+        if offset > os.fstat(file.fileno()).st_size:
             yield Record(kind, start, size, is_complete=False)
             raise DamageError("the file ends too early")
         yield Record(kind, start, size, is_complete=True)
