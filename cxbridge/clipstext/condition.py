@@ -77,6 +77,7 @@ class FieldConstraint:
         :param bound: variables with a value.
         :param bind: whether to keep the binder.
         """
+        # a term whose variables have no value cannot be tested: without it the field matches more facts
         head = self.binder if bind and self.name else self.wildcard
         usable = [
             [term for term in terms if variables(term) <= bound | ({self.name} if bind else set())]
@@ -131,6 +132,7 @@ class SlotConstraint:
 
         :param bound: the variables with an earlier value.
         """
+        # a variable restricts the field if it has a value, or occurs twice in the slot
         return all(field.binder and not field.alternatives for field in self.fields) and not (
             self.binds & bound or len(self.binds) < sum(bool(field.name) for field in self.fields)
         )
@@ -242,6 +244,7 @@ class PatternCE(Struct, frozen=True, dict=True):
             elif precedes and part.binds & required:
                 fields = [f.binder if f.name in required else f.wildcard for f in part.fields]
                 texts.append(part.write(fields))
+            # the fields of an ordered fact stand at their positions, slots can be left out
             elif not part.slot:
                 texts.append(part.write([field.wildcard for field in part.fields]))
         return f"({' '.join([self.template, *texts])})"
@@ -372,6 +375,7 @@ def _field(nodes: list[SyntaxNode]) -> FieldConstraint:
     # `?x|red` tests ?x, it does not bind it
     if binder and len(nodes) > 1 and nodes[1].text == "|":
         binder = ""
+    # without the binder and the `&` after it
     constraint_nodes = nodes[2:] if binder else nodes
     alternatives: list[list[list[SyntaxNode]]] = [[[]]]
     for node in constraint_nodes:

@@ -134,6 +134,7 @@ def one_line(text: str) -> str:
     tokens: list[str] = []
     for match in TOKEN.finditer(text):
         token = " " if match.lastgroup == "blank" else match.group()
+        # no blank after an opening or before a closing parenthesis
         if token == " " and (not tokens or tokens[-1] in (" ", "(")):
             continue
         if token == ")" and tokens and tokens[-1] == " ":

@@ -57,6 +57,7 @@ def context_at_end(text: str) -> QuotingContext:
             inside = _INSIDE_QUOTES[token["quote"]].match(text, position)
             assert inside is not None
             position = inside.end()
+            # the text ends within the quotes, where a value will be inserted
             if position == len(text):
                 return QuotingContext(token["quote"])
             if text[position] == "\\":

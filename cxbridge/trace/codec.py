@@ -32,6 +32,7 @@ def encode(event: Event) -> bytes:
     event_type = type(event)
     open_fields = _open_fields[event_type] if event_type in _open_fields else _find_open_fields(event_type)
     try:
+        # most events have only texts and whole numbers, which need no look at their values
         for name in open_fields:
             value = getattr(event, name)
             if not _is_ready(value.values() if type(value) is dict else (value,)):

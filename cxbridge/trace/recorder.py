@@ -36,6 +36,7 @@ class Recorder(Closing):
         self._flush_due = 0.0
         self._outputs = [_Output(self, writer) for writer in writers]
         for output in self._outputs:
+            # one subscription a writer, so that the producers of events that no writer stores do nothing
             bus.subscribe(output.take, *output.writer.event_types(level))
 
     def describe(self, metadata: Mapping[str, str]) -> None:

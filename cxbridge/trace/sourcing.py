@@ -26,6 +26,7 @@ _TYPES: Final = {
     "xml": "application/xml",
     "lua": "text/x-lua",
 }
+# the roles of files whose order of reading matters: their attachments sort by it
 _NUMBERED: Final = frozenset({"config", "clips", "construct"})
 
 
@@ -102,6 +103,7 @@ def _attachment_name(event: SourceRead, number: int) -> str:
 
 def safe_name(text: str) -> str:
     """Return a text as part of a path, valid on any system and without special meaning."""
+    # file systems take names of 255 bytes, and a number and an ending follow
     return (_FOREIGN.sub("_", text).lstrip(".") or "_")[:200]
 
 

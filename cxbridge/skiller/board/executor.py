@@ -102,6 +102,7 @@ def _load_file(file: Path) -> Any:
     spec = importlib.util.spec_from_file_location(name, file)
     assert spec is not None
     assert spec.loader is not None
+    # before it is executed: dataclasses and pickle look for the module of a class there
     module = sys.modules[name] = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
@@ -114,6 +115,7 @@ def _load_file(file: Path) -> Any:
 
 def _line_in(error: BaseException, file: Path) -> int | None:
     line, trace = None, error.__traceback__
+    # the last line of the file itself: the error may come from a library that it calls
     while trace is not None:
         if trace.tb_frame.f_code.co_filename == str(file):
             line = trace.tb_lineno
@@ -229,6 +231,7 @@ class SkillExecutor:
         value: T = self.settings.get(name, default)
         if value is _NEEDED:
             raise ConfigError(f"{type(self).__name__} needs the setting '{name}'")
+        # YAML has 1 for 1.0
         if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
             return type(default)(value)
         if default is not _NEEDED and not isinstance(value, type(default)):

@@ -142,6 +142,7 @@ class Master:
         if self.state is MasterState.CANCELLING:
             return
         self.deadline_us = now_us + _us(self._timeouts.silence)
+        # a sign of life, without news for the caller
         if self.state is MasterState.RUNNING and (self.progress, self.feedback) == (progress, text):
             return
         self.progress, self.feedback = progress, text

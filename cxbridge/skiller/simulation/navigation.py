@@ -143,6 +143,7 @@ class NavGraphEstimator(Decider):
             x, y, heading = pose
             self._interface.translation = (x, y, 0.0)
             self._interface.rotation = (0.0, 0.0, math.sin(heading / 2), math.cos(heading / 2))
+            # the field has 31 bits, and a simulation may run for years
             self._interface.visibility_history = min(self._interface.visibility_history + 1, 2**31 - 1)
             self._interface.write()
 

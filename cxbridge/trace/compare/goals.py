@@ -127,6 +127,7 @@ class GoalForest:
         return {f"goal class {goal.goal_class}" for goal in self.goals.values()} | self.skillers.scopes
 
     def _goal(self, env: str, name: str) -> Goal:
+        # ids repeat in every event: one copy of each keeps long runs in memory
         key = (intern(env), intern(name))
         return self.goals.get(key) or self.goals.setdefault(key, Goal(key))
 
@@ -164,6 +165,7 @@ class GoalForest:
                 goal.by_plan_stem(goal.plans),
                 goal.by_plan_stem(goal.plan_details),
             )
+            # which goal an error names distinguishes siblings that did the same
             for number, step in enumerate(goal.transitions):
                 for word in step.state[2].split():
                     if mentioned := self.goals.get((key[0], word)):

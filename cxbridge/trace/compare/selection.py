@@ -74,6 +74,7 @@ def parse_pattern(text: str) -> EventPattern:
     if kind == "interface" and not field:
         uid = tests.get("uid", "")
         uid_glob, dot, field_glob = uid.rpartition(".")
+        # `interface:UID.FIELD`; a dot before `::` is in the name of a type
         if dot and "uid=" not in condition and "::" not in field_glob:
             field, tests["uid"] = field_glob, uid_glob
     elif field and kind not in {"interface", "fact"} and not fields.get(field):
@@ -89,6 +90,7 @@ def _tests(text: str, condition: str, fields: Mapping[str, str]) -> Iterator[tup
     if not re.match(r"[a-z-]+=", condition):
         yield next(iter(fields)), condition
         return
+    # a comma separates tests only before a field, because a glob may have commas
     for test in re.split(f",(?=(?:{'|'.join(fields)})=)", condition):
         name, _, glob = test.partition("=")
         if name not in fields:

@@ -59,6 +59,7 @@ def page_report(
 def _goals(a: Run, b: Run) -> dict[str, Any]:
     """Return the goals of both runs in the order of their trees."""
     histories = [RunHistory.of(run, UNLIMITED, run.start_us) for run in (a, b)]
+    # a text of transitions may have no times: then the numbers of events are the axis
     timed = all(history.end > 0 for history in histories)
     bars = [_bars(history, timed=timed) for history in histories]
     ends = [history.end / MICROSECONDS if timed else history.events for history in histories]

@@ -33,6 +33,7 @@ _GOAL = re.compile(
     r"goal (\S+) class=(\S+) sub-type=(\S+) parent=(\S+) mode=(\S+) outcome=(\S+) error=(.*)", re.DOTALL
 )
 _ACTION = re.compile(r"plan-action (\S+) goal=(\S+) plan=(\S+) action=(\S+) state=(\S+)")
+# possessive (`*+`): without it a long line that is no transition takes quadratic time
 _SKILL = re.compile(
     r'SkillerInterface(?:::((?:(?! skill=").)*+))? skill="(.*)" msgid=(\d{1,18}) status=(\S+)', re.DOTALL
 )
@@ -103,11 +104,13 @@ class TransitionsText(Run):
         for number, line, is_complete in read_lines(self.path):
             event = parse_transition(line, number if at_us is None else at_us)
             if event is not None:
+                # the details of a transition follow its line, so that it is complete at the next one
                 if pending is not None:
                     yield details.completed(pending)
                 pending = event
             elif not is_complete:
                 self.note(f"line {number}: the file ends within this line")
+            # a time holds for all transitions up to the next time
             elif match := _AT.fullmatch(line):
                 at_us = round(float(match.group(1)) * MICROSECONDS)
             elif pending is not None and (match := _DETAIL.fullmatch(from_record(line))):
@@ -181,6 +184,7 @@ class TransitionsWriter(StreamWriter):
         self._start_us = start_us
         self._time_line = ""
         with writing(path):
+            # the same bytes on every system, because golden files are compared as texts
             super().__init__(path, path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n"))
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - always the same

@@ -59,6 +59,8 @@ class ReplayPlayer:
         kind, interface_id = parse_uid(uid)
         try:
             maker = BlockMaker(self._board.registry.get(kind))
+            # the first write is tried before an interface is opened: a changed definition must not leave half
+            # a replay
             maker.make(sample.values, sample.time_us, uid)
             maker.check(sample.values, uid)
             writer = self._board.open_for_writing(kind, interface_id, owner=OWNER)

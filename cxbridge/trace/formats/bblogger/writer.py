@@ -136,6 +136,7 @@ class _InterfaceFile:
         :raises TraceError: if it cannot be written, as on a full disk; it is then not counted.
         """
         with writing(self._path):
+            # 0 means unknown: readers of the running recording must not count on an old number
             if self._settled:
                 self._write_at(pack_count(0), COUNT_OFFSET)
                 self._settled = False
@@ -164,6 +165,7 @@ class _InterfaceFile:
     def _write_at(self, data: bytes, offset: int) -> None:
         self._file.seek(offset)
         unwritten = memoryview(data)
+        # an unbuffered file may write only a part of the data
         while unwritten:
             unwritten = unwritten[self._file.write(unwritten) :]
 

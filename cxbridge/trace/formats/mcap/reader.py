@@ -47,6 +47,7 @@ class McapRun(Run):
             for block in self._blocks(file):
                 offset, end = 0, len(block)
                 while offset + size_of_head <= end:
+                    # with the channel, so that the messages of other types are skipped without a further look
                     kind, size, channel = unpack(block, offset)
                     start = offset + mcap.HEAD.size
                     offset = start + size
@@ -179,6 +180,7 @@ class _Channels:
         number = fields.short()
         if kind == mcap.SCHEMA:
             event_type = self._wanted.get(fields.text())
+            # chunks may repeat schemas and channels
             if event_type is not None and number not in self._by_schema:
                 self._by_schema[number] = decoder(event_type)
         else:

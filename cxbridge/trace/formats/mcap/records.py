@@ -73,11 +73,13 @@ def walk(file: IO[bytes]) -> Iterator[Record]:
     """
     offset = len(MAGIC)
     while True:
+        # callers read contents between two records
         file.seek(offset)
         head = file.read(HEAD.size)
         if len(head) < HEAD.size:
             raise DamageError("the file ends too early")
         kind, size = HEAD.unpack(head)
+        # a file system may fill the end of a file with zeros after a power failure
         if kind == 0:
             raise DamageError("a record of no kind")
         start = offset + HEAD.size

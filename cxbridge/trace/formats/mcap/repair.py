@@ -53,6 +53,7 @@ def _copy(source: Path, target: IO[bytes]) -> list[str]:
             for record in walk(file):
                 try:
                     for kind, data in _records_of(file, record):
+                        # the first record has the profile, which the header of the copy repeats
                         if copy is None:
                             profile = Fields(data).text() if kind == HEADER else ""
                             copy = McapFile(target, profile, f"cxbridge {VERSION}")
