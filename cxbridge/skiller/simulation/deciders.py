@@ -39,7 +39,7 @@ class Outcome:
     def failed(self) -> bool:
         return self.status is not Status.S_FINAL
 
-    def after(self, usual: Outcome) -> Outcome:
+    def with_duration_of(self, usual: Outcome) -> Outcome:
         """Return this outcome with another's duration; a success becomes the other outcome."""
         seconds = None if usual.seconds is None else usual.seconds * self.share
         then = self.then or usual.then
@@ -94,7 +94,9 @@ class Deciders:
             outcome = decider.decide(call)
             if outcome is None:
                 continue
-            decision = Decision(decider, outcome if decision is None else decision.outcome.after(outcome))
+            decision = Decision(
+                decider, outcome if decision is None else decision.outcome.with_duration_of(outcome)
+            )
             if decision.outcome.seconds is not None:
                 break
         return decision

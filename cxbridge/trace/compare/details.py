@@ -33,27 +33,27 @@ class DetailChanges:
         missing = self._missing.get(type(event), ())
         recorded = tuple("" if name in missing else getattr(event, name) for name in kind.details)
         subject = (kind.name, *(getattr(event, name) for name in kind.subject))
-        last = self._last.get(subject)
-        if last is not None and last[0] == recorded:
+        former = self._last.get(subject)
+        if former is not None and former[0] == recorded:
             return ("",) * len(recorded)
         details = tuple(without_times(without_times_of_day(value, event.time_us)) for value in recorded)
         self._last[subject] = (recorded, details)
-        if last is None:
+        if former is None:
             return details
-        return tuple("" if new == old else new for new, old in zip(details, last[1], strict=True))
+        return tuple("" if new == old else new for new, old in zip(details, former[1], strict=True))
 
 
 def missing_details(runs: Sequence[Run]) -> MissingDetails:
     """Return the details that the first event of each type lacks in at least one of the runs."""
     missing: dict[type[Event], frozenset[str]] = {}
     for run in runs:
-        seen: set[type[Event]] = set()
+        examined: set[type[Event]] = set()
         for event in run.select(*DETAILED):
             kind = type(event)
-            if kind not in seen:
-                seen.add(kind)
+            if kind not in examined:
+                examined.add(kind)
                 empty = frozenset(name for name in event.KIND.details if not getattr(event, name))
                 missing[kind] = missing.get(kind, frozenset()) | empty
-                if len(seen) == len(DETAILED):
+                if len(examined) == len(DETAILED):
                     break
     return missing

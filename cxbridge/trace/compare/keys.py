@@ -55,7 +55,7 @@ class KeyForm:
         or plan.
     :param subject: the subject as a format string, with the event as ``{0}``.
     :param scope: the noun and index of the part that distinguishes scenarios.
-    :param named: the attributes with names that differ between runs.
+    :param name_attributes: the attributes with names that differ between runs.
     :param details: the last parts, which may also contain fact indices and absolute times.
     """
 
@@ -64,7 +64,7 @@ class KeyForm:
     thread: int
     subject: str
     scope: tuple[str, int]
-    named: frozenset[str] = frozenset()
+    name_attributes: frozenset[str] = frozenset()
     details: tuple[tuple[str, str], ...] = ()
 
 
@@ -84,7 +84,7 @@ FORMS: Final[Mapping[type[Event], KeyForm]] = {
         thread=3,
         subject="goal {0.goal} of class {0.goal_class}",
         scope=("goal class", 3),
-        named=frozenset({"goal", "parent", "error"}),
+        name_attributes=frozenset({"goal", "parent", "error"}),
         details=(
             ("set of parameters", "params"),
             ("meta value", "meta"),
@@ -105,7 +105,7 @@ FORMS: Final[Mapping[type[Event], KeyForm]] = {
         thread=4,
         subject="plan {0.plan} of goal {0.goal}",
         scope=("action", 5),
-        named=frozenset({"goal", "plan"}),
+        name_attributes=frozenset({"goal", "plan"}),
         details=(("set of parameters", "params"),),
     ),
     SkillStatus: KeyForm(
@@ -119,7 +119,7 @@ FORMS: Final[Mapping[type[Event], KeyForm]] = {
         thread=3,
         subject="skiller {0.skiller} of {0.env}",
         scope=("skill", 3),
-        named=frozenset({"skill_string"}),
+        name_attributes=frozenset({"skill_string"}),
     ),
     RuleFired: KeyForm(
         "rule",
@@ -198,17 +198,17 @@ class Tokens:
         }
 
     def __iter__(self) -> Iterator[Token]:
-        for event, kept in self._events:
+        for event, content in self._events:
             self.start_us = self.start_us or event.time_us
-            if kept is None:
+            if content is None:
                 continue
             number = self.count
             self.count += 1
             # a dropped status is counted nevertheless, because reports number the events of the file
-            counted = self._skillers.fresh(kept) if isinstance(kept, SkillStatus) else kept
+            counted = self._skillers.fresh(content) if isinstance(content, SkillStatus) else content
             if counted is not None:
                 # the event as recorded, for reports
-                yield Token(*self._make(counted), kept, number)
+                yield Token(*self._make(counted), content, number)
 
     def _make(self, event: Event) -> tuple[Key, Names, int, int | None]:
         """Return the key of an event, its names, the number of names in the thread, and the message id."""
@@ -235,7 +235,9 @@ class _KeyMaker:
     def __init__(self, form: KeyForm, namer: Namer, missing: Collection[str]) -> None:
         self._kind = form.kind
         self._values = attrgetter(*(attribute for _, attribute in (*form.parts, *form.details)))
-        self._named = [index for index, (_, attribute) in enumerate(form.parts) if attribute in form.named]
+        self._named_indices = [
+            index for index, (_, attribute) in enumerate(form.parts) if attribute in form.name_attributes
+        ]
         first_detail = len(form.parts)
         self._details = [
             (index, attribute in missing) for index, (_, attribute) in enumerate(form.details, first_detail)
@@ -250,7 +252,7 @@ class _KeyMaker:
         thread_names = 0
         # names are found by attribute instead of in all parts, because a class or a mode may look like a
         # gensym id
-        for index in self._named:
+        for index in self._named_indices:
             values[index], part_names = self._namer.split(values[index])
             names += part_names
             if index < self._thread:
@@ -333,7 +335,9 @@ def changed_parts(key_a: NamedKey, key_b: NamedKey) -> str:
     if key_a[0][0] != key_b[0][0]:
         return "another event"
     form = _BY_KIND[key_a[0][0]]
-    parts = zip((*form.parts, *form.details), _parts(*key_a), _parts(*key_b), strict=True)
+    parts = zip(
+        (*form.parts, *form.details), _parts_with_names(*key_a), _parts_with_names(*key_b), strict=True
+    )
     nouns = [noun for (noun, _), a, b in parts if a != b]
     if not nouns or len(nouns) > MAX_CHANGED:
         return "another event"
@@ -349,13 +353,17 @@ def detail_change(key_a: NamedKey, key_b: NamedKey) -> Key | None:
     form = _BY_KIND[kind]
     if kind != key_b[0][0] or not form.details:
         return None
-    parts_a, parts_b, start = list(_parts(*key_a)), list(_parts(*key_b)), len(form.parts)
+    parts_a, parts_b, start = (
+        list(_parts_with_names(*key_a)),
+        list(_parts_with_names(*key_b)),
+        len(form.parts),
+    )
     if parts_a[:start] != parts_b[:start]:
         return None
     return (*parts_a[: _SUBJECTS[kind] - 1], *parts_a[start:], *parts_b[start:])
 
 
-def _parts(key: Key, labels: Names) -> Iterator[tuple[str, Names]]:
+def _parts_with_names(key: Key, labels: Names) -> Iterator[tuple[str, Names]]:
     index = 0
     for part in key[1:]:
         count = len(_PLACEHOLDER.findall(part))

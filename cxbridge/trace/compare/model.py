@@ -146,7 +146,7 @@ class Comparison:
 
     :param count_a: the number of compared events of the first run; ``count_b``: of the second.
     :param differences: in the order of the runs; empty for equal runs.
-    :param other: the index of the run, among those compared with, that has the differences.
+    :param other: the index of the run with the differences among those that A was compared with.
     :param dropped: the number of further differences.
     :param rows: both runs side by side around the first difference; may be empty.
     :param alike: the share of paired events from 0 to 1, if it was computed.
@@ -164,10 +164,10 @@ class Comparison:
     alike: float | None = None
     hints: list[str] = field(default_factory=list)
 
-    def keep(self, found: list[Difference]) -> None:
+    def keep(self, differences: list[Difference]) -> None:
         """Store found differences up to the maximum and count the rest."""
-        self.differences = found[:MAX_DIFFERENCES]
-        self.dropped += len(found) - len(self.differences)
+        self.differences = differences[:MAX_DIFFERENCES]
+        self.dropped += len(differences) - len(self.differences)
 
     @property
     def same(self) -> bool:
