@@ -57,8 +57,8 @@ def align(a: Sequence[int], b: Sequence[int]) -> list[tuple[int, int]]:
             ]
             if end == (a_to, b_to):
                 pairs += cuts
-            # nothing is unique: the path so far counts if a third of its items are equal, fewer are
-            # coincidences
+            # nothing is unique: the path so far counts if its pairs are a third of the items on it or more;
+            # fewer are coincidences
             elif 3 * len(cuts) > end[0] - a_from + end[1] - b_from:
                 pairs += cuts
                 stack.append((end[0], a_to, end[1], b_to))

@@ -160,40 +160,6 @@ def test_another_skill_string_takes_the_place_of_the_first(rig):
     assert any("Aborting execution of previous skill string 'move{}'" in line for line in rig.lines)
 
 
-def test_of_several_in_one_loop_the_last_counts(rig):
-    puppet = rig.puppet("r1", "e1")
-    rig.exec("move{}")
-    last = rig.exec("grasp{}")
-    rig.run()
-    assert [made.skill for made in puppet.calls] == ["grasp"]
-    assert rig.now.msgid == last
-    assert any("More than one skill string enqueued" in line for line in rig.lines)
-
-
-def test_only_the_controller_commands(rig):
-    rig.puppet("r1", "e1")
-    other = rig.board.open_for_reading("SkillerInterface", "robot1", owner="other")
-    rig.send("AcquireControl")
-    rig.run()
-    assert rig.now.exclusive_controller == str(rig.reader.serial)
-    rig.exec("grasp{}", other)
-    rig.exec("move{}")
-    rig.send("StopExec", other)
-    rig.run()
-    assert (rig.now.status, rig.now.skill_string) == (Status.S_RUNNING, "move{}")
-    rig.reader.close()
-    rig.skiller.handle_messages()
-    other.read()
-    assert other.exclusive_controller == ""
-    assert other.status == Status.S_RUNNING
-
-
-def test_what_the_skiller_does_not_know_is_told(rig):
-    rig.send("RestartInterpreter")
-    rig.run()
-    assert any("Unhandled message of type RestartInterpreterMessage" in line for line in rig.lines)
-
-
 def test_a_desk_takes_one_call(rig):
     local_calls = LocalSkillCalls(rig.board_)
     with pytest.raises(Exception, match="has 2 calls, expected one"):

@@ -26,60 +26,12 @@ def test_acquire_sets_msgid():
     assert rig.state.msgid == number
 
 
-def test_acquiring_again_gets_no_warning():
-    rig = make()
-    for _ in range(2):
-        rig.send("AcquireControl", False)
-    rig.loop()
-    assert rig.logged(Level.WARN) == []
-
-
-def test_release_and_a_leaving_reader_clear_the_controller():
-    rig = make()
-    rig.send("AcquireControl", False)
-    rig.send("ReleaseControl")
-    rig.loop()
-    assert rig.state.exclusive_controller == ""
-    controller = rig.reader()
-    rig.send("AcquireControl", False, by=controller)
-    rig.loop()
-    rig.board.close(controller)
-    rig.loop()
-    assert rig.state.exclusive_controller == ""
-
-
-def test_exec_by_another_is_refused():
-    rig = make()
-    rig.send("AcquireControl", False, by=rig.reader())
-    rig.exec("say{}")
-    assert rig.status == "S_INACTIVE"
-
-
 def test_stop_sets_msgid_to_its_own():
     rig = make()
     rig.exec("say{}")
     number = rig.send("StopExec")
     rig.loop()
     assert (rig.status, rig.state.msgid, rig.state.skill_string) == ("S_INACTIVE", number, "")
-
-
-@pytest.mark.parametrize(("controller", "stops"), [("sender", True), ("another", False), ("nobody", True)])
-def test_stop_is_for_the_controller(controller: str, stops: bool):
-    """A Skiller without a controller is stopped, too: who may start may stop."""
-    rig = make()
-    owner = rig.reader()
-    if controller != "another":
-        rig.exec("say{}")
-    if controller != "nobody":
-        rig.send("AcquireControl", False, by=None if controller == "sender" else owner)
-    rig.loop()
-    if controller == "another":
-        rig.send("ExecSkill", "say{}", by=owner)
-        rig.loop()
-    assert rig.status == "S_RUNNING"
-    rig.send("StopExec")
-    rig.loop()
-    assert rig.status == ("S_INACTIVE" if stops else "S_RUNNING")
 
 
 def test_the_time_base_is_the_runs_clock():
