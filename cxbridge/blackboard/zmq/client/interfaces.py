@@ -70,14 +70,14 @@ class OpenInterfaces:
         self._dispatcher: Final = dispatcher
         self._wake_session: Final = wake_session
         self._lock: Final = threading.RLock()
-        self._copies: dict[tuple[str, str], InterfaceCopy] = {}
-        self._channels: dict[int, InterfaceCopy] = {}
-        self._instances: dict[bytes, Interface] = {}
+        self._copies: dict[tuple[str, str], InterfaceCopy] = {}  # by type and id
+        self._channels: dict[int, InterfaceCopy] = {}  # by the server's number, in this session
+        self._instances: dict[bytes, Interface] = {}  # by serial
         # writes that wait to be sent; guarded by the sender's lock
         self._unsent: dict[InterfaceCopy, bytes] = {}
-        self._epoch = b""
-        self._same_epoch = False
-        self._reopening = 0
+        self._epoch = b""  # the id of the running server
+        self._same_epoch = False  # whether the server was not restarted between the last two sessions
+        self._reopening = 0  # the number of outstanding replies, until other threads may send
         self._loss_announced = False
         self._observers: Final = observers
         self._existing: set[tuple[str, str]] = set()  # the interfaces that the observers know
@@ -293,19 +293,18 @@ class OpenInterfaces:
                 self._abandon(copy, instance, reply.code)
                 return
             assert isinstance(reply, Opened)
-            opened = reply
             if copy is None or not open_here:  # closed during the request
-                self._close_late(opened)
-            else:
-                instance.adopt_serial(UUID(bytes=opened.instance))
-                self._instances[opened.instance] = instance
-                self._connect(copy, opened.channel)
-                if opened.block is not None:
-                    self._take_over(copy, opened, opened.block)
-                if instance.is_writer and copy.written and self._was_lost(copy, opened.seq):
-                    self._unsent[copy] = copy.snapshot.block
-                copy.seq = opened.seq
-                copy.set_members(opened.members, quietly=False)
+                self._close_late(reply)
+                return
+            instance.adopt_serial(UUID(bytes=reply.instance))
+            self._instances[reply.instance] = instance
+            self._connect(copy, reply.channel)
+            if reply.block is not None:
+                self._take_over(copy, reply, reply.block)
+            if instance.is_writer and copy.written and self._was_lost(copy, reply.seq):
+                self._unsent[copy] = copy.snapshot.block
+            copy.seq = reply.seq
+            copy.set_members(reply.members, quietly=False)
 
     def _take_over(self, copy: InterfaceCopy, opened: Opened, block: bytes) -> None:
         """Update a copy with the data of a new session, unless the copy is newer."""

@@ -84,9 +84,8 @@ class EventReceiver(Dispatcher):
         self._changed: Final = threading.Condition(self._lock)
         self._turn = _SESSION
         self._reclaimed = False
-        self._turns = self._watched_turns = (
-            0  # rounds of the dispatcher's thread, and those that `watch` knows
-        )
+        self._turns = 0  # rounds of the dispatcher's thread, which show whether listeners are quick
+        self._watched_turns = 0  # those at the last call of `watch`
         self._nudging: Final = threading.Lock()
         self._nudge: Socket | None = None
         self._backlog: deque[Work | None] = deque()  # calls taken from the queue while a listener waited
@@ -133,10 +132,12 @@ class EventReceiver(Dispatcher):
                 item = self._queue.get(timeout=remaining)
             except queue.Empty:
                 return
-            if item is None:
+            if item is None:  # the end, which is for `_call_waiting`
                 self._queue.put(None)
                 return
-            if item[2]:
+            if item[
+                2
+            ]:  # a message for a writer of this client, whose sender may be the peer that is to reply
                 self._call(*item)
             else:
                 self._backlog.append(item)
@@ -185,6 +186,7 @@ class EventReceiver(Dispatcher):
         self._wake_session()
 
     def _take_turns(self) -> None:
+        """Receive and make calls, one after the other, while this thread has the turn."""
         # every update of every reader passes here, in a thread with cold caches: use few calls and few
         # objects
         lock, recv, now, no_calls = self._lock, self._recv, time.monotonic, self._queue.empty
@@ -228,7 +230,6 @@ class EventReceiver(Dispatcher):
         self._reset()
         self._handler = handler
         self._give_credit_back = give_credit
-        self._events = events
         self._recv = receiver(events)
         # an empty frame of another peer of the socket wakes a thread that waits for the server
         events.bind(f"inproc://{name}")

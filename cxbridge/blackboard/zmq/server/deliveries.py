@@ -14,12 +14,11 @@ from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import Final
 
-from cxbridge.blackboard.errors import NoWriterError, QueueFullError
-from cxbridge.blackboard.kit.errors import RequestTimeoutError
 from cxbridge.blackboard.listeners import Listener
 from cxbridge.blackboard.zmq.server.channels import ServerLoop
 from cxbridge.blackboard.zmq.server.sessions import ZmqSession
-from cxbridge.blackboard.zmq.wire.frames import Deliver, Delivered, ResultCode
+from cxbridge.blackboard.zmq.wire.frames import Deliver, Delivered, Reply, ResultCode
+from cxbridge.blackboard.zmq.wire.refusals import raise_refusal
 from cxbridge.interfaces.instance import Interface, Message, MessageQueue
 
 # as many as a writer's queue holds by default
@@ -141,11 +140,10 @@ class Forwarder(Listener):
 class ForwardedQueue(MessageQueue):
     """The queue of a writer in a client: it stores nothing and raises the error of the outcome."""
 
-    __slots__ = ("_forwarder", "_name")
+    __slots__ = ("_forwarder",)
 
     def __init__(self, uid: str, forwarder: Forwarder) -> None:
         super().__init__(uid)
-        self._name = uid
         self._forwarder = forwarder
 
     def append(self, message: Message, time_us: int) -> None:
@@ -156,11 +154,6 @@ class ForwardedQueue(MessageQueue):
         :raises RequestTimeoutError: if the client did not reply.
         """
         code, detail = self._forwarder.outcome.value
-        if code is ResultCode.OK:
-            message.mark_enqueued(time_us)
-        elif code is ResultCode.QUEUE_FULL:
-            raise QueueFullError(self._name, detail)
-        elif code is ResultCode.TIMEOUT:
-            raise RequestTimeoutError(f"the writer of {self._name} did not take the message in time")
-        else:
-            raise NoWriterError(self._name)
+        if code is not ResultCode.OK:
+            raise_refusal(Reply(code, detail, request=0), uid=self._uid, message_type=message.type)
+        message.mark_enqueued(time_us)
