@@ -54,7 +54,7 @@ class Interface(SharedBlock):
         queue_limit: int | None = None,
     ) -> None:
         super().__init__(port, id=id, owner=owner, serial=serial, writer=writer)
-        self._queue = MessageQueue(self._uid, queue_limit) if writer else None
+        self._queue = MessageQueue(self.uid, queue_limit) if writer else None
         self._last_message_id = 0
 
     def __enter__(self) -> Self:
@@ -98,7 +98,7 @@ class Interface(SharedBlock):
         :raises NoWriterError: if the interface has no writer.
         """
         if self._queue is not None:
-            raise EnqueueDeniedError(self.type, self._id)
+            raise EnqueueDeniedError(self.type, self.id)
         if message.INTERFACE is not self.SCHEMA and not message.belongs_to(self.SCHEMA):
             raise InvalidMessageError(message.type, self.type)
         if message.enqueued:
@@ -107,8 +107,8 @@ class Interface(SharedBlock):
             message_id = self._port.next_id(self._last_message_id)
         # also after a failure: the next message must not get the id of one that may have arrived
         self._last_message_id = message_id & MESSAGE_ID_MASK
-        source = None if proxy else self._serial
-        message.address(self._last_message_id, self._port.mem_serial, self._serial, source)
+        source = None if proxy else self.serial
+        message.address(self._last_message_id, self._port.mem_serial, self.serial, source)
         self._port.transmit(self, message)
         return message.id
 
@@ -124,7 +124,7 @@ class Interface(SharedBlock):
         """Send a copy; ``message`` gets its id and can be sent again."""
         copy = message.copy()
         message_id = self.msgq_enqueue(copy)
-        message.address(message_id, copy.recipient, self._serial, self._serial)
+        message.address(message_id, copy.recipient, self.serial, self.serial)
         return message_id
 
     def msgq_append(self, message: Message) -> None:
@@ -186,7 +186,7 @@ class Interface(SharedBlock):
 
     def _writer_queue(self, operation: str) -> MessageQueue:
         if self._queue is None:
-            raise QueueAccessError(self.type, self._id, operation)
+            raise QueueAccessError(self.type, self.id, operation)
         return self._queue
 
 

@@ -161,24 +161,32 @@ class Message(Block):
     """Sets all fields at once if possible; made by ``accessors.make_filler``."""
 
     __slots__ = (
-        "_enqueued",
-        "_hops",
-        "_id",
-        "_recipient",
-        "_sender_id",
-        "_sender_thread_name",
-        "_source_id",
+        "enqueued",
+        "hops",
+        "id",
+        "recipient",
+        "sender_id",
+        "sender_thread_name",
+        "source_id",
     )
 
     def __init__(self, *values: Any, **named: Any) -> None:
         super().__init__()
-        self._id = 0
-        self._sender_id: UUID | None = None
-        self._source_id: UUID | None = None
-        self._sender_thread_name = threading.current_thread().name
-        self._recipient = 0
-        self._enqueued = False
-        self._hops = 0
+        # written by `address` and the marks, for senders and transports
+        self.id = 0
+        """The 16 bit number that the sending instance assigned, from 1; 0 before sending."""
+        self.sender_id: UUID | None = None
+        """The serial of the last sender; None before sending."""
+        self.source_id: UUID | None = None
+        """The serial of the first sender, kept by proxies; None before sending."""
+        self.sender_thread_name = threading.current_thread().name
+        """The name of the thread that made the message; `UNKNOWN_THREAD` after a network."""
+        self.recipient = 0
+        """The memory serial of the receiving interface; 0 before sending."""
+        self.enqueued = False
+        """Whether the message is, or was, in a queue."""
+        self.hops = 0
+        """The number of networks that the message crossed."""
         if values:
             self._fill(values)
         for name, value in named.items():
@@ -212,48 +220,9 @@ class Message(Block):
         return self.SCHEMA.name
 
     @property
-    def id(self) -> int:
-        """The 16 bit number that the sending instance assigned, from 1; 0 before sending."""
-        return self._id
-
-    @property
-    def sender_id(self) -> UUID | None:
-        """The serial of the last sender; None before sending."""
-        return self._sender_id
-
-    @property
-    def source_id(self) -> UUID | None:
-        """The serial of the first sender, kept by proxies; None before sending."""
-        return self._source_id
-
-    @property
-    def sender_thread_name(self) -> str:
-        """The name of the thread that made the message; `UNKNOWN_THREAD` after a network."""
-        return self._sender_thread_name
-
-    @sender_thread_name.setter
-    def sender_thread_name(self, name: str) -> None:
-        self._sender_thread_name = name
-
-    @property
-    def recipient(self) -> int:
-        """The memory serial of the receiving interface; 0 before sending."""
-        return self._recipient
-
-    @property
-    def enqueued(self) -> bool:
-        """Whether the message is, or was, in a queue."""
-        return self._enqueued
-
-    @property
     def time_enqueued_us(self) -> int:
         """The time of queueing in microseconds since the epoch, 0 before; the block's time stamp."""
         return self.timestamp_us
-
-    @property
-    def hops(self) -> int:
-        """The number of networks that the message crossed."""
-        return self._hops
 
     def address(self, message_id: int, recipient: int, sender: UUID, source: UUID | None = None) -> None:
         """Set the envelope, on sending or on receiving by a transport.
@@ -263,11 +232,11 @@ class Message(Block):
         :param sender: the serial of the sending instance.
         :param source: the serial of the first sender; None keeps the present one, for proxies.
         """
-        self._id = message_id
-        self._recipient = recipient
-        self._sender_id = sender
+        self.id = message_id
+        self.recipient = recipient
+        self.sender_id = sender
         if source is not None:
-            self._source_id = source
+            self.source_id = source
 
     def mark_foreign(self, hops: int, thread_name: str = UNKNOWN_THREAD) -> None:
         """Mark the message as received over a network.
@@ -275,17 +244,17 @@ class Message(Block):
         :param hops: the number of networks that it crossed.
         :param thread_name: the sender's thread, if the transport knows it.
         """
-        self._hops = min(hops, MAX_HOPS)
-        self._sender_thread_name = thread_name
+        self.hops = min(hops, MAX_HOPS)
+        self.sender_thread_name = thread_name
 
     def mark_enqueued(self, time_us: int) -> None:
         """Mark the message as queued, with the time as its time stamp.
 
         :raises MessageAlreadyQueuedError: if it was queued before.
         """
-        if self._enqueued:
+        if self.enqueued:
             raise MessageAlreadyQueuedError
-        self._enqueued = True
+        self.enqueued = True
         STAMP.pack_into(self._buf, 0, time_us // MICROSECONDS, time_us % MICROSECONDS)
 
     def copy(self) -> Self:
@@ -293,9 +262,9 @@ class Message(Block):
         twin = type(self)()
         twin.set_from_chunk(self.to_bytes())
         STAMP.pack_into(twin._buf, 0, 0, 0)  # the time of queueing
-        twin._id, twin._recipient = self._id, self._recipient
-        twin._sender_id, twin._source_id = self._sender_id, self._source_id
-        twin._sender_thread_name, twin._hops = self._sender_thread_name, self._hops
+        twin.id, twin.recipient = self.id, self.recipient
+        twin.sender_id, twin.source_id = self.sender_id, self.source_id
+        twin.sender_thread_name, twin.hops = self.sender_thread_name, self.hops
         return twin
 
 

@@ -69,15 +69,15 @@ class SharedBlock(BufferedBlock):
     __slots__ = (
         "_data_version",
         "_explicit_us",
-        "_id",
-        "_owner",
         "_port",
         "_read_changed",
         "_read_refreshed",
-        "_serial",
-        "_uid",
         "_version",
-        "_writing",
+        "id",
+        "is_writer",
+        "owner",
+        "serial",
+        "uid",
     )
 
     SCHEMA: ClassVar[InterfaceSchema]
@@ -94,11 +94,16 @@ class SharedBlock(BufferedBlock):
     ) -> None:
         super().__init__()
         self._port = port
-        self._id = id
-        self._uid = f"{self.SCHEMA.name}::{id}"
-        self._owner = owner
-        self._serial = serial
-        self._writing = writer
+        self.id: Final = id
+        """The id of the interface among those of its type."""
+        self.uid: Final = f"{self.SCHEMA.name}::{id}"
+        """The uid, ``Type::id``."""
+        self.owner: Final = owner
+        """The name given on opening."""
+        self.serial = serial
+        """The unique serial of the instance, the sender of its messages."""
+        self.is_writer: Final = writer
+        """Whether the instance was opened for writing."""
         self._version = _NEVER_READ  # version of the shared block that the private copy equals
         self._data_version = 0  # version of the shared block at the last read
         self._read_refreshed = False
@@ -106,36 +111,21 @@ class SharedBlock(BufferedBlock):
         self._explicit_us: int | None = None
 
     def __repr__(self) -> str:
-        mode = "writing" if self._writing else "reading"
-        return f"<{self._uid} opened for {mode} by {self._owner or 'nobody in particular'}>"
+        mode = "writing" if self.is_writer else "reading"
+        return f"<{self.uid} opened for {mode} by {self.owner or 'nobody in particular'}>"
 
     def invalidate(self) -> None:
         """Disconnect the instance; blackboards call it on closing and after a lost connection."""
-        self._port = ClosedPort(self._uid, self._serial)
+        self._port = ClosedPort(self.uid, self.serial)
 
     def adopt_serial(self, serial: UUID) -> None:
         """Replace the serial; blackboards call it when they reopen the instance after a lost connection."""
-        self._serial = serial
+        self.serial = serial
 
     @property
     def type(self) -> str:
         """The name of the interface type, e.g. ``SkillerInterface``."""
         return self.SCHEMA.name
-
-    @property
-    def id(self) -> str:
-        """The id of the interface among those of its type."""
-        return self._id
-
-    @property
-    def uid(self) -> str:
-        """The uid, ``Type::id``."""
-        return self._uid
-
-    @property
-    def serial(self) -> UUID:
-        """The unique serial of the instance, the sender of its messages."""
-        return self._serial
 
     @property
     def mem_serial(self) -> int:
@@ -146,16 +136,6 @@ class SharedBlock(BufferedBlock):
     def hash(self) -> bytes:
         """The version of the interface type: the MD5 of its definition, 16 bytes."""
         return self.SCHEMA.hash
-
-    @property
-    def owner(self) -> str:
-        """The name given on opening."""
-        return self._owner
-
-    @property
-    def is_writer(self) -> bool:
-        """Whether the instance was opened for writing."""
-        return self._writing
 
     @property
     def valid(self) -> bool:
@@ -210,7 +190,7 @@ class SharedBlock(BufferedBlock):
         if local is not None:
             self._note_replaced(local)
         self._version = self._data_version = version
-        if not self._writing:
+        if not self.is_writer:
             self._refreshed = self._changed = False
         return self._read_refreshed
 
@@ -223,8 +203,8 @@ class SharedBlock(BufferedBlock):
         :raises WriteDeniedError: on a reader.
         :raises InvalidInstanceError: if the instance is closed.
         """
-        if not self._writing:
-            raise WriteDeniedError(self.type, self._id, "Cannot write.")
+        if not self.is_writer:
+            raise WriteDeniedError(self.type, self.id, "Cannot write.")
         changed = self._changed
         stamped: bool | None = self._refreshed
         self._refreshed = self._changed = False
@@ -255,7 +235,7 @@ class SharedBlock(BufferedBlock):
         On a reader: the writer wrote a block with a new time stamp between the last two calls of
         :meth:`read`, even if the values are equal. On a writer: a setter was called since the last write.
         """
-        return self._refreshed if self._writing else self._read_refreshed
+        return self._refreshed if self.is_writer else self._read_refreshed
 
     @property
     def changed(self) -> bool:
@@ -264,7 +244,7 @@ class SharedBlock(BufferedBlock):
         On a reader: the writer wrote changed data between the last two calls of :meth:`read`; never true in
         Fawkes. On a writer: a setter changed a value since the last write.
         """
-        return self._changed if self._writing else self._read_changed
+        return self._changed if self.is_writer else self._read_changed
 
     def mark_data_refreshed(self) -> None:
         """Give the next write a new time stamp even without a setter call."""
@@ -311,7 +291,7 @@ class SharedBlock(BufferedBlock):
         """
         if self._explicit_us is None:
             raise TimestampError("Auto timestamping enabled, cannot set explicit timestamp")
-        if not self._writing:
+        if not self.is_writer:
             raise TimestampError("Timestamp can only be set on writing instance")
         self._explicit_us = self._port.now_us() if time_us is None else time_us
         self._refreshed = self._changed = True
