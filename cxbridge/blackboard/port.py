@@ -1,16 +1,22 @@
-"""The base of ports: the data, the message ids and the listeners of one interface, for its instances."""
+"""The base of ports, which connect the instances of one interface to its blackboard.
+
+A port has the data, the message ids and the listeners of the interface. A transport derives its port, and
+makes the messages that it receives by :func:`receive_message`.
+"""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
 from typing import Final
+from uuid import UUID
 
 from msgspec import Struct
 
 from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.listeners import ListenerTable
 from cxbridge.interfaces.instance import STAMP, Interface, Message
+from cxbridge.interfaces.message import UNKNOWN_THREAD
 from cxbridge.interfaces.message_ids import id_in, id_offset, next_id
 
 
@@ -105,3 +111,30 @@ class BoardPort:
     def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - subclasses of Fawkes need it
         """Return False: the ids that this port gives are never stale."""
         return False
+
+
+def receive_message(
+    instance: Interface,
+    message_type: str,
+    block: bytes,
+    *,
+    message_id: int,
+    sender: UUID,
+    source: UUID,
+    hops: int,
+    thread: str = UNKNOWN_THREAD,
+) -> Message:
+    """Return a received message.
+
+    :param instance: an instance of the receiving interface.
+    :param sender: the serial of the last sender.
+    :param source: the serial of the first sender.
+    :param hops: the number of crossed networks.
+    :raises UnknownMessageTypeError: if the interface has no such message.
+    :raises InterfaceError: if the size of the block is wrong.
+    """
+    message = instance.create_message(message_type)
+    message.set_from_chunk(block)
+    message.address(message_id, instance.mem_serial, sender, source)
+    message.mark_foreign(hops, thread)
+    return message

@@ -9,7 +9,7 @@ from cxbridge.config.checkouts import PLACEHOLDERS, substitute_path
 from cxbridge.config.configuration import ConfigMissingError, ConfigTypeError, Configuration
 from cxbridge.config.documents import Mark
 from cxbridge.config.scalars import ConfigType
-from cxbridge.config.values import ConfigValue
+from cxbridge.config.tree import ConfigValue
 
 __all__ = [
     "PLACEHOLDERS",

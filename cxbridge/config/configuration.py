@@ -12,8 +12,7 @@ from cxbridge.config.documents import MAX_DEPTH, Mark
 from cxbridge.config.loader import ConfigLoader, files_of
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint32
 from cxbridge.config.secrets import mask
-from cxbridge.config.tree import ConfigNode, NodeKind, overlay, split_path
-from cxbridge.config.values import ConfigValue
+from cxbridge.config.tree import ConfigNode, ConfigValue, NodeKind, overlay, split_path
 from cxbridge.errors import ConfigError
 from cxbridge.suggestions import did_you_mean
 

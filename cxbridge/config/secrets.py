@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.config.scalars import ConfigType, type_of
-from cxbridge.config.values import ConfigValue
+from cxbridge.config.tree import ConfigValue
 from cxbridge.errors import ConfigError
 
 HIDDEN: Final = "(not told)"

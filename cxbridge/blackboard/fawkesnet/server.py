@@ -16,12 +16,11 @@ from typing import Final
 
 from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.errors import NoWriterError
-from cxbridge.blackboard.fawkesnet.address import DEFAULT_PORT
 from cxbridge.blackboard.fawkesnet.allowed_peers import AllowedPeers, resolve_listening
 from cxbridge.blackboard.fawkesnet.components.blackboard import BlackBoardNetworkHandler
 from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame
 from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
-from cxbridge.blackboard.fawkesnet.sockets import GONE_SECONDS, acknowledge, tune
+from cxbridge.blackboard.fawkesnet.sockets import DEFAULT_PORT, GONE_SECONDS, acknowledge, tune
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.kit.server import BoardServer

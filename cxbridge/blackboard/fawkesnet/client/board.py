@@ -16,7 +16,6 @@ from cxbridge.blackboard.errors import (
     BlackBoardGoneError,
     ForeignInstanceError,
 )
-from cxbridge.blackboard.fawkesnet.address import parse_url
 from cxbridge.blackboard.fawkesnet.client.connection import FawkesConnection
 from cxbridge.blackboard.fawkesnet.client.endings import Endings
 from cxbridge.blackboard.fawkesnet.client.opener import Opener
@@ -33,6 +32,7 @@ from cxbridge.blackboard.fawkesnet.messages.blackboard import (
     WireMessage,
     data_frame,
 )
+from cxbridge.blackboard.fawkesnet.sockets import parse_url
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
 from cxbridge.blackboard.kit.dispatcher import Dispatcher

@@ -23,8 +23,8 @@ from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFra
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.blackboard.kit.errors import ProtocolError
-from cxbridge.blackboard.kit.messages import receive_message
 from cxbridge.blackboard.listeners import EventKind
+from cxbridge.blackboard.port import receive_message
 from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.instance import Interface

@@ -15,9 +15,8 @@ from uuid import UUID
 from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.errors import InvalidInstanceError, QueueFullError, UnknownMessageTypeError
 from cxbridge.blackboard.kit.errors import ProtocolError
-from cxbridge.blackboard.kit.messages import receive_message
 from cxbridge.blackboard.listeners import DataAudience, EventKind, membership_kind
-from cxbridge.blackboard.port import BoardPort, Snapshot
+from cxbridge.blackboard.port import BoardPort, Snapshot, receive_message
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.wire.frames import Deliver, Member, ResultCode
 from cxbridge.errors import InterfaceError

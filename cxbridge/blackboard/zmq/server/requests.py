@@ -9,11 +9,11 @@ from uuid import UUID
 
 from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
 from cxbridge.blackboard.kit.errors import ProtocolError
-from cxbridge.blackboard.kit.messages import receive_message
 from cxbridge.blackboard.kit.server import check_room
 from cxbridge.blackboard.listeners import EventKind, ListenerTable
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.names import check_names
+from cxbridge.blackboard.port import receive_message
 from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED, emit_message
 from cxbridge.blackboard.zmq.server.channels import Channel, ServerLoop
 from cxbridge.blackboard.zmq.server.deliveries import Deliveries, ForwardedQueue, Forwarder, Outcome
