@@ -8,7 +8,6 @@ import threading
 from collections.abc import Sequence
 from functools import partial
 from typing import Final
-from uuid import UUID
 
 from cxbridge.blackboard.base import OpenRequest, Registry
 from cxbridge.blackboard.errors import (
@@ -19,17 +18,15 @@ from cxbridge.blackboard.errors import (
 from cxbridge.blackboard.fawkesnet.client.connection import FawkesConnection
 from cxbridge.blackboard.fawkesnet.client.endings import Endings
 from cxbridge.blackboard.fawkesnet.client.opener import Opener
-from cxbridge.blackboard.fawkesnet.client.port import NOBODY, RemotePort
+from cxbridge.blackboard.fawkesnet.client.port import NOBODY, PublicationEmitter, RemotePort
 from cxbridge.blackboard.fawkesnet.client.receiver import FrameReceiver
 from cxbridge.blackboard.fawkesnet.client.reconnecting import Reconnector
 from cxbridge.blackboard.fawkesnet.client.requests import NOTHING, RequestSender
-from cxbridge.blackboard.fawkesnet.client.write_events import PublicationEmitter
 from cxbridge.blackboard.fawkesnet.messages.blackboard import (
     BoardKind,
     Close,
     InterfaceEvent,
     OpenSuccess,
-    WireMessage,
     data_frame,
 )
 from cxbridge.blackboard.fawkesnet.sockets import parse_url
@@ -39,7 +36,7 @@ from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.blackboard.listeners import EventKind, ListenerTable, membership_kind
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
-from cxbridge.interfaces.instance import Interface, Message
+from cxbridge.interfaces.instance import Interface
 
 DEFAULT_TIMEOUT: Final = 5.0
 """Seconds for connecting and for replies."""
@@ -86,7 +83,6 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._mem_serials: dict[tuple[str, str], int] = {}
         self._count = itertools.count(1)
         self._emitter = PublicationEmitter(bus, clock.now_us, self._open_ports)
-        self._has_sent = False  # data or messages, which a server must have received before the shutdown
         name = f"{self.address[0]}:{self.address[1]}"
         self._requests = RequestSender(name, timeout)
         self._opener = Opener(self._requests, name)
@@ -98,7 +94,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
             self._dispatcher,
             self._notify_observers,
             self._complaints,
-            self.emit_write,
+            self._emitter,
         )
         self._reconnector = Reconnector(self, self._connect, name, silence)
         try:
@@ -113,7 +109,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         # in the receiving thread, because the next frame may be for this instance already
         def opened(reply: OpenSuccess) -> None:
             nonlocal port
-            port = RemotePort(self, self, request, self._number(request.key), reply)
+            port = RemotePort(self, self._requests, self._emitter, request, self._number(request.key), reply)
             with self._lock:
                 self._ports[reply.serial.bytes] = port
                 self._all_ports[port] = None
@@ -157,7 +153,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
             port.instance.invalidate()
             port.listeners.unregister(None, port.instance)
         connection = self._requests.connection
-        if connection is not None and self._has_sent and self._reconnector.settled:
+        if connection is not None and self._requests.has_sent and self._reconnector.settled:
             # Fawkes drops the unprocessed messages of a disconnected client
             with contextlib.suppress(BlackBoardError):
                 self._requests.request(NOTHING, timeout=min(self._timeout, _FAREWELL_S))
@@ -213,26 +209,6 @@ class FawkesBlackBoard(RemoteBlackBoard):
         notify = self._observers.created if created else self._observers.destroyed
         self._endings.deliver(event.type, event.id, partial(notify, event.type, event.id))
 
-    def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None:
-        self._has_sent = True
-        self._requests.send(data_frame(serial.bytes, block, changed=changed))
-
-    def send_message(self, message: WireMessage) -> None:
-        self._has_sent = True
-        self._requests.send(message.to_bytes())
-
-    def unavailable(self) -> BlackBoardError:
-        """Return the error of a call without connection."""
-        return self._requests.unavailable()
-
-    def emit_message(self, port: RemotePort, message: Message, outcome: str) -> None:
-        """Emit the outcome of a message on the event bus."""
-        self._emitter.emit_message(port, message, outcome)
-
-    def emit_write(self, port: RemotePort, block: bytes) -> None:
-        """Emit a write on the event bus."""
-        self._emitter.emit_write(port, block)
-
     def _connect(self) -> FawkesConnection:
         return FawkesConnection(self.address, self._timeout, self._receiver.handle, self._reconnector.lost)
 
@@ -278,7 +254,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         if port.serial is None:
             self._requests.send(Close(reply.serial).to_bytes())
         elif port.written is not None:
-            self.send_data(port.serial, port.written, changed=True)
+            self._requests.send(data_frame(port.serial.bytes, port.written, changed=True))
 
     def give_up(self, port: RemotePort, error: BlackBoardError) -> None:
         """Invalidate an instance that cannot be reopened."""

@@ -6,17 +6,20 @@ The port hides all three, so that an instance works as on a local blackboard.
 
 from __future__ import annotations
 
-from typing import Final, Protocol
+from collections.abc import Callable, Iterable
+from typing import Any, Final
 from uuid import UUID
 
 from cxbridge.blackboard.base import BlackBoard, OpenRequest
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.fawkesnet.messages.blackboard import OpenSuccess, WireMessage
+from cxbridge.blackboard.fawkesnet.client.requests import RequestSender
+from cxbridge.blackboard.fawkesnet.messages.blackboard import OpenSuccess, WireMessage, data_frame
 from cxbridge.blackboard.listeners import Audience, EventKind
 from cxbridge.blackboard.port import BoardPort
-from cxbridge.blackboard.publications import REFUSED, SENT
+from cxbridge.blackboard.publications import REFUSED, SENT, emit_message, emit_write
+from cxbridge.events import EventBus, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
-from cxbridge.interfaces.message import OpenedBlock
+from cxbridge.interfaces.message import ClosedPort, OpenedBlock
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in
 
 MAX_COUNTED_READERS: Final = 0xFFFF
@@ -33,30 +36,14 @@ DataEvents = tuple[tuple[EventKind, Audience], ...]
 """Events of data with their listeners at that time. A listener registered later can read the data itself."""
 
 
-class FawkesUplink(Protocol):
-    """The client's part for ports."""
-
-    def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None: ...
-
-    def send_message(self, message: WireMessage) -> None: ...
-
-    def unavailable(self) -> BlackBoardError:
-        """Return the error of a call without connection."""
-
-    def emit_write(self, port: RemotePort, block: bytes) -> None:
-        """Emit a write on the event bus."""
-
-    def emit_message(self, port: RemotePort, message: Message, outcome: str) -> None:
-        """Emit the outcome of a message on the event bus."""
-
-
 class RemotePort(BoardPort):
     """The port of one instance, with the known state of the remote interface.
 
     The receiving thread updates it, the instance's thread reads it. Its lock orders the writes.
 
     :param board: the blackboard.
-    :param uplink: sends data and messages.
+    :param requests: sends data and messages.
+    :param emitter: emits writes and messages on the event bus.
     :param mem_serial: the number of the interface in this client.
     :param opened: the server's reply.
     """
@@ -64,13 +51,15 @@ class RemotePort(BoardPort):
     def __init__(
         self,
         board: BlackBoard,
-        uplink: FawkesUplink,
+        requests: RequestSender,
+        emitter: PublicationEmitter,
         request: OpenRequest,
         mem_serial: int,
         opened: OpenSuccess,
     ) -> None:
         super().__init__(board, request.interface_class, request.id, mem_serial)
-        self.uplink: Final = uplink
+        self._requests: Final = requests
+        self._emitter: Final = emitter
         self.request: Final = request
         self.serial: UUID | None = opened.serial
         self.written: bytes | None = None
@@ -171,13 +160,13 @@ class RemotePort(BoardPort):
         :raises ConnectionLostError: if the block cannot be sent.
         """
         data = bytes(block)
-        self.uplink.send_data(self._open_serial(), data, changed=changed)
+        self._requests.send(data_frame(self._open_serial().bytes, data, changed=changed))
         self.written = data
         with self._lock:
             version = self._store(data, stamped, changed).version
             # listeners that register later read the data and are not notified
             audience = self.listeners.data_audience
-        self.uplink.emit_write(self, data)
+        self._emitter.emit_write(self, data)
         if audience is not None:
             self.listeners.notify_data(audience, changed)
         return version
@@ -214,20 +203,20 @@ class RemotePort(BoardPort):
                 hops=message.hops,
                 block=message.to_bytes(),
             )
-            self.uplink.send_message(sent)
+            self._requests.send(sent.to_bytes())
         except BlackBoardError:
             self._uncounted += 1
-            self.uplink.emit_message(self, message, REFUSED)
+            self._emitter.emit_message(self, message, REFUSED)
             raise
         message.address(message_id, self.mem_serial, sender.serial)
         message.mark_enqueued(self.now_us())
-        self.uplink.emit_message(self, message, SENT)
+        self._emitter.emit_message(self, message, SENT)
 
     def _open_serial(self) -> UUID:
         """Return the serial at the server."""
         serial = self.serial
         if serial is None:
-            raise self.uplink.unavailable()
+            raise self._requests.unavailable()
         return serial
 
     def has_writer(self) -> bool:
@@ -249,3 +238,50 @@ class RemotePort(BoardPort):
 def anonymous(count: int) -> tuple[str, ...]:
     """Return empty texts as the owners of readers."""
     return ("",) * min(count, MAX_COUNTED_READERS)
+
+
+class PublicationEmitter:
+    """Emits each write once, even if several instances receive it.
+
+    :param bus: receives the events; None: no events.
+    :param now_us: returns the time.
+    :param ports: returns the ports of all open instances, oldest first.
+    """
+
+    def __init__(
+        self, bus: EventBus | None, now_us: Callable[[], int], ports: Callable[[], Iterable[RemotePort]]
+    ) -> None:
+        self._bus: Final = bus
+        self._now_us: Final = now_us
+        self._ports: Final = ports
+
+    def emit_write(self, port: RemotePort, block: bytes) -> None:
+        """Emit a written or received block if ``port`` reports for its interface."""
+        bus = self._bus
+        if bus is None or not bus.wants(Publication) or not self._reports(port):
+            return
+
+        def values() -> dict[str, Any]:
+            instance = port.interface_class(
+                ClosedPort(port.uid, NOBODY), id=port.id, owner="", serial=NOBODY, writer=False
+            )
+            instance.set_from_chunk(block)
+            return instance.as_dict()
+
+        emit_write(bus, self._now_us(), port.uid, port.hash, block, values)
+
+    def emit_message(self, port: RemotePort, message: Message, outcome: str = "") -> None:
+        """Emit a received message, or one that is being sent."""
+        # a message to a writer of this client comes back, and is emitted then with its outcome
+        comes_back = outcome == SENT and any(
+            local.uid == port.uid and local.instance.is_writer for local in self._ports()
+        )
+        if not comes_back:
+            sender = "" if port.instance.is_writer else port.instance.owner
+            emit_message(self._bus, self._now_us(), port.uid, sender, message, outcome)
+
+    def _reports(self, port: RemotePort) -> bool:
+        """Return whether the port reports for its interface: the writer's port, else the oldest."""
+        ports = [local for local in self._ports() if local.uid == port.uid]
+        writers = [local for local in ports if local.instance.is_writer]
+        return bool(ports) and (writers or ports)[0] is port

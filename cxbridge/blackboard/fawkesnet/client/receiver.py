@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.fawkesnet.client.port import DataEvents, RemotePort
+from cxbridge.blackboard.fawkesnet.client.port import DataEvents, PublicationEmitter, RemotePort
 from cxbridge.blackboard.fawkesnet.client.requests import RequestSender
 from cxbridge.blackboard.fawkesnet.messages import codec
 from cxbridge.blackboard.fawkesnet.messages.blackboard import (
@@ -40,7 +40,7 @@ class FrameReceiver:
     :param dispatcher: calls the listeners.
     :param notify_observers: called with created and destroyed interfaces.
     :param complaints: logs invalid messages.
-    :param emit_write: emits received data on the event bus.
+    :param emitter: emits received data and messages on the event bus.
     """
 
     def __init__(
@@ -50,14 +50,14 @@ class FrameReceiver:
         dispatcher: Dispatcher,
         notify_observers: Callable[[InterfaceEvent], None],
         complaints: Complaints,
-        emit_write: Callable[[RemotePort, bytes], None],
+        emitter: PublicationEmitter,
     ) -> None:
         self._ports: Final = ports
         self._requests: Final = requests
         self._dispatcher: Final = dispatcher
         self._notify_observers: Final = notify_observers
         self._complaints: Final = complaints
-        self._emit_write: Final = emit_write
+        self._emitter: Final = emitter
 
     def handle(self, frame: FawkesFrame) -> None:
         if frame.component != ComponentId.BLACKBOARD:
@@ -85,7 +85,7 @@ class FrameReceiver:
     def deliver(self, port: RemotePort, events: DataEvents, block: bytes) -> None:
         """Queue data events for the listeners, and emit the block on the bus."""
         if any(kind is EventKind.DATA_REFRESHED for kind, _ in events):
-            self._emit_write(port, block)
+            self._emitter.emit_write(port, block)
         if any(audience for _, audience in events) and port.admits_event:
             port.events_waiting += 1
             self._dispatcher.put(_notify_data, port, events)
@@ -135,9 +135,9 @@ class FrameReceiver:
             try:
                 port.deliver(writer, message)
             except BlackBoardError:
-                port.uplink.emit_message(port, message, REFUSED)
+                self._emitter.emit_message(port, message, REFUSED)
                 raise
-            port.uplink.emit_message(port, message, QUEUED if message.enqueued else HANDLED)
+            self._emitter.emit_message(port, message, QUEUED if message.enqueued else HANDLED)
         except (BlackBoardError, InterfaceError) as error:
             self._complaints.add(f"message {port.uid}", f"lost a message to {port.uid}: {error.message}")
 

@@ -57,25 +57,23 @@ class RequestSender:
         self._timeout: Final = timeout
         self._turn = threading.Lock()
         self._state = threading.Condition()
-        self._connection: FawkesConnection | None = None
+        self.connection: FawkesConnection | None = None
+        """The present connection, or None."""
+        self.has_sent = False
+        """Whether a message without reply was sent, which the server must receive before the shutdown."""
         self._pending: _PendingRequest | None = None
         self._gone = False
-
-    @property
-    def connection(self) -> FawkesConnection | None:
-        """The present connection, or None."""
-        return self._connection
 
     def attach(self, connection: FawkesConnection) -> None:
         """Use a new connection."""
         with self._state:
-            self._connection = connection
+            self.connection = connection
             self._state.notify_all()
 
     def detach(self, reason: str) -> None:
         """Drop the connection; a waiting request fails."""
         with self._state:
-            self._connection = None
+            self.connection = None
             request, self._pending = self._pending, None
         if request is not None:
             request.failure = reason
@@ -97,9 +95,10 @@ class RequestSender:
 
         :raises ConnectionLostError: if there is no connection.
         """
-        connection = self._connection
+        connection = self.connection
         if connection is None:
             raise self.unavailable()
+        self.has_sent = True
         connection.send(frames)
 
     def request(
@@ -166,10 +165,10 @@ class RequestSender:
     def _send_request(self, request: _PendingRequest, timeout: float) -> FawkesConnection:
         deadline = time.monotonic() + timeout
         with self._state:
-            while self._connection is None and not self._gone:
+            while self.connection is None and not self._gone:
                 if not self._state.wait(deadline - time.monotonic()):
                     raise self.unavailable()
-            if self._gone or self._connection is None:
+            if self._gone or self.connection is None:
                 raise BlackBoardGoneError
             self._pending = request
-            return self._connection
+            return self.connection
