@@ -153,7 +153,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
             port.instance.invalidate()
             port.listeners.unregister(None, port.instance)
         connection = self._requests.connection
-        if connection is not None and self._requests.has_sent and self._reconnector.settled:
+        if connection is not None and self._requests.must_confirm and self._reconnector.settled:
             # Fawkes drops the unprocessed messages of a disconnected client
             with contextlib.suppress(BlackBoardError):
                 self._requests.request(NOTHING, timeout=min(self._timeout, _FAREWELL_S))
@@ -254,7 +254,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         if port.serial is None:
             self._requests.send(Close(reply.serial).to_bytes())
         elif port.written is not None:
-            self._requests.send(data_frame(port.serial.bytes, port.written, changed=True))
+            self._requests.send(data_frame(port.serial.bytes, port.written, changed=True), must_arrive=True)
 
     def give_up(self, port: RemotePort, error: BlackBoardError) -> None:
         """Invalidate an instance that cannot be reopened."""

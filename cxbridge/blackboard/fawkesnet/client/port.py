@@ -160,7 +160,8 @@ class RemotePort(BoardPort):
         :raises ConnectionLostError: if the block cannot be sent.
         """
         data = bytes(block)
-        self._requests.send(data_frame(self._open_serial().bytes, data, changed=changed))
+        frame = data_frame(self._open_serial().bytes, data, changed=changed)
+        self._requests.send(frame, must_arrive=True)
         self.written = data
         with self._lock:
             version = self._store(data, stamped, changed).version
@@ -203,7 +204,7 @@ class RemotePort(BoardPort):
                 hops=message.hops,
                 block=message.to_bytes(),
             )
-            self._requests.send(sent.to_bytes())
+            self._requests.send(sent.to_bytes(), must_arrive=True)
         except BlackBoardError:
             self._uncounted += 1
             self._emitter.emit_message(self, message, REFUSED)

@@ -59,8 +59,8 @@ class RequestSender:
         self._state = threading.Condition()
         self.connection: FawkesConnection | None = None
         """The present connection, or None."""
-        self.has_sent = False
-        """Whether a message without reply was sent, which the server must receive before the shutdown."""
+        self.must_confirm = False
+        """Whether a shutdown must wait until the server has received the sent messages."""
         self._pending: _PendingRequest | None = None
         self._gone = False
 
@@ -90,15 +90,16 @@ class RequestSender:
         """Return the error of a call without connection."""
         return ConnectionLostError(self._address, AWAY)
 
-    def send(self, frames: bytes) -> None:
+    def send(self, frames: bytes, *, must_arrive: bool = False) -> None:
         """Send a message without reply.
 
+        :param must_arrive: a shutdown must wait until the server has received the message.
         :raises ConnectionLostError: if there is no connection.
         """
         connection = self.connection
         if connection is None:
             raise self.unavailable()
-        self.has_sent = True
+        self.must_confirm |= must_arrive
         connection.send(frames)
 
     def request(
