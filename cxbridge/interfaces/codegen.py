@@ -69,7 +69,8 @@ class _Writer:
         if not self._stub:
             names = ["define", "enum_value_name"] if schema.enums else ["define"]
             yield f"from cxbridge.interfaces.classes import {', '.join(names)}"
-        yield f"from cxbridge.interfaces.instance import {', '.join(self._bases())}"
+        bases = "Interface, Message" if schema.messages else "Interface"
+        yield f"from cxbridge.interfaces.instance import {bases}"
         if schema.pseudomaps:
             yield "from cxbridge.interfaces.pseudomap import PseudoMap"
         if not self._stub:
@@ -91,10 +92,6 @@ class _Writer:
             yield "from enum import IntEnum"
         if self._schema.enums or self._schema.constants:
             yield "from typing import ClassVar"
-
-    def _bases(self) -> list[str]:
-        """Return the base classes that the module uses."""
-        return ["Interface", "Message"] if self._schema.messages else ["Interface"]
 
     def _uses_arrays(self, *, in_messages: bool = False) -> bool:
         """Return whether there are array fields."""

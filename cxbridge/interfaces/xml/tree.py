@@ -164,10 +164,9 @@ class _TreeReader:
         tag = match.group() if match else b""  # in UTF-16, for example, positions are those of the element
         element = Element(name, attributes, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1, tag)
         # with a DOCTYPE, expat silently drops unknown entities in attributes
-        if self._has_entities and _ENTITY.search(tag):
-            self._entity_skipped(
-                tag[_entity_start(tag) :].partition(b";")[0].decode("utf-8", "replace"), False
-            )
+        entity = _ENTITY.search(tag) if self._has_entities else None
+        if entity is not None:
+            self._entity_skipped(tag[entity.end() :].partition(b";")[0].decode("utf-8", "replace"), False)
         if self._open:
             self._open[-1].children.append(element)
         else:
@@ -184,12 +183,6 @@ class _TreeReader:
 def _is_local_dtd(system: str | None) -> bool:
     """Return whether a document type names no file or ``interface.dtd``, which is never fetched."""
     return system is None or ("://" not in system and system.split("/")[-1] == "interface.dtd")
-
-
-def _entity_start(tag: bytes) -> int:
-    """Return the position of the name of the first unknown entity."""
-    match = _ENTITY.search(tag)
-    return match.end() if match else 0
 
 
 _INVALID_TOKEN = expat.errors.codes[expat.errors.XML_ERROR_INVALID_TOKEN]

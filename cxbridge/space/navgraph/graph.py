@@ -10,7 +10,7 @@ import heapq
 import itertools
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 
 from msgspec import Struct, field
 
@@ -218,7 +218,8 @@ class NavGraph:
         """
         for name in (start, goal):
             if name not in self._nodes:
-                raise NavGraphError(f"there is no node '{name}'", hint=_names_hint(self._nodes))
+                names = ", ".join(sorted(self._nodes)) or "none"
+                raise NavGraphError(f"there is no node '{name}'", hint=f"there are: {names}")
         target = self._nodes[goal]
         order = itertools.count()  # breaks ties of equal costs by the order of discovery
         queue = [(self._nodes[start].distance(target.x, target.y), next(order), 0.0, start, "")]
@@ -246,7 +247,3 @@ class NavGraph:
         while previous := came_from[names[-1]]:
             names.append(previous)
         return NavGraphPath(tuple(self._nodes[name] for name in reversed(names)), cost)
-
-
-def _names_hint(names: Iterable[str]) -> str:
-    return "there are: " + (", ".join(sorted(names)) or "none")

@@ -57,7 +57,7 @@ class FawkesSite(Site):
         self.board = LocalBlackBoard(SampleRegistry(), self.clock)
         self.server = FawkesServer(self.board, port=self.server.port)
         self.server.start()
-        eventually(lambda: all(client.wait_connected(TIMEOUT) for client in self.clients))
+        eventually(lambda: all(client.connected for client in self.clients))
 
     def close(self) -> None:
         for client in self.clients:

@@ -32,6 +32,7 @@ from cxbridge.interfaces.known_hashes import hash_for_wire
 from tests.blackboard.contract.recorder import Recorder
 from tests.blackboard.fawkesnet.raw import TIMEOUT
 from tests.blackboard.samples import SAMPLE_SCHEMA, SampleInterface, SampleRegistry
+from tests.blackboard.zmq.support import eventually
 
 
 class Waits(Listener):
@@ -121,7 +122,7 @@ def test_who_took_the_writers_place_meanwhile_keeps_it(site):
     assert rival.valid
     rival.close()
     assert changed() is True
-    assert board.wait_connected(TIMEOUT)
+    eventually(lambda: board.connected)
     writer.count = 5
     writer.write()
     board.sync()

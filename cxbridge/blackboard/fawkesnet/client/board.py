@@ -190,10 +190,6 @@ class FawkesBlackBoard(RemoteBlackBoard):
         """Whether the client is connected and all interfaces are open."""
         return self._reconnector.settled
 
-    def wait_connected(self, timeout: float) -> bool:
-        """Wait for :attr:`connected`; return it."""
-        return self._reconnector.wait_settled(timeout)
-
     def _listeners_of(self, instance: Interface) -> ListenerTable:
         return self._port_of(instance).listeners
 

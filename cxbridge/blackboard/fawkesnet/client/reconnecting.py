@@ -87,10 +87,6 @@ class Reconnector:
         """Whether the client is connected and all interfaces are open."""
         return self._settled.is_set() and self._connection is not None and not self._connection.ended
 
-    def wait_settled(self, timeout: float) -> bool:
-        """Wait for :attr:`settled`; return it."""
-        return self._settled.wait(timeout)
-
     def lost(self, connection: FawkesConnection, reason: str) -> None:
         """Report a lost connection. Called in the receiving thread."""
         if connection is self._connection and not self._stopping.is_set():

@@ -74,8 +74,8 @@ class LogMessage(WireValue):
     def pack(self) -> bytes:
         word = _LEVELS[self.level] | (_EXCEPTION if self.exception else 0)
         seconds, microseconds = split_us(max(self.time_us, 0))
-        texts = b"".join(_c_string(text) for text in (self.component, self.text))
-        return _WORD.pack(word) + _TIME.pack(seconds, microseconds) + texts
+        texts = (text.encode(errors="replace").replace(b"\0", b"?") for text in (self.component, self.text))
+        return _WORD.pack(word) + _TIME.pack(seconds, microseconds) + b"%s\0%s\0" % tuple(texts)
 
     @classmethod
     def unpack(cls, payload: bytes) -> Self:
@@ -103,7 +103,3 @@ def unpack_log(kind: int, payload: bytes) -> LogSubscription | LogMessage:
         expect_size(payload, 0, "SUBSCRIBE")
         return LogSubscription(kind == LogKind.SUBSCRIBE)
     raise MalformedMessageError(f"the network logger has no messages of kind {kind}")
-
-
-def _c_string(text: str) -> bytes:
-    return text.encode(errors="replace").replace(b"\0", b"?") + b"\0"
