@@ -212,6 +212,7 @@ class BlackBoard(ABC):
         :raises BlackBoardError: if an interface cannot be opened.
         """
         opened: list[Interface] = []
+        # an interface may vanish or change its version between the list and its opening
         try:
             for info in self.list(type_glob, id_glob):
                 opened.append(self.open_for_reading(info.type, info.id, owner=owner))  # noqa: PERF401 - see except
@@ -298,7 +299,7 @@ class BlackBoard(ABC):
 
     def unregister_listener(self, listener: Listener, instance: Interface) -> None:
         """Unregister a listener. Does nothing if it is not registered or the instance is closed."""
-        if instance.valid:
+        if instance.valid:  # closing has unregistered the listeners of a closed instance
             self._listeners_of(instance).unregister(listener, instance)
 
     @abstractmethod

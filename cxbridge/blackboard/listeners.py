@@ -69,6 +69,7 @@ class ObserverTable:
     def unregister(self, observer: Observer) -> None:
         with self._lock:
             for watch in self._watches:
+                # a notification in another thread may still hold the registration
                 watch.active &= watch.observer is not observer
             self._watches = tuple(watch for watch in self._watches if watch.active)
 
@@ -231,7 +232,7 @@ class ListenerTable:
         """Register a listener of an instance; a repeated registration has no effect."""
         with self._lock:
             for kind in kinds:
-                key = (kind, id(listener), id(instance))
+                key = (kind, id(listener), id(instance))  # listeners need not be hashable
                 if key not in self._keys:
                     self._keys.add(key)
                     entry = _Registration(listener, instance, getattr(listener, kind))

@@ -91,6 +91,7 @@ class ConfigLoader:
         try:
             data = entry.file.read_bytes()
         except OSError as error:
+            # a file that exists but cannot be read is an error all the same
             if entry.ignore_missing and isinstance(error, FileNotFoundError | NotADirectoryError):
                 return
             raise _unreadable(entry, error) from None
@@ -110,7 +111,7 @@ class ConfigLoader:
             self._queue_includes(document, entry)
         tree = self._builder.build(values)
         if tree.kind is NodeKind.NULL:
-            return
+            return  # a file of comments
         if tree.kind is not NodeKind.MAP:
             raise tree.mark.error(
                 f"the configuration must be a map of names to values, but this is {tree.kind.value}",

@@ -213,7 +213,7 @@ def overlay(base: ConfigNode, over: ConfigNode, path: str = "") -> None:
             if key in base.children:
                 overlay(base.children[key], child, f"{path}/{key}")
             else:
-                base.children[key] = child.copy()
+                base.children[key] = child.copy()  # later overlays change it, and `over` may be used again
         return
     if base.kind is over.kind or base.kind is NodeKind.NULL:
         for name, value in structs.asdict(over.copy()).items():

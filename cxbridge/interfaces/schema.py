@@ -77,7 +77,7 @@ class FieldSchema(Struct, frozen=True, omit_defaults=True):
     @property
     def text_room(self) -> int:
         """The maximal bytes of a text."""
-        # the last byte is for NUL, except in a single char
+        # the last byte is for NUL, except in a single char, which a string without length is
         return 1 if self.length is None else self.length - 1
 
     @property
@@ -153,6 +153,7 @@ class InterfaceSchema(Struct, frozen=True, omit_defaults=True, dict=True):
         """The hash in 32 upper case hexadecimal digits, as Fawkes prints it."""
         return self.hash.hex().upper()
 
+    # looked up for each access by name; messages have few fields, and are accessed by property
     @cached_property
     def _fields_by_name(self) -> dict[str, FieldSchema]:
         return {field.name: field for field in self.fields}

@@ -120,7 +120,7 @@ def read_pseudomap(
         findings.error(element, f"{subject} has no entries", 'add <mapref key="1">name_of_a_field</mapref>')
     refs: dict[int, MapRef] = {}
     for mapref in maprefs:
-        with findings.collect():
+        with findings.collect():  # the other entries can still be checked
             key, ref = _read_mapref(mapref, keytype, fields, findings)
             if key in refs:
                 raise findings.mistake(

@@ -106,7 +106,7 @@ def check_bytes(data: bytes, file: str | Path | None = None) -> CheckResult:
     except InterfaceDefinitionError as error:
         return CheckResult(None, (error,))
     findings = Findings(name)
-    digest = hashlib.md5(data, usedforsecurity=False).digest()
+    digest = hashlib.md5(data, usedforsecurity=False).digest()  # Fawkes' version of an interface
     schema = None
     with contextlib.suppress(TooManyFindings):  # reading ends early, but the errors so far are reported
         schema = _Definition(root, findings).read(digest, name or "")
@@ -241,6 +241,7 @@ class _Definition:
                 block, "the data block has no field", 'add at least one <field type="..." name="...">'
             )
         for element in elements:
+            # known even if it is wrong, so that references to it are no further errors
             self._fields.setdefault(element.attributes.get("name", ""), None)
             with findings.collect():
                 field = read_field(element, self._enums, RESERVED_IN_INTERFACES, self._scope, findings)

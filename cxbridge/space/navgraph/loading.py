@@ -46,6 +46,7 @@ def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = Fa
         raise NavGraphError(
             error.message, file=error.file, line=error.line, column=error.column, hint=error.hint
         ) from None
+    # unlike a configuration, a graph has no document of includes
     if len(documents) != 1 or not isinstance(documents[0], YamlMap):
         raise NavGraphError(
             "a navigation graph is one map: graph-name, nodes, connections", file=name, line=1
@@ -124,7 +125,7 @@ def _insert(graph: NavGraph, node: NavGraphNode, root: YamlNode) -> None:
 def _properties(node: YamlNode | None) -> dict[str, str]:
     properties: dict[str, str] = {}
     for item in _items(node, "properties"):
-        if isinstance(item, YamlScalar):
+        if isinstance(item, YamlScalar):  # as in Fawkes, a name alone is a flag
             properties[item.text] = "true"
         elif isinstance(item, YamlMap):
             properties.update((_text(key), _text(value)) for key, value in item.pairs)
@@ -164,7 +165,7 @@ def _located(node: YamlNode) -> Iterator[None]:
         yield
     except NavGraphError as error:
         if error.line:
-            raise
+            raise  # the error of an inner node has its own position
         raise _wrong(node, error.message, error.hint) from None
 
 

@@ -116,7 +116,8 @@ class RequestHandler:
             )
         else:
             instance = self._board.open_for_reading(interface_class, frame.id, owner=frame.owner)
-        self._loop.drain()  # earlier writes of other clients must be sent before the reply
+        # earlier writes must be sent before the reply, whose data are newer
+        self._loop.drain()
         serial = instance.serial.bytes
         session.instances[serial] = instance
         channel = self._channel_of(instance)
@@ -276,7 +277,7 @@ class RequestHandler:
         session.send(Listed(list(infos), request=frame.request))
 
     def _watch(self, session: ZmqSession, frame: Watch) -> None:
-        session.watching = True
+        session.watching = True  # first: between the list and an event no interface is missed
         session.send(Listed(list(self._board.list_all()), request=frame.request))
 
     def _sync(self, session: ZmqSession, frame: Sync) -> None:
