@@ -1,4 +1,9 @@
-"""The debug adapter: serves the requests of one client and sends it events."""
+"""The debug adapter: serves the requests of one client and sends it events.
+
+A thread reads the requests into a queue. The main thread carries them out: before the run, between its loops
+(:meth:`Adapter.pump`) and while it is stopped (:meth:`Adapter.serve_stop`), so that rules and requests never
+use CLIPS at the same time.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +11,7 @@ import queue
 import threading
 import traceback
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, Final
 
 import msgspec
@@ -36,12 +42,20 @@ CAPABILITIES: Final = {
 }
 
 _SLICE_S: Final = 0.2  # seconds without a request after which the target is polled
-_TARGETS: Final = {1: "rule", 2: "line"}
-_TARGET_TITLES: Final = {1: "the next rule", 2: "the next action of a right-hand side"}
+# The targets of `stepIn`, by the number that the client names: the unit of the step, and its title.
+_STEP_TARGETS: Final = {
+    1: ("rule", "the next rule"),
+    2: ("line", "the next action of a right-hand side"),
+}
 _ENDING: Final = ("disconnect", "terminate")
 
 
 class Adapter:
+    """A debug session with one client.
+
+    :ivar problem: the protocol error that ended the client's stream; empty without an error.
+    """
+
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
         self._inbox: queue.SimpleQueue[protocol.Request | None] = queue.SimpleQueue()
@@ -52,47 +66,44 @@ class Adapter:
         self._run_phase = SessionPhase.LAUNCHED
         self._is_known = self._is_over = self._checked = False
         self._sends_invalidated = False
-        self.problem = ""  # protocol error that ended the client's stream; empty without an error
-        any_time, stopped = phases.KNOWN, SessionPhase.STOPPED
-        launched = phases.LAUNCHED
+        self.problem = ""
+        any_time, launched, stopped = phases.KNOWN, phases.LAUNCHED, SessionPhase.STOPPED
+        thread, frame, nothing = protocol.ThreadArguments, protocol.FrameArguments, protocol.Nothing
+        # By request: the type of its arguments, its handler, and the phases in which it is valid.
         self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any], SessionPhase]] = {
             "initialize": (protocol.InitializeArguments, self._initialize, SessionPhase.NEW),
             "launch": (dict[str, Any], self._launch, SessionPhase.READY),
-            "configurationDone": (protocol.Nothing, self._begin, SessionPhase.LAUNCHED),
+            "configurationDone": (nothing, self._begin, SessionPhase.LAUNCHED),
             "setBreakpoints": (protocol.SetBreakpointsArguments, self._set_lines, any_time),
             "setFunctionBreakpoints": (
-                protocol.SetFunctionBreakpointsArguments,
+                protocol.FunctionBreakpointsArguments,
                 self._set_functions,
                 any_time,
             ),
             "setExceptionBreakpoints": (
-                protocol.SetExceptionBreakpointsArguments,
+                protocol.ExceptionBreakpointsArguments,
                 self._set_filters,
                 any_time,
             ),
             "breakpointLocations": (protocol.BreakpointLocationsArguments, self._locations, any_time),
-            "threads": (protocol.Nothing, self._threads, launched),
+            "threads": (nothing, self._threads, launched),
             "stackTrace": (protocol.StackTraceArguments, self._stack, stopped),
-            "scopes": (protocol.FrameArguments, self._scopes, stopped),
+            "scopes": (frame, self._scopes, stopped),
             "variables": (protocol.VariablesArguments, self._variables, stopped),
             "setVariable": (protocol.SetVariableArguments, self._set_variable, stopped),
             "evaluate": (protocol.EvaluateArguments, self._evaluate, stopped),
             "source": (protocol.SourceArguments, self._source, any_time),
-            "loadedSources": (protocol.Nothing, self._loaded, launched),
-            "stepInTargets": (protocol.FrameArguments, self._step_targets, stopped),
-            "continue": (protocol.ThreadArguments, self._continue, stopped),
+            "loadedSources": (nothing, self._loaded, launched),
+            "stepInTargets": (frame, self._step_targets, stopped),
+            "continue": (thread, self._continue, stopped),
             "stepIn": (protocol.StepInArguments, self._step_in, stopped),
-            "next": (protocol.StepArguments, lambda arguments: self._step(arguments, "transition"), stopped),
-            "stepOut": (protocol.StepArguments, lambda arguments: self._step(arguments, "loop"), stopped),
-            "stepBack": (protocol.StepArguments, lambda arguments: self._go_back(arguments, "rule"), stopped),
-            "reverseContinue": (
-                protocol.ThreadArguments,
-                lambda arguments: self._go_back(arguments, ""),
-                stopped,
-            ),
-            "pause": (protocol.PauseArguments, self._pause, SessionPhase.RUNNING),
-            "terminate": (protocol.EndArguments, self._terminate, launched),
-            "disconnect": (protocol.EndArguments, self._disconnect, phases.ANY),
+            "next": (thread, lambda arguments: self._step(arguments, "transition"), stopped),
+            "stepOut": (thread, lambda arguments: self._step(arguments, "loop"), stopped),
+            "stepBack": (thread, lambda arguments: self._go_back(arguments, "rule"), stopped),
+            "reverseContinue": (thread, lambda arguments: self._go_back(arguments, ""), stopped),
+            "pause": (thread, self._pause, SessionPhase.RUNNING),
+            "terminate": (nothing, self._terminate, launched),
+            "disconnect": (nothing, self._disconnect, phases.ANY),
         }
 
     @property
@@ -146,32 +157,32 @@ class Adapter:
         if request is None:
             self._is_over = True
             return
-        answer = protocol.Response(request.seq, request.command, success=False)
+        response = protocol.Response(request.seq, request.command, success=False)
         try:
-            answer.body = self._carry_out(request)
-            answer.success = True
+            response.body = self._carry_out(request)
+            response.success = True
         except CxbridgeError as error:
-            answer.message = str(error)
+            response.message = str(error)
         except msgspec.DecodeError as error:
-            answer.message = f"the arguments are invalid: {error}"
+            response.message = f"the arguments are invalid: {error}"
         except Exception as error:  # noqa: BLE001 - a client waits for each response
             traceback.print_exc()
-            answer.message = f"a fault of cxbridge: {type(error).__name__}: {error}"
-        if not answer.success:
-            answer.body = {"error": {"id": 1, "format": answer.message, "showUser": True}}
-        self._wire.write(answer)
-        if answer.success and request.command == "launch":
+            response.message = f"a fault of cxbridge: {type(error).__name__}: {error}"
+        if not response.success:
+            response.body = {"error": {"id": 1, "format": response.message, "showUser": True}}
+        self._wire.write(response)
+        # The client sends its breakpoints after this event, and only a launched target can verify them.
+        if response.success and request.command == "launch":
             self.send_event("initialized")
 
     def _carry_out(self, request: protocol.Request) -> Any:
         """Return the body of the response."""
-        known = self._handlers.get(request.command)
-        if known is None:
+        if request.command not in self._handlers:
             raise CxbridgeError(f"there is no request '{request.command}' here")
-        kind, carry_out, allowed = known
-        arguments = protocol.arguments_of(request, kind)
-        check_phase(request.command, allowed, self._phase)
-        return carry_out(arguments)
+        arguments_type, handler, allowed_phases = self._handlers[request.command]
+        arguments = protocol.arguments_of(request, arguments_type)
+        check_phase(request.command, allowed_phases, self._phase)
+        return handler(arguments)
 
     # -- callbacks of targets
 
@@ -181,8 +192,8 @@ class Adapter:
             self._take(self._inbox.get())
         if not self._checked and self._current_target.is_loaded:
             self._checked = True
-            for each in self._breakpoints.check():
-                self.send_event("breakpoint", {"reason": "changed", "breakpoint": each})
+            for state in self._breakpoints.check():
+                self.send_event("breakpoint", {"reason": "changed", "breakpoint": state})
 
     def serve_stop(self, stopped: Stopped, is_over: Callable[[], bool]) -> None:
         """Carry out requests until one resumes the run."""
@@ -202,11 +213,8 @@ class Adapter:
         )
         try:
             while not is_over() and not self._is_over:
-                try:
-                    request = self._inbox.get(timeout=_SLICE_S)
-                except queue.Empty:
-                    continue
-                self._take(request)
+                with suppress(queue.Empty):
+                    self._take(self._inbox.get(timeout=_SLICE_S))
         finally:
             self._stop = None
 
@@ -246,12 +254,12 @@ class Adapter:
     def _begin(self, _arguments: protocol.Nothing) -> None:
         self._run_phase = SessionPhase.RUNNING
 
-    def _terminate(self, _arguments: protocol.EndArguments) -> None:
+    def _terminate(self, _arguments: protocol.Nothing) -> None:
         if self._phase is SessionPhase.LAUNCHED:  # nothing runs yet that could end by itself
             self._run_phase = SessionPhase.OVER
             self.send_event("terminated")
 
-    def _disconnect(self, _arguments: protocol.EndArguments) -> None:
+    def _disconnect(self, _arguments: protocol.Nothing) -> None:
         self._is_over = True
 
     # -- setting breakpoints
@@ -259,10 +267,10 @@ class Adapter:
     def _set_lines(self, arguments: protocol.SetBreakpointsArguments) -> Mapping[str, Any]:
         return {"breakpoints": self._breakpoints.set_lines(arguments)}
 
-    def _set_functions(self, arguments: protocol.SetFunctionBreakpointsArguments) -> Mapping[str, Any]:
+    def _set_functions(self, arguments: protocol.FunctionBreakpointsArguments) -> Mapping[str, Any]:
         return {"breakpoints": self._breakpoints.set_functions(arguments.breakpoints)}
 
-    def _set_filters(self, arguments: protocol.SetExceptionBreakpointsArguments) -> Mapping[str, Any]:
+    def _set_filters(self, arguments: protocol.ExceptionBreakpointsArguments) -> Mapping[str, Any]:
         return {"breakpoints": self._breakpoints.set_filters(arguments)}
 
     def _locations(self, arguments: protocol.BreakpointLocationsArguments) -> Mapping[str, Any]:
@@ -271,11 +279,10 @@ class Adapter:
     # -- inspection
 
     def _check_thread(self, number: int) -> None:
-        if not 0 < number <= len(self._current_target.agents):
-            thread_list = ", ".join(
-                f"{each} ({name})" for each, name in enumerate(self._current_target.agents, start=1)
-            )
-            raise CxbridgeError(f"there is no thread {number}", hint=f"there are: {thread_list or 'none'}")
+        agents = self._current_target.agents
+        if not 0 < number <= len(agents):
+            threads = ", ".join(f"{thread} ({name})" for thread, name in enumerate(agents, start=1))
+            raise CxbridgeError(f"there is no thread {number}", hint=f"there are: {threads or 'none'}")
 
     def _threads(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
         agents = () if self._phase is SessionPhase.OVER else self._current_target.agents
@@ -291,8 +298,9 @@ class Adapter:
         return {"scopes": self._current_stop.scopes(arguments.frame_id)}
 
     def _variables(self, arguments: protocol.VariablesArguments) -> Mapping[str, Any]:
-        found = self._current_stop.variables(arguments.variables_reference, arguments.start, arguments.count)
-        return {"variables": [] if arguments.filter == "indexed" else found}
+        reference, start, count = arguments.variables_reference, arguments.start, arguments.count
+        variables = self._current_stop.variables(reference, start, count)
+        return {"variables": [] if arguments.filter == "indexed" else variables}
 
     def _set_variable(self, arguments: protocol.SetVariableArguments) -> Mapping[str, Any]:
         value = self._current_stop.change(arguments.variables_reference, arguments.name, arguments.value)
@@ -324,11 +332,17 @@ class Adapter:
 
     def _step_targets(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
         self._current_stop.check_frame(arguments.frame_id)
-        return {"targets": [{"id": each, "label": _TARGET_TITLES[each]} for each in self._step_kinds]}
+        return {
+            "targets": [
+                {"id": number, "label": title} for number, (_, title) in self._possible_steps().items()
+            ]
+        }
 
-    @property
-    def _step_kinds(self) -> list[int]:
-        return [number for number in _TARGETS if number == 1 or self._current_target.can_stop_at_actions]
+    def _possible_steps(self) -> dict[int, tuple[str, str]]:
+        is_limited = not self._current_target.can_stop_at_actions
+        return {
+            number: step for number, step in _STEP_TARGETS.items() if not (is_limited and step[0] == "line")
+        }
 
     def _continue(self, arguments: protocol.ThreadArguments) -> Mapping[str, Any]:
         self._check_thread(arguments.thread_id)
@@ -337,11 +351,11 @@ class Adapter:
 
     def _step_in(self, arguments: protocol.StepInArguments) -> None:
         target = 1 if arguments.target_id is None else arguments.target_id
-        if target not in self._step_kinds:
+        if target not in self._possible_steps():
             raise CxbridgeError(f"there is no target {target} to step into")
-        self._step(arguments, _TARGETS[target])
+        self._step(arguments, _STEP_TARGETS[target][0])
 
-    def _step(self, arguments: protocol.StepArguments, unit: str) -> None:
+    def _step(self, arguments: protocol.ThreadArguments, unit: str) -> None:
         self._check_thread(arguments.thread_id)
         self._current_target.step(unit)
 
@@ -349,6 +363,6 @@ class Adapter:
         self._check_thread(arguments.thread_id)
         self._current_target.go_back(unit)
 
-    def _pause(self, arguments: protocol.PauseArguments) -> None:
+    def _pause(self, arguments: protocol.ThreadArguments) -> None:
         self._check_thread(arguments.thread_id)
         self._current_target.pause()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from clips._clips import lib
@@ -37,22 +38,22 @@ class DebuggedAgent:
     :param actions: whether the agent can stop within right-hand sides.
     """
 
-    def __init__(self, assembly: Run, *, actions: bool) -> None:
-        self.assembly = assembly
-        self.debugger = debugger_of(assembly.executive)
-        self.service = EnvironmentService(assembly.manager)
-        self.env: ClipsEnvironment = assembly.executive.env
+    def __init__(self, run: Run, *, actions: bool) -> None:
+        self.run = run
+        self.debugger = debugger_of(run.executive)
+        self.service = EnvironmentService(run.manager)
+        self.env: ClipsEnvironment = run.executive.env
         self.probes = Probes(self.env, self.debugger) if actions else None
         self.debugger.expand = self._expand
         self.ids: dict[int, int] = {}  # client's breakpoint numbers by the debugger's
         self._groups: dict[str, list[int]] = {}
         self.fired: RuleFired | None = None
-        self.gone: dict[int, FactChange] = {}
-        self._context = OperationContext(EVERYTHING, lambda: assembly.executive)
-        self._places: dict[str, FileLine] = {}
-        self._read = 0
-        assembly.bus.subscribe(self._take, RuleFired, FactChange)
-        self._watches = False
+        self.retracted: dict[int, FactChange] = {}  # by the rule that fires
+        self._context = OperationContext(EVERYTHING, lambda: run.executive)
+        self._positions: dict[str, FileLine] = {}
+        self._read_files = 0
+        run.bus.subscribe(self._take, RuleFired, FactChange)
+        self._is_watched_again = False
         self._watch()
 
     def _watch(self) -> None:
@@ -61,8 +62,8 @@ class DebuggedAgent:
 
     def watch_again(self) -> None:
         """Turn the watching of rules and facts on again, once: the agent's configuration may turn it off."""
-        if not self._watches:
-            self._watches = True
+        if not self._is_watched_again:
+            self._is_watched_again = True
             self._watch()
 
     def raise_error(self) -> None:
@@ -70,23 +71,24 @@ class DebuggedAgent:
         if self.probes is not None and self.probes.error is not None:
             raise self.probes.error
 
-    def set_breakpoints(self, group: str, wanted: Mapping[int, Breakpoint]) -> None:
-        for old_number in self._groups.pop(group, ()):
-            self.debugger.remove(old_number)
-            self.ids.pop(old_number)
-        breakpoint_of_number = {
-            self.debugger.add(each, checked=False).number: number for number, each in wanted.items()
+    def set_breakpoints(self, group: str, breakpoints: Mapping[int, Breakpoint]) -> None:
+        for previous in self._groups.pop(group, ()):
+            self.debugger.remove(previous)
+            self.ids.pop(previous)
+        # Unchecked: the adapter shows an unreachable breakpoint as not verified, which is no error.
+        numbers = {
+            self.debugger.add(item, checked=False).number: number for number, item in breakpoints.items()
         }
-        self.ids |= breakpoint_of_number
-        self._groups[group] = list(breakpoint_of_number)
+        self.ids |= numbers
+        self._groups[group] = list(numbers)
 
     def _take(self, event: Event) -> None:
         """Keep the rule that fires, and the facts it retracts."""
         if isinstance(event, RuleFired) and event.env == self.env.name:
             self.fired = event
-            self.gone.clear()
+            self.retracted.clear()
         elif isinstance(event, FactChange) and event.env == self.env.name and not event.asserted:
-            self.gone[event.index] = event
+            self.retracted[event.index] = event
 
     def carry_out_operation(self, name: str, **arguments: Any) -> Any:
         """Carry out an operation on the executive's environment."""
@@ -99,32 +101,29 @@ class DebuggedAgent:
         """Return the position of a rule, in the last loaded file that defines it."""
         # Only files loaded since the last call are read.
         files = self.env.loader.files
-        for file in files[self._read :]:
-            try:
-                text = file.read_bytes().decode("utf-8", "surrogateescape")
-            except OSError:
-                continue
-            path = file.resolve()
-            self._places |= {name: FileLine(path, line) for name, line in rule_lines(text).items()}
-        self._read = len(files)
-        return self._places.get(rule)
+        for file in files[self._read_files :]:
+            with suppress(OSError):
+                text, path = file.read_bytes().decode("utf-8", "surrogateescape"), file.resolve()
+                self._positions |= {name: FileLine(path, line) for name, line in rule_lines(text).items()}
+        self._read_files = len(files)
+        return self._positions.get(rule)
 
 
 class LiveMoment(StoppedEnvironment):
     """An agent with stopped rules."""
 
     def __init__(self, agent: DebuggedAgent, stop: Stop) -> None:
-        fired, env = agent.fired, agent.env
-        firing = None
-        following = next(agenda(env), None)
-        if stop.line or stop.kind in ("transition", "after") or following is None:
+        fired, next_activation = agent.fired, next(agenda(agent.env), None)
+        # A stop before a rule concerns the next rule, other stops concern the rule that has fired.
+        if stop.line or stop.kind in ("transition", "after") or next_activation is None:
             firing = None if fired is None else Firing(fired.rule, fired.basis, stop.line)
         else:
-            firing = Firing(following[1], following[2])
-        super().__init__(agent.assembly.name, firing, stop.event)
+            _, rule, basis = next_activation
+            firing = Firing(rule, basis)
+        super().__init__(agent.run.name, firing, stop.event)
         self._agent = agent
-        self._env = env
-        self._within = bool(stop.line)
+        self._env = agent.env
+        self._is_within_rule = bool(stop.line)
 
     def place(self, rule: str) -> FileLine | None:
         return self._agent.place(rule)
@@ -151,7 +150,7 @@ class LiveMoment(StoppedEnvironment):
     def fact(self, index: int) -> FactChange | None:
         pointer = self._env.maker.find(index)
         if pointer == NULL:
-            return self._agent.gone.get(index)
+            return self._agent.retracted.get(index)
         template = decode(lib.DeftemplateName(lib.FactDeftemplate(pointer)))
         text = self._env.watcher.text(pointer)
         return FactChange(0, self._env.name, asserted=True, index=index, template=template, text=text)
@@ -164,7 +163,7 @@ class LiveMoment(StoppedEnvironment):
 
     def locals(self) -> Mapping[str, Value] | None:
         probes = self._agent.probes
-        return None if probes is None or not self._within else probes.values()
+        return None if probes is None or not self._is_within_rule else probes.values()
 
     def is_function(self, name: str) -> bool:
         function = EXTRA.FindFunction(self._env.env, encode(name))

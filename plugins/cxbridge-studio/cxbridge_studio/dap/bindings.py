@@ -1,4 +1,8 @@
-"""The variables of a fired rule's condition, found by matching its facts again with CLIPS."""
+"""Finds the variables of a fired rule's condition by matching its facts again with CLIPS.
+
+CLIPS has no interface to the variables of a rule that fires. The basis of the firing names the facts, so an
+isolated environment with these facts alone binds the same variables.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +24,13 @@ if TYPE_CHECKING:
 
 _FACT: Final = "cx-dap-fact-"
 _MAX_BRANCHES: Final = 64  # alternatives of nested (or ...) multiply
-_MAX_WAYS: Final = 1000  # matches of a rule that are compared with the firing
+_MAX_MATCHES: Final = 1000  # matches of a rule that are compared with the firing
 
 
 def facts_of(basis: str) -> list[int]:
     """Return the indices of the facts in a basis such as ``f-1,*,f-3``."""
-    parts = (part.strip().removeprefix("f-") for part in basis.split(","))
-    return [int(part) for part in parts if part.isdecimal()]
+    items = (item.strip().removeprefix("f-") for item in basis.split(","))
+    return [int(item) for item in items if item.isdecimal()]  # `*` stands for a CE without a fact
 
 
 def bindings(bare: Snapshot, basis: str, fact: Callable[[int], FactChange | None]) -> dict[str, Value]:
@@ -39,12 +43,12 @@ def bindings(bare: Snapshot, basis: str, fact: Callable[[int], FactChange | None
     """
     condition = parse_rule(bare.text)
     indices = facts_of(basis)
-    changes = [fact(index) for index in dict.fromkeys(indices)]
-    known = [change for change in changes if change is not None]
-    if len(known) < len(changes):
+    changes = [change for index in dict.fromkeys(indices) if (change := fact(index)) is not None]
+    if len(changes) < len(set(indices)):
         raise ClipsError("a fact that the rule fired for is not known any more")
     names = {pattern.template for pattern in patterns(condition.ces)}
-    templates, rows = rows_of(known, {name: each for name, each in bare.templates.items() if name in names})
+    bare_templates = {name: template for name, template in bare.templates.items() if name in names}
+    templates, rows = rows_of(changes, bare_templates)
     with Matcher(replace(bare, templates=templates, facts=tuple(rows), all_facts=False)) as matcher:
         failure = ClipsError("the facts do not match the condition any more")
         for ces in islice(_branches(condition.ces), _MAX_BRANCHES):
@@ -64,6 +68,7 @@ def bindings(bare: Snapshot, basis: str, fact: Callable[[int], FactChange | None
 
 
 def _branches(ces: Sequence[CE]) -> Iterator[list[PatternCE | TestCE]]:
+    """Yield the patterns and tests of each alternative of the ``or`` CEs."""
     choices: list[list[list[PatternCE | TestCE]]] = []
     for ce in ces:
         if not isinstance(ce, GroupCE):
@@ -71,10 +76,11 @@ def _branches(ces: Sequence[CE]) -> Iterator[list[PatternCE | TestCE]]:
         elif ce.kind == "and":
             choices.append(list(islice(_branches(ce.items), _MAX_BRANCHES)))
         elif ce.kind == "or":
-            each = (way for branch in ce.items for way in _branches((branch,)))
-            choices.append(list(islice(each, _MAX_BRANCHES)))
-    for ways in product(*choices):
-        yield [ce for way in ways for ce in way]
+            alternatives = (ces for branch in ce.items for ces in _branches((branch,)))
+            choices.append(list(islice(alternatives, _MAX_BRANCHES)))
+        # `not`, `exists` and `forall` bind no variable.
+    for alternative in product(*choices):
+        yield [ce for choice in alternative for ce in choice]
 
 
 def _bound(
@@ -86,24 +92,22 @@ def _bound(
     loose: bool,
 ) -> dict[str, Value] | None:
     """Return the variables of the match with these facts in this order, or None."""
+    if not fact_patterns:
+        return {}
     texts: list[str] = []
     facts: list[str] = []
-    names: dict[str, None] = {}
+    names: set[str] = set()
     for ce in ces:
         if isinstance(ce, TestCE):
             texts += [] if loose else [ce.text]
             continue
         variable = ce.variable or f"{_FACT}{len(facts)}"
-        text = _loose(ce) if loose else ce.text.partition(" <- ")[2] if ce.variable else ce.text
-        texts.append(f"?{variable} <- {text}")
+        texts.append(f"?{variable} <- {_loose(ce) if loose else ce.bare()}")
         facts.append(variable)
-        names |= dict.fromkeys((variable,))
-        names |= dict.fromkeys(field.name for part in ce.parts for field in part.fields if field.name)
-    if not fact_patterns:
-        return {}
+        names |= {variable, *ce.binds}
     fact_refs = [FactRef(index) for index in indices]
-    for values in matcher.note(texts, list(names), _MAX_WAYS):
-        bound_values = dict(zip(names, values, strict=True))
+    for values in matcher.note(texts, sorted(names), _MAX_MATCHES):
+        bound_values = dict(zip(sorted(names), values, strict=True))
         if [bound_values[variable] for variable in facts] == fact_refs:
             return {name: value for name, value in bound_values.items() if not name.startswith(_FACT)}
     return None
@@ -111,11 +115,11 @@ def _bound(
 
 def _loose(ce: PatternCE) -> str:
     """Return a pattern that binds the same variables without any constraint."""
-    parts = [
-        part.write([field.binder if field.name else field.wildcard for field in part.fields])
-        for part in ce.parts
+    constraints = [
+        constraint.write([field.binder if field.name else field.wildcard for field in constraint.fields])
+        for constraint in ce.parts
     ]
-    return f"({' '.join((ce.template, *parts))})"
+    return f"({' '.join((ce.template, *constraints))})"
 
 
 def matching(bare: Snapshot, pattern: str, facts: Mapping[str, Sequence[FactChange]]) -> list[int]:

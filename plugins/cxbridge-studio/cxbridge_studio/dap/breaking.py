@@ -1,4 +1,8 @@
-"""The breakpoints of a client, and their verification."""
+"""The breakpoints of a client, and their verification.
+
+A client sets breakpoints in groups that it replaces as a whole: those of a file, those on names, and the
+exception filters. It may set them before the rules are loaded: they are verified again then.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ from typing import Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import protocol
-from cxbridge_studio.dap.breakpoint_lines import FileLines
+from cxbridge_studio.dap.rule_lines import FileLines, RulePosition
 from cxbridge_studio.dap.stops import Sources
 from cxbridge_studio.dap.target import Target
 from cxbridge_studio.debugger.breakpoints import Breakpoint, check_hits, parse_breakpoint
@@ -26,10 +30,12 @@ _FILTERS: Final = "filters"
 
 
 @dataclass(frozen=True, slots=True)
-class _OnLine:
+class _LineBreakpoint:
+    """A breakpoint on a line, with its state as the client knows it."""
+
     rule: str
     file: Path
-    shown: protocol.Breakpoint
+    state: protocol.Breakpoint
 
 
 class Breakpoints:
@@ -37,9 +43,9 @@ class Breakpoints:
 
     def __init__(self, sources: Sources) -> None:
         self._sources = sources
-        self._last = 0
+        self._last_number = 0
         self._groups: dict[str, dict[int, Breakpoint]] = {}
-        self._on_lines: dict[str, list[_OnLine]] = {}
+        self._on_lines: dict[str, list[_LineBreakpoint]] = {}
         self._functions: dict[int, protocol.Breakpoint] = {}
         self._target: Target | None = None
 
@@ -48,120 +54,107 @@ class Breakpoints:
         for group, breakpoints in self._groups.items():
             target.set_breakpoints(group, breakpoints)
 
-    def _put(self, group: str, breakpoints: dict[int, Breakpoint]) -> None:
+    def _replace(self, group: str, breakpoints: dict[int, Breakpoint]) -> None:
         self._groups[group] = breakpoints
         if self._target is not None:
             self._target.set_breakpoints(group, breakpoints)
 
-    def _next(self) -> int:
-        self._last += 1
-        return self._last
+    def _new_number(self) -> int:
+        self._last_number += 1
+        return self._last_number
+
+    def _lines_of(self, source: protocol.Source) -> tuple[Path, FileLines]:
+        file, text = self._sources.named(source)
+        return file, FileLines(text, actions=self._target is None or self._target.can_stop_at_actions)
 
     # -- breakpoints on lines
 
     def set_lines(self, arguments: protocol.SetBreakpointsArguments) -> list[protocol.Breakpoint]:
         """Replace the breakpoints of a file and return their states."""
-        file, text = self._sources.named(arguments.source)
-        actions = self._target is None or self._target.can_stop_at_actions
-        lines = FileLines(text, actions=actions)
+        file, lines = self._lines_of(arguments.source)
         breakpoints: dict[int, Breakpoint] = {}
-        answers: list[protocol.Breakpoint] = []
-        on_lines: list[_OnLine] = []
-        for line_breakpoint in arguments.wanted:
-            number = self._next()
-            place = lines.at(line_breakpoint.line) if line_breakpoint.line > 0 else None
-            if place is None:
-                below = "no rule begins at this line or below"
-                message = below if line_breakpoint.line > 0 else "lines are counted from 1"
-                answers.append(
-                    protocol.Breakpoint(number, verified=False, message=message, line=line_breakpoint.line)
-                )
+        states: list[protocol.Breakpoint] = []
+        on_lines: list[_LineBreakpoint] = []
+        for requested in arguments.requested:
+            number = self._new_number()
+            position = lines.at(requested.line) if requested.line > 0 else None
+            problem = _problem(requested, position)
+            if position is None or problem:
+                line = requested.line if position is None else position.line
+                states.append(protocol.Breakpoint(number, verified=False, message=problem, line=line))
                 continue
-            try:
-                check_hits(line_breakpoint.hit_condition)
-            except CxbridgeError as error:
-                answers.append(
-                    protocol.Breakpoint(number, verified=False, message=str(error), line=place.line)
-                )
-                continue
-            breakpoints[number] = place.breakpoint(
-                line_breakpoint.condition, line_breakpoint.hit_condition, line_breakpoint.log_message
+            breakpoints[number] = position.breakpoint(
+                requested.condition, requested.hit_condition, requested.log_message
             )
-            shown = protocol.Breakpoint(
-                number, verified=True, message=_where(place.rule, action=place.action), line=place.line
-            )
-            shown = self._checked(_OnLine(place.rule, file, shown))
-            on_lines.append(_OnLine(place.rule, file, shown))
-            answers.append(shown)
+            where = f"within the right-hand side of rule {position.rule}"
+            message = where if position.action else f"before rule {position.rule} fires"
+            state = protocol.Breakpoint(number, verified=True, message=message, line=position.line)
+            state = self._verified(_LineBreakpoint(position.rule, file, state))
+            on_lines.append(_LineBreakpoint(position.rule, file, state))
+            states.append(state)
         self._on_lines[str(file)] = on_lines
-        self._put(f"file:{file}", breakpoints)
-        return answers
+        self._replace(f"file:{file}", breakpoints)
+        return states
 
-    def _checked(self, item: _OnLine) -> protocol.Breakpoint:
+    def _verified(self, item: _LineBreakpoint) -> protocol.Breakpoint:
         """Return the state of a breakpoint, as far as the rules are known."""
-        if self._target is None or not self._target.is_loaded:
-            return item.shown
-        reason = self._target.why_no_stop(item.rule, item.file)
+        is_loaded = self._target is not None and self._target.is_loaded
+        reason = self._target.why_no_stop(item.rule, item.file) if self._target and is_loaded else ""
         if not reason:
-            return item.shown
-        return protocol.Breakpoint(item.shown.id, verified=False, message=reason, line=item.shown.line)
+            return item.state
+        return protocol.Breakpoint(item.state.id, verified=False, message=reason, line=item.state.line)
 
     def check(self) -> list[protocol.Breakpoint]:
         """Return the breakpoints whose state has changed since the rules are loaded."""
-        pairs = [(self._checked(item), item.shown) for items in self._on_lines.values() for item in items]
+        pairs = [(self._verified(item), item.state) for items in self._on_lines.values() for item in items]
         pairs += [
             (self._reachable(number, item), self._functions[number])
             for number, item in self._groups.get(_FUNCTIONS, {}).items()
         ]
-        return [now for now, previous in pairs if now.verified != previous.verified]
+        return [state for state, previous in pairs if state.verified != previous.verified]
 
     def lines_between(self, arguments: protocol.BreakpointLocationsArguments) -> list[int]:
         """Return the lines of a range where a breakpoint is possible."""
-        _, text = self._sources.named(arguments.source)
-        actions = self._target is None or self._target.can_stop_at_actions
-        lines = FileLines(text, actions=actions)
+        _, lines = self._lines_of(arguments.source)
         return lines.between(arguments.line, arguments.end_line or arguments.line)
 
     # -- breakpoints on names
 
-    def set_functions(self, wanted: Sequence[protocol.FunctionBreakpoint]) -> list[protocol.Breakpoint]:
+    def set_functions(self, requested: Sequence[protocol.FunctionBreakpoint]) -> list[protocol.Breakpoint]:
         """Replace the breakpoints on goals, plan-actions, skills and rules, and return their states."""
         breakpoints: dict[int, Breakpoint] = {}
         self._functions.clear()
-        for each in wanted:
-            number = self._next()
+        for function in requested:
+            number = self._new_number()
             try:
-                item = parse_breakpoint(each.name)
-                check_hits(each.hit_condition)
+                item = parse_breakpoint(function.name)
+                check_hits(function.hit_condition)
             except CxbridgeError as error:
                 self._functions[number] = protocol.Breakpoint(number, verified=False, message=str(error))
                 continue
-            breakpoints[number] = replace(
-                item,
-                condition=each.condition or item.condition,
-                hits=each.hit_condition or item.hits,
-            )
+            # The name may have a condition and a count in the notation of `cxbridge run --break`, too.
+            condition, hits = function.condition or item.condition, function.hit_condition or item.hits
+            breakpoints[number] = replace(item, condition=condition, hits=hits)
             self._functions[number] = self._reachable(number, breakpoints[number])
-        self._put(_FUNCTIONS, breakpoints)
+        self._replace(_FUNCTIONS, breakpoints)
         return list(self._functions.values())
 
     def _reachable(self, number: int, item: Breakpoint) -> protocol.Breakpoint:
         """Return the state of a named breakpoint, as far as names are known."""
-        reason = ""
-        if self._target is not None and self._target.is_loaded:
-            reason = self._target.why_unreachable(item)
+        is_loaded = self._target is not None and self._target.is_loaded
+        reason = self._target.why_unreachable(item) if self._target and is_loaded else ""
         return protocol.Breakpoint(number, verified=not reason, message=reason)
 
-    def set_filters(self, wanted: protocol.SetExceptionBreakpointsArguments) -> list[protocol.Breakpoint]:
+    def set_filters(self, arguments: protocol.ExceptionBreakpointsArguments) -> list[protocol.Breakpoint]:
         """Replace the breakpoints on failures and return their states."""
-        if wanted.exception_options or any(each.condition for each in wanted.filter_options):
+        if arguments.exception_options or any(option.condition for option in arguments.filter_options):
             raise CxbridgeError("exception filters have no conditions and options here")
-        names = [*wanted.filters, *(each.filter_id for each in wanted.filter_options)]
+        names = [*arguments.filters, *(option.filter_id for option in arguments.filter_options)]
         unknown = [name for name in names if name not in FILTERS]
         if unknown:
             raise CxbridgeError(f"there is no filter '{unknown[0]}'", hint=f"there are: {', '.join(FILTERS)}")
-        breakpoints = {self._next(): parse_breakpoint(FILTERS[name][1]) for name in names}
-        self._put(_FILTERS, breakpoints)
+        breakpoints = {self._new_number(): parse_breakpoint(FILTERS[name][1]) for name in names}
+        self._replace(_FILTERS, breakpoints)
         return [protocol.Breakpoint(number, verified=True) for number in breakpoints]
 
     def is_filter(self, number: int) -> bool:
@@ -169,5 +162,13 @@ class Breakpoints:
         return number in self._groups.get(_FILTERS, {})
 
 
-def _where(rule: str, *, action: bool) -> str:
-    return f"within the right-hand side of rule {rule}" if action else f"before rule {rule} fires"
+def _problem(requested: protocol.SourceBreakpoint, position: RulePosition | None) -> str:
+    """Return why a breakpoint on a line is impossible; empty if it is possible."""
+    if position is None:
+        below = "no rule begins at this line or below"
+        return below if requested.line > 0 else "lines are counted from 1"
+    try:
+        check_hits(requested.hit_condition)
+    except CxbridgeError as error:
+        return str(error)
+    return ""

@@ -1,4 +1,7 @@
-"""Evaluation of expressions and patterns while a target is stopped."""
+"""Evaluates expressions and patterns while a target is stopped.
+
+CLIPS cannot evaluate an expression with the variables of a rule, so their values are inserted into the text.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from cxbridge_studio.dap.bindings import bindings, matching
 from cxbridge_studio.dap.target import StoppedEnvironment
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-_BINDERS = ("bind", "foreach")
+_BINDERS = ("bind", "foreach")  # functions whose first argument is a variable of their own
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,35 +35,26 @@ class ExpressionResult:
 
 def variables_of(moment: StoppedEnvironment) -> dict[str, Value]:
     """Return the variables of the stopped rule, by name without ``?``."""
-    firing = moment.firing
-    here = moment.locals()
-    if here is not None:
-        return dict(here)
+    firing, variables = moment.firing, moment.locals()
+    if variables is not None:
+        return dict(variables)
     if firing is None:
         return {}
     return bindings(moment.rule_without_facts(firing.rule), firing.basis, moment.fact)
 
 
-def known_variables(moment: StoppedEnvironment) -> dict[str, Value]:
-    """Return the variables of the stopped rule; empty if they are unknown."""
-    try:
-        return variables_of(moment)
-    except CxbridgeError:
-        return {}
-
-
-def answer(moment: StoppedEnvironment, text: str) -> ExpressionResult:
+def evaluate(moment: StoppedEnvironment, text: str) -> ExpressionResult:
     """Evaluate an expression, or find the facts that match a pattern."""
     text = text.strip()
     nodes = read(text)
     if len(nodes) == 1 and nodes[0].items is None and text.startswith(("?", "$?")) and "*" not in text:
         name = text.lstrip("$?")
-        known = variables_of(moment)
-        if name in known:
-            return ExpressionResult(show_alone(known[name]))
-        if ":" not in name:
-            known_names = ", ".join(f"?{each}" for each in known) or "none"
-            raise ClipsError(f"there is no variable {text} here", hint=f"there are: {known_names}")
+        variables = variables_of(moment)
+        if name in variables:
+            return ExpressionResult(show_alone(variables[name]))
+        if ":" not in name:  # ?fact:slot is an expression
+            names = ", ".join(f"?{each}" for each in variables) or "none"
+            raise ClipsError(f"there is no variable {text} here", hint=f"there are: {names}")
     head = nodes[0].head if len(nodes) == 1 else ""
     is_template = bool(head) and moment.template(head) is not None
     if is_template and not moment.is_function(head):
@@ -84,32 +78,36 @@ def _match(moment: StoppedEnvironment, template: str, pattern: str) -> Expressio
 
 
 def expanded(text: str, moment: StoppedEnvironment) -> str:
-    """Return an expression with the values of the stopped rule's variables inserted."""
-    return expand(text, known_variables(moment), moment.written) if "?" in text else text
+    """Return an expression with the values of the stopped rule's variables inserted, as far as known."""
+    if "?" not in text:
+        return text
+    try:
+        return expand(text, variables_of(moment), moment.fact_expression)
+    except CxbridgeError:
+        return text
 
 
-def expand(text: str, known: Mapping[str, Value], written: Callable[[int], str] = str) -> str:
+def expand(text: str, variables: Mapping[str, Value], fact_expression: Callable[[int], str] = str) -> str:
     """Insert the values of variables into an expression, except variables that the expression binds.
 
     ``?fact:slot`` becomes the slot's value.
 
-    :param written: returns the expression for a fact by its index.
+    :param fact_expression: returns the expression for a fact by its index.
     """
-    if not known:
-        return text
     nodes = read(text)
     bound_names = {name for node in nodes for name in _bound_by(node)}
-    parts: list[str] = []
+    pieces: list[str] = []
     position = 0
     for top in nodes:
         for node in top.walk():
             if node.items is not None or not node.text.startswith(("?", "$?")):
                 continue
             name, _, slot = node.text.lstrip("$?").partition(":")
-            if name in known and name not in bound_names:
-                parts += (text[position : node.start], _literal(known[name], slot, written))
+            if name in variables and name not in bound_names:
+                value = _as_clips(variables[name], slot, fact_expression)
+                pieces += (text[position : node.start], value)
                 position = node.end
-    return "".join((*parts, text[position:]))
+    return "".join((*pieces, text[position:]))
 
 
 def _bound_by(top: SyntaxNode) -> set[str]:
@@ -123,11 +121,12 @@ def _bound_by(top: SyntaxNode) -> set[str]:
     return names
 
 
-def _literal(value: Value, slot: str, written: Callable[[int], str]) -> str:
+def _as_clips(value: Value, slot: str, fact_expression: Callable[[int], str]) -> str:
     """Return a value in CLIPS syntax."""
     if isinstance(value, FactRef):
-        fact = written(value.index)
+        fact = fact_expression(value.index)
         return f"(fact-slot-value {fact} {slot})" if slot else fact
     if isinstance(value, tuple):
-        return f"(create$ {' '.join(_literal(each, '', written) for each in value)})"
+        return f"(create$ {' '.join(_as_clips(each, '', fact_expression) for each in value)})"
+    # A symbol is a subclass of str.
     return quoted(value) if type(value) is str else show(value)

@@ -43,10 +43,10 @@ def slots_of(fact: FactChange) -> Mapping[str, str]:
 
 def frames_of(moment: StoppedEnvironment) -> list[CallFrame]:
     """Return the stack, innermost frame first."""
-    return [*_rule(moment), *_works_for(moment)] or [CallFrame("event", "between two loops")]
+    return [*_rule_frame(moment), *_goal_frames(moment)] or [CallFrame("event", "between two loops")]
 
 
-def _rule(moment: StoppedEnvironment) -> Iterator[CallFrame]:
+def _rule_frame(moment: StoppedEnvironment) -> Iterator[CallFrame]:
     firing = moment.firing
     if firing is None:
         if moment.event is not None:
@@ -58,10 +58,10 @@ def _rule(moment: StoppedEnvironment) -> Iterator[CallFrame]:
     yield CallFrame("rule", firing.rule, place)
 
 
-def _works_for(moment: StoppedEnvironment) -> Iterator[CallFrame]:
+def _goal_frames(moment: StoppedEnvironment) -> Iterator[CallFrame]:
     """Yield the frames of the plan-action, the goal and its parents, if known."""
     goals = {slots_of(fact).get("id", ""): fact for fact in moment.facts(GOAL)}
-    action, goal = _about(moment)
+    action, goal = _subject(moment)
     if action is not None:
         slots = slots_of(action)
         text = " ".join((slots.get("action-name", ""), *slots.get("param-values", "").split()))
@@ -71,14 +71,13 @@ def _works_for(moment: StoppedEnvironment) -> Iterator[CallFrame]:
     while goal_id is not None:
         slots = slots_of(goals[goal_id])
         outcome = slots.get("outcome", "UNKNOWN")
-        state = " ".join((slots.get("mode", ""), *(outcome,) * (outcome != "UNKNOWN")))
-        yield CallFrame(
-            GOAL, f"goal {goal_title(goal_id, slots.get('class', ''))}: {state}", fact=goals[goal_id]
-        )
+        state = slots.get("mode", "") + (f" {outcome}" if outcome != "UNKNOWN" else "")
+        title = goal_title(goal_id, slots.get("class", ""))
+        yield CallFrame(GOAL, f"goal {title}: {state}", fact=goals[goal_id])
         goal_id = forest.parents[goal_id]
 
 
-def _about(moment: StoppedEnvironment) -> tuple[FactChange | None, str]:
+def _subject(moment: StoppedEnvironment) -> tuple[FactChange | None, str]:
     """Return the plan-action and the goal id that a stop concerns."""
     event = moment.event
     if isinstance(event, GoalTransition):
@@ -93,16 +92,12 @@ def _about(moment: StoppedEnvironment) -> tuple[FactChange | None, str]:
         slots = slots_of(action)
         key = slots.get("goal-id", ""), slots.get("plan-id", ""), slots.get("id", "")
         return _plan_action(moment, key) or action, key[0]
-    # A rule often matches a goal and its parent: the rule acts on the deepest.
+    # A rule often matches a goal and its parent: the rule acts on the deepest, so sub-goals come first.
     ids = [slots_of(fact).get("id", "") for fact in facts if fact.template == GOAL]
-    named = [slots_of(fact).get("goal-id", "") for fact in facts]
-    return None, next((name for name in (*_deepest(moment, ids), *named) if name), "")
-
-
-def _deepest(moment: StoppedEnvironment, ids: list[str]) -> list[str]:
-    """Return the goal ids, sub-goals first."""
     parents = {slots_of(fact).get("id", ""): slots_of(fact).get("parent", "") for fact in moment.facts(GOAL)}
-    return sorted(ids, key=lambda name: parents.get(name) not in ids)
+    ids.sort(key=lambda goal_id: parents.get(goal_id) not in ids)
+    other_ids = [slots_of(fact).get("goal-id", "") for fact in facts]
+    return None, next(filter(None, (*ids, *other_ids)), "")
 
 
 def _plan_action(moment: StoppedEnvironment, key: tuple[str, str, str]) -> FactChange | None:

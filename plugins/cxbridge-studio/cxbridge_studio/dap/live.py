@@ -44,7 +44,7 @@ class LiveRun(Target):
 
     @property
     def agents(self) -> Sequence[str]:
-        return [agent.assembly.name for agent in self._agents]
+        return [agent.run.name for agent in self._agents]
 
     def run(self, client: DebugClient) -> int:
         """Run the scenario and return the exit status of ``cxbridge run``."""
@@ -57,7 +57,7 @@ class LiveRun(Target):
                 )
 
         result = run_scenario(
-            self._options, send_line, lambda assembly: self._attach(assembly, client), interactive=True
+            self._options, send_line, lambda run: self._attach(run, client), interactive=True
         )
         for agent in self._agents:
             agent.raise_error()
@@ -65,9 +65,9 @@ class LiveRun(Target):
         client.send_event("output", {"category": "console", "output": f"{reason}\n"})
         return _INTERRUPTED if self._interrupted else result.status
 
-    def _attach(self, assembly: Run, client: DebugClient) -> None:
+    def _attach(self, run: Run, client: DebugClient) -> None:
         """Debug an agent that is made but not started."""
-        agent = DebuggedAgent(assembly, actions=self.can_stop_at_actions)
+        agent = DebuggedAgent(run, actions=self.can_stop_at_actions)
         self._agents.append(agent)
         number = len(self._agents)
         for group, breakpoints in self._groups.items():
@@ -78,18 +78,19 @@ class LiveRun(Target):
             agent.watch_again()
             client.pump()
             if self._interrupted:  # the interrupt came while the agent had no loop to stop
-                assembly.loop.stop()
+                run.loop.stop()
 
-        assembly.loop.add(Hook.PRE_LOOP, pump)
+        run.loop.add(Hook.PRE_LOOP, pump)
         client.send_event("thread", {"reason": "started", "threadId": number})
         if self._stop_on_entry:
             agent.debugger.stop()
         if self._interrupted:
-            assembly.interrupt()
+            run.interrupt()
 
     def _stopped(self, client: DebugClient, number: int, stop: Stop) -> None:
         agent = self._agents[number - 1]
         reason = _REASONS.get(stop.kind, "breakpoint")
+        # The stop on entry is made like a pause.
         if reason == "pause" and self._stop_on_entry and stop.loop == 1 and stop.fired == 0:
             reason = "entry"
         self._end_steps()
@@ -110,13 +111,13 @@ class LiveRun(Target):
     def interrupt(self) -> None:
         self._interrupted = True
         for agent in self._agents:
-            agent.assembly.loop.stop()
-            agent.assembly.interrupt()
+            agent.run.loop.stop()
+            agent.run.interrupt()
 
-    def set_breakpoints(self, group: str, wanted: Mapping[int, Breakpoint]) -> None:
-        self._groups[group] = wanted
+    def set_breakpoints(self, group: str, breakpoints: Mapping[int, Breakpoint]) -> None:
+        self._groups[group] = breakpoints  # for agents that are made later
         for agent in self._agents:
-            agent.set_breakpoints(group, wanted)
+            agent.set_breakpoints(group, breakpoints)
 
     def go_on(self) -> None:
         for agent in self._agents:
@@ -134,7 +135,7 @@ class LiveRun(Target):
 
     @property
     def is_loaded(self) -> bool:
-        return bool(self._agents) and all(agent.assembly.executive.initialized for agent in self._agents)
+        return bool(self._agents) and all(agent.run.executive.initialized for agent in self._agents)
 
     def why_no_stop(self, rule: str, file: Path) -> str:
         """Return why a rule of a file cannot stop; empty if any agent can stop there."""
@@ -146,7 +147,7 @@ class LiveRun(Target):
         place = agent.place(rule)
         if place is not None and place.file != file:
             return f"the rule {rule} that was loaded is that of {place.file}:{place.line}"
-        book = rulebook(agent.env, agent.assembly.paths.clips_dirs)
+        book = rulebook(agent.env, agent.run.paths.clips_dirs)
         if rule in book.rules:
             return ""
         return why_missing(rule, book) or f"the spec does not load {file.name}"

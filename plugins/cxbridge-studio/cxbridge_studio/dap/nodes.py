@@ -1,8 +1,11 @@
-"""The state of a stop as trees of variables: locals, goals, the agenda, facts by template."""
+"""The state of a stop as trees of variables: locals, goals, the agenda, facts by template.
+
+Children are made when a client opens a node: an agent has thousands of facts.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Final
@@ -54,26 +57,26 @@ class _Fact:
 
     def __init__(self, moment: StoppedEnvironment, fact: FactChange) -> None:
         self._moment = moment
-        self._first = fact
+        self._original = fact
 
     @property
-    def _now(self) -> FactChange:
-        index = self._first.index
+    def _current(self) -> FactChange:
+        index = self._original.index
         while index in self._moment.changed:
             index = self._moment.changed[index]
-        fact = self._first if index == self._first.index else self._moment.fact(index)
-        return fact or self._first
+        fact = None if index == self._original.index else self._moment.fact(index)
+        return fact or self._original
 
     def nodes(self) -> list[VariableNode]:
         return [
             VariableNode(name, value, change=partial(self._change, name))
-            for name, value in slots_of(self._now).items()
+            for name, value in slots_of(self._current).items()
         ]
 
     def _change(self, slot: str, text: str) -> str:
-        old_index = self._now.index
-        self._moment.changed[old_index] = self._moment.modify(old_index, slot, text)
-        return slots_of(self._now).get(slot, text)
+        index = self._current.index
+        self._moment.changed[index] = self._moment.modify(index, slot, text)
+        return slots_of(self._current).get(slot, text)
 
 
 def groups_of(moment: StoppedEnvironment, frame: CallFrame) -> list[NodeGroup]:
@@ -93,66 +96,53 @@ def groups_of(moment: StoppedEnvironment, frame: CallFrame) -> list[NodeGroup]:
 
 def fact_node(moment: StoppedEnvironment, fact: FactChange) -> VariableNode:
     """Return the node of a fact, with its slots as children."""
-    changeable = _Fact(moment, fact)
-    return VariableNode(
-        f"f-{fact.index}", fact.text, fact.template, changeable.nodes if slots_of(fact) else None
-    )
+    children = _Fact(moment, fact).nodes if slots_of(fact) else None
+    return VariableNode(f"f-{fact.index}", fact.text, fact.template, children)
 
 
 def _variables(moment: StoppedEnvironment) -> list[VariableNode]:
     try:
-        known = variables_of(moment)
+        variables = variables_of(moment)
     except CxbridgeError as error:
         return [VariableNode("(not known)", error.message)]
-    return [_variable(moment, name, value) for name, value in known.items()]
+    return [_variable(moment, f"?{name}", value) for name, value in variables.items()]
 
 
 def _variable(moment: StoppedEnvironment, name: str, value: Value) -> VariableNode:
-    text, shown = f"?{name}", show_alone(value)
-    if isinstance(value, FactRef):
-        fact = moment.fact(value.index)
-        if fact is not None:
-            return VariableNode(
-                text, f"f-{fact.index} {fact.text}", fact.template, _Fact(moment, fact).nodes, None, text
-            )
+    if isinstance(value, FactRef) and (fact := moment.fact(value.index)) is not None:
+        text = f"f-{fact.index} {fact.text}"
+        return VariableNode(name, text, fact.template, _Fact(moment, fact).nodes, None, name)
     if isinstance(value, tuple):
         items = [VariableNode(str(number), show(each)) for number, each in enumerate(value, start=1)]
-        return VariableNode(text, shown, "MULTIFIELD", (lambda: items) if items else None, None, text)
-    return VariableNode(text, shown, _TYPES.get(type(value), ""), None, None, text)
+        children = (lambda: items) if items else None
+        return VariableNode(name, show_alone(value), "MULTIFIELD", children, None, name)
+    return VariableNode(name, show_alone(value), _TYPES.get(type(value), ""), None, None, name)
 
 
 def _goals(moment: StoppedEnvironment) -> list[VariableNode]:
     facts = {slots_of(fact).get("id", ""): fact for fact in moment.facts(GOAL)}
     forest = Forest({name: parent_id(slots_of(fact).get("parent", "")) for name, fact in facts.items()})
 
-    def made(names: Iterable[str]) -> list[VariableNode]:
-        return [_goal(moment, facts[name], partial(below, name)) for name in names]
+    def goal_node(name: str) -> VariableNode:
+        slots = slots_of(facts[name])
+        state = " ".join(slots.get(slot, "") for slot in ("class", "mode", "outcome"))
+        return VariableNode(slots.get("id", ""), state, GOAL, partial(children_of, name))
 
-    def below(name: str) -> list[VariableNode]:
-        return made(forest.children.get(name, ()))
+    def children_of(name: str) -> list[VariableNode]:
+        sub_goals = [goal_node(child) for child in forest.children.get(name, ())]
+        return [*sub_goals, *_Fact(moment, facts[name]).nodes()]
 
-    return made(forest.roots)
-
-
-def _goal(
-    moment: StoppedEnvironment, fact: FactChange, below: Callable[[], list[VariableNode]]
-) -> VariableNode:
-    slots = slots_of(fact)
-    state = " ".join(slots.get(slot, "") for slot in ("class", "mode", "outcome"))
-    return VariableNode(slots.get("id", ""), state, GOAL, lambda: [*below(), *_Fact(moment, fact).nodes()])
+    return [goal_node(name) for name in forest.roots]
 
 
 def _plan(moment: StoppedEnvironment, goal: str) -> list[VariableNode]:
-    actions = [fact for fact in moment.facts(ACTION) if slots_of(fact).get("goal-id") == goal]
     nodes = []
-    for fact in actions:
+    for fact in moment.facts(ACTION):
         slots = slots_of(fact)
-        name = " ".join(filter(None, (slots.get("action-name", ""), slots.get("param-values", ""))))
-        nodes.append(
-            VariableNode(
-                f"{slots.get('id', '')} {name}", slots.get("state", ""), ACTION, _Fact(moment, fact).nodes
-            )
-        )
+        if slots.get("goal-id") == goal:
+            words = (slots.get("id", ""), slots.get("action-name", ""), slots.get("param-values", ""))
+            name = " ".join(filter(None, words))
+            nodes.append(VariableNode(name, slots.get("state", ""), ACTION, _Fact(moment, fact).nodes))
     return nodes
 
 
@@ -179,9 +169,8 @@ def _templates(moment: StoppedEnvironment) -> list[VariableNode]:
 
 def _facts(moment: StoppedEnvironment, template: str) -> list[VariableNode]:
     facts = moment.facts(template)
-    shown = [fact_node(moment, fact) for fact in facts[:MAX_ROWS]]
+    nodes = [fact_node(moment, fact) for fact in facts[:MAX_ROWS]]
     if len(facts) > MAX_ROWS:
-        shown.append(
-            VariableNode("...", f"{len(facts) - MAX_ROWS} more; a pattern in the console finds some")
-        )
-    return shown
+        text = f"{len(facts) - MAX_ROWS} more; a pattern in the console finds some"
+        nodes.append(VariableNode("...", text))
+    return nodes

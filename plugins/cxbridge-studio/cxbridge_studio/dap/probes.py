@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Final
 
 from clips._clips import ffi, lib
 
-from cxbridge.clipstext.values import FactRef, Value
+from cxbridge.clipstext.values import Value
 from cxbridge.executive.host.capi import CData, callback
 from cxbridge.executive.host.udf import UNBOUNDED
-from cxbridge.executive.host.values import FactAddress, to_python
-from cxbridge_studio.dap.actions import RuleAction, rules_of
+from cxbridge.executive.host.values import to_python
+from cxbridge_studio.dap.rule_lines import RuleAction, rules_of
+from cxbridge_studio.explain.rules.environment import lasting
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -46,22 +47,23 @@ class Probes:
 
     def rewrite(self, _file: str, text: str) -> str:
         """Return the text of a file with probe calls inserted."""
-        parts: list[str] = []
+        pieces: list[str] = []
         position = 0
         for rule in rules_of(text):
             for action in rule.actions:
                 names = "".join(f" ?{name}" for name in action.names)
                 call = f"({PROBE_FUNCTION} {len(self._actions)}{names}) "
-                parts += (text[position : action.start], call)
+                pieces += (text[position : action.start], call)
                 position = action.start
                 self._actions.append((rule.name, action))
-        return "".join((*parts, text[position:]))
+        return "".join((*pieces, text[position:]))
 
     def values(self) -> Mapping[str, Value] | None:
         """Return the variables of the stopped right-hand side, or None."""
         return None if self._context is None else self._values
 
     def _reach(self, env: CData, context: CData, result: CData) -> None:
+        """Stop if the debugger wants to; called by CLIPS, before each action of each rule."""
         result.lexemeValue = lib.FalseSymbol(env)
         if not self._debugger.watches_lines:
             return
@@ -87,11 +89,4 @@ class Probes:
     @staticmethod
     def _next(context: CData, value: CData) -> Value:
         lib.UDFNextArgument(context, _ANY_TYPE, value)
-        return _lasting(to_python(value))
-
-
-def _lasting(value: Value) -> Value:
-    """Return a value that stays valid after facts are retracted."""
-    if isinstance(value, FactAddress):
-        return FactRef(int(lib.FactIndex(value.pointer)))
-    return tuple(map(_lasting, value)) if isinstance(value, tuple) else value
+        return lasting(to_python(value))

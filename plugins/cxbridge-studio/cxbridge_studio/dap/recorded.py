@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from bisect import bisect_left
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -33,7 +34,8 @@ if TYPE_CHECKING:
     from cxbridge.trace.formats.base import Run
 
 _FOREVER_S: Final = 1e9  # a recording is read to its end before the first stop
-_TEXTS: Final = ("clips", "construct")
+_TEXTS: Final = ("clips", "construct")  # roles of recorded sources with constructs
+_STOP_TYPES: Final = (*TRANSITION_TYPES, RuleFired)  # events at which a recording can stop
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +71,7 @@ class _Sources:
 class RecordedMoment(StoppedEnvironment):
     """A recording at one moment.
 
-    :param gone: the facts that the last rule has retracted.
+    :param retracted: the facts that the last rule has retracted.
     """
 
     def __init__(
@@ -78,12 +80,12 @@ class RecordedMoment(StoppedEnvironment):
         firing: Firing | None,
         event: Transition | None,
         state: RunState,
-        gone: Mapping[int, FactChange],
+        retracted: Mapping[int, FactChange],
         sources: _Sources,
     ) -> None:
         super().__init__(env, firing, event)
-        self._known = state.facts.by_env.get(env, {})
-        self._gone = gone
+        self._facts = state.facts.by_env.get(env, {})
+        self._retracted = retracted
         self._sources = sources
 
     def place(self, rule: str) -> FileLine | None:
@@ -94,33 +96,33 @@ class RecordedMoment(StoppedEnvironment):
 
     def templates(self) -> Mapping[str, int]:
         counts: dict[str, int] = {}
-        for fact in self._known.values():
+        for fact in self._facts.values():
             counts[fact.template] = counts.get(fact.template, 0) + 1
         return counts
 
     def template(self, name: str) -> FactTemplate | None:
         """Return a deftemplate, derived from its facts if the sources lack it."""
-        known = self._sources.constructs.templates
-        return known.get(name) or rows_of(self.facts(name), known)[0].get(name)
+        templates = self._sources.constructs.templates
+        return templates.get(name) or rows_of(self.facts(name), templates)[0].get(name)
 
     def facts(self, template: str) -> Sequence[FactChange]:
-        return [fact for fact in self._known.values() if fact.template == template]
+        return [fact for fact in self._facts.values() if fact.template == template]
 
     def fact(self, index: int) -> FactChange | None:
-        return self._known.get(index) or self._gone.get(index)
+        return self._facts.get(index) or self._retracted.get(index)
 
     def is_function(self, name: str) -> bool:
         """Return whether a recorded file defines the function; recordings lack other functions."""
         return self._sources.constructs.has_function(name)
 
-    def written(self, fact: int) -> str:
-        return f"({FACT_FUNCTION} {fact})"
+    def fact_expression(self, index: int) -> str:
+        return f"({FACT_FUNCTION} {index})"
 
     def evaluate(self, expression: str) -> Evaluation:
         """Evaluate an expression on the facts of the moment, in a separate environment."""
-        if len(self._known) > MAX_FACTS:
+        if len(self._facts) > MAX_FACTS:
             raise ClipsError(f"there are more than {MAX_FACTS} facts")
-        templates, rows = rows_of(self._known.values(), self._sources.constructs.templates)
+        templates, rows = rows_of(self._facts.values(), self._sources.constructs.templates)
         with Matcher(Snapshot(self.agent, 0, "", templates, tuple(rows))) as matcher:
             value = matcher.value(expression)
         return Evaluation("" if value is None else show_alone(value), ())
@@ -138,22 +140,20 @@ class RecordedRun(Target):
     def __init__(self, run: Run, env: str | None = None) -> None:
         self._scrubber = scrubber = Scrubber(run)
         scrubber.load(_FOREVER_S)
-        of_env = (*TRANSITION_TYPES, RuleFired)
-        names = list(dict.fromkeys(each.env for each in scrubber.events if isinstance(each, of_env)))
+        names = list(dict.fromkeys(each.env for each in scrubber.events if isinstance(each, _STOP_TYPES)))
         if not names or env not in (None, *names):
-            known = ", ".join(names) or "none"
             raise CxbridgeError(
                 f"{run.path} has no rules or transitions" + (f" of '{env}'" if env else ""),
-                hint=f"there are environments: {known}",
+                hint=f"there are environments: {', '.join(names) or 'none'}",
             )
         self._env = env or names[0]
         self._sources = _Sources.of(run, self._env)
-        self._has_rules = any(isinstance(each, RuleFired) for each in scrubber.events)
+        self._has_rules = any(isinstance(event, RuleFired) for event in scrubber.events)
         self._groups: dict[str, Mapping[int, Breakpoint]] = {}
-        self._reached: dict[int, int] = {}
-        self._wanted = ""
-        self._back = False
-        self._over = threading.Event()
+        self._hit_counts: Counter[int] = Counter()
+        self._next_move = ""  # the requested step, `continue`, or empty while stopped
+        self._is_backwards = False
+        self._is_over = threading.Event()
 
     @property
     def agents(self) -> Sequence[str]:
@@ -164,33 +164,33 @@ class RecordedRun(Target):
         for note in self._scrubber.notes:
             client.send_event("output", {"category": "console", "output": f"{note}\n"})
         client.send_event("thread", {"reason": "started", "threadId": 1})
-        self._wanted = "entry"
-        while not self._over.is_set():
-            stopped = self._go(client)
+        self._next_move = "entry"
+        while not self._is_over.is_set():
+            stopped = self._move(client)
             if stopped is None:
                 break
-            self._wanted = ""
-            client.serve_stop(stopped, lambda: bool(self._wanted) or self._over.is_set())
+            self._next_move = ""
+            client.serve_stop(stopped, lambda: bool(self._next_move) or self._is_over.is_set())
         return 0
 
     def interrupt(self) -> None:
-        self._over.set()
+        self._is_over.set()
 
-    def set_breakpoints(self, group: str, wanted: Mapping[int, Breakpoint]) -> None:
-        self._groups[group] = wanted
+    def set_breakpoints(self, group: str, breakpoints: Mapping[int, Breakpoint]) -> None:
+        self._groups[group] = breakpoints
 
     def go_on(self) -> None:
-        self._wanted, self._back = "continue", False
+        self._next_move, self._is_backwards = "continue", False
 
     def step(self, unit: str) -> None:
         """Step to the next ``rule``, ``loop`` or ``transition``; steps within a rule are not recorded."""
-        self._wanted, self._back = "rule" if unit == "line" else unit, False
+        self._next_move, self._is_backwards = "rule" if unit == "line" else unit, False
 
     def pause(self) -> None:
         """Do nothing: a recording does not run by itself."""
 
     def go_back(self, unit: str) -> None:
-        self._wanted, self._back = unit or "continue", True
+        self._next_move, self._is_backwards = unit or "continue", True
 
     is_loaded = True
 
@@ -202,60 +202,58 @@ class RecordedRun(Target):
         return ""
 
     def why_unreachable(self, item: Breakpoint) -> str:
-        met = MetNames()
-        for event in self._scrubber.events:
-            if self._is_mine(event):
-                if _reaches(item, event):
-                    return ""
-                met.take(event)
-        known = self._sources.constructs.rule_texts()
+        met_names = MetNames()
+        for event in filter(self._is_of_env, self._scrubber.events):
+            if _reaches(item, event):
+                return ""
+            met_names.take(event)
+        rules = self._sources.constructs.rule_texts()
         if not item.is_of_rules:
-            return met.lacks(item) or f"nothing in the recording reaches {item}"
-        if any(map(item.has_rule, known)):
+            return met_names.lacks(item) or f"nothing in the recording reaches {item}"
+        if any(map(item.has_rule, rules)):
             return ""  # the rule exists but has not fired
-        return f"there is no rule '{item.name}' in the recording{or_similar(item.name, known)}"
+        return f"there is no rule '{item.name}' in the recording{or_similar(item.name, rules)}"
 
     def files(self) -> Iterator[Path]:
         yield from (Path(name).resolve() for name in self._sources.texts)
 
     # -- execution
 
-    def _go(self, client: DebugClient) -> Stopped | None:
+    def _move(self, client: DebugClient) -> Stopped | None:
         """Move as requested and return the stop; None after the end of the recording."""
-        if self._wanted == "entry":
-            return self._first()
-        events, direction = self._scrubber.events, -1 if self._back else 1
+        if self._next_move == "entry":
+            return self._first_stop()
+        events, direction = self._scrubber.events, -1 if self._is_backwards else 1
         # A stop at an event is the moment after it: the scrubber is one ahead of the event.
         number = self._scrubber.at - 1 + direction
-        while 0 <= number < len(events) and not self._over.is_set():
-            event = events[number]
-            stop = self._look(event, number, client)
+        while 0 <= number < len(events) and not self._is_over.is_set():
+            stop = self._stop_at(number, client) if self._is_of_env(events[number]) else None
             if stop is not None:
                 return stop
             number += direction
-        if self._back:
-            return self._first()
+        if self._is_backwards:
+            return self._first_stop()
         if self._scrubber.at == len(events):
             return None
         self._scrubber.go(len(events))
         return self._stop("step", "at the end of the recording", None)
 
-    def _first(self) -> Stopped:
-        number = next((index for index, each in enumerate(self._scrubber.events) if self._is_mine(each)), 0)
+    def _first_stop(self) -> Stopped:
+        events = self._scrubber.events
+        number = next((index for index, event in enumerate(events) if self._is_of_env(event)), 0)
         self._scrubber.go(number + 1)
-        event = self._scrubber.events[number]
-        return self._stop("entry", self._text(event), event)
+        return self._stop("entry", self._text(events[number]), events[number])
 
-    def _is_mine(self, event: Event) -> bool:
-        return isinstance(event, (*TRANSITION_TYPES, RuleFired)) and event.env == self._env
+    def _is_of_env(self, event: Event) -> bool:
+        return isinstance(event, _STOP_TYPES) and event.env == self._env
 
-    def _look(self, event: Event, number: int, client: DebugClient) -> Stopped | None:
+    def _stop_at(self, number: int, client: DebugClient) -> Stopped | None:
         """Return the stop at an event, or None if the run does not stop there."""
-        if not self._is_mine(event):
-            return None
-        for identity, item in ((i, b) for group in self._groups.values() for i, b in group.items()):
-            if _reaches(item, event) and (isinstance(event, RuleFired) or self._is_change(number)):
-                stop = self._reach(identity, item, event, number, client)
+        event = self._scrubber.events[number]
+        is_change = isinstance(event, RuleFired) or self._is_change(number)
+        for breakpoints in self._groups.values() if is_change else ():
+            for client_number, item in breakpoints.items():
+                stop = self._hit(client_number, item, number, client) if _reaches(item, event) else None
                 if stop is not None:
                     return stop
         if self._is_step(event, number):
@@ -270,11 +268,11 @@ class RecordedRun(Target):
         return index < len(steps) and steps[index] == number + 1
 
     def _is_step(self, event: Event, number: int) -> bool:
-        if self._wanted == "rule":
+        if self._next_move == "rule":
             return isinstance(event, RuleFired) or not self._has_rules
-        if self._wanted == "transition":
+        if self._next_move == "transition":
             return isinstance(event, TRANSITION_TYPES) and self._is_change(number)
-        if self._wanted != "loop":
+        if self._next_move != "loop":
             return False
         # A loop begins with the first firing of a run of rules; without recorded rules, with the next time.
         if isinstance(event, RuleFired) or self._has_rules:
@@ -282,13 +280,16 @@ class RecordedRun(Target):
         times = self._scrubber.times
         return number == 0 or times[number] != times[number - 1]
 
-    def _reach(
-        self, identity: int, item: Breakpoint, event: Event, number: int, client: DebugClient
-    ) -> Stopped | None:
-        """Return the stop at a breakpoint; None if its condition, hit count or log prevents it."""
+    def _hit(self, client_number: int, item: Breakpoint, number: int, client: DebugClient) -> Stopped | None:
+        """Return the stop at a breakpoint; None if its condition, hit count or log prevents it.
+
+        :param client_number: the client's number of the breakpoint.
+        :param number: the number of the event.
+        """
         self._scrubber.go(number + 1)
+        event = self._scrubber.events[number]
         reason = "breakpoint" if item.is_of_rules else "function breakpoint"
-        stopped = replace(self._stop(reason, self._text(event), event), breakpoint=identity)
+        stopped = replace(self._stop(reason, self._text(event), event), breakpoint=client_number)
         if item.condition:
             try:
                 if self._value(stopped.moment, item.condition) == "FALSE":
@@ -296,11 +297,11 @@ class RecordedRun(Target):
             except CxbridgeError as error:
                 text = f"{stopped.description} (the condition fails: {error.message})"
                 stopped = replace(stopped, description=text)
-        self._reached[identity] = self._reached.get(identity, 0) + 1
-        if not item.is_due(self._reached[identity]):
+        self._hit_counts[client_number] += 1
+        if not item.is_due(self._hit_counts[client_number]):
             return None
         if item.log:
-            text = item.logged(lambda expression: self._shown(stopped.moment, expression))
+            text = item.logged(lambda expression: self._value_or_error(stopped.moment, expression))
             client.send_event("output", {"category": "console", "output": f"{text}\n"})
             return None
         return stopped
@@ -309,7 +310,7 @@ class RecordedRun(Target):
     def _value(moment: StoppedEnvironment, expression: str) -> str:
         return moment.evaluate(expanded(expression, moment)).text
 
-    def _shown(self, moment: StoppedEnvironment, expression: str) -> str:
+    def _value_or_error(self, moment: StoppedEnvironment, expression: str) -> str:
         try:
             return self._value(moment, expression)
         except CxbridgeError as error:
@@ -328,10 +329,10 @@ class RecordedRun(Target):
         fired = state.rule if state.rule is not None and state.rule.env == self._env else None
         firing = None if fired is None else Firing(fired.rule, fired.basis)
         transition = event if isinstance(event, TRANSITION_TYPES) else None
-        moment = RecordedMoment(self._env, firing, transition, state, self._gone(), self._sources)
+        moment = RecordedMoment(self._env, firing, transition, state, self._retracted_facts(), self._sources)
         return Stopped(1, reason, f"Stopped {description} ({seconds:.3f} s)", moment)
 
-    def _gone(self) -> dict[int, FactChange]:
+    def _retracted_facts(self) -> dict[int, FactChange]:
         """Return the facts that the current rule has retracted so far."""
         retracted_facts: dict[int, FactChange] = {}
         for number in range(self._scrubber.at - 1, -1, -1):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import protocol
-from cxbridge_studio.dap.expressions import answer
+from cxbridge_studio.dap.expressions import evaluate
 from cxbridge_studio.dap.frames import CallFrame, frames_of
 from cxbridge_studio.dap.nodes import VariableNode, fact_node, groups_of
 from cxbridge_studio.dap.target import FileLine, Stopped
@@ -23,13 +23,14 @@ class StopView:
         self.stopped = stopped
         self._source_of = source_of
         self._frames: list[CallFrame] | None = None
+        # References are indices into this list, from 1: they stay valid after a change.
         self._lists: list[Callable[[], Sequence[VariableNode]]] = []
-        self._made: dict[int, list[VariableNode]] = {}
+        self._nodes_by_reference: dict[int, list[VariableNode]] = {}
 
     def forget(self) -> None:
         """Discard the cached frames and variables after a change."""
         self._frames = None
-        self._made.clear()
+        self._nodes_by_reference.clear()
 
     @property
     def _stack(self) -> list[CallFrame]:
@@ -39,13 +40,9 @@ class StopView:
 
     def frames(self, start: int, levels: int) -> dict[str, object]:
         """Return a part of the stack."""
-        stack = self._stack
-        shown = [
-            self._frame(number, frame)
-            for number, frame in enumerate(stack, start=1)
-            if number > start and (not levels or number <= start + levels)
-        ]
-        return {"stackFrames": shown, "totalFrames": len(stack)}
+        frames = [self._frame(number, frame) for number, frame in enumerate(self._stack, start=1)]
+        end = start + levels if levels else None
+        return {"stackFrames": frames[start:end], "totalFrames": len(frames)}
 
     def _frame(self, number: int, frame: CallFrame) -> protocol.StackFrame:
         if frame.place is None:
@@ -79,9 +76,9 @@ class StopView:
     def _nodes(self, reference: int) -> list[VariableNode]:
         if not 0 < reference <= len(self._lists):
             raise CxbridgeError(f"there are no variables {reference} now")
-        if reference not in self._made:
-            self._made[reference] = list(self._lists[reference - 1]())
-        return self._made[reference]
+        if reference not in self._nodes_by_reference:
+            self._nodes_by_reference[reference] = list(self._lists[reference - 1]())
+        return self._nodes_by_reference[reference]
 
     def variables(self, reference: int, start: int, count: int) -> list[protocol.Variable]:
         """Return the child variables of a reference.
@@ -119,7 +116,7 @@ class StopView:
     def evaluate(self, expression: str) -> tuple[protocol.EvaluateBody, tuple[str, ...]]:
         """Evaluate an expression or a pattern; return the result and the printed lines."""
         moment = self.stopped.moment
-        result = answer(moment, expression)
+        result = evaluate(moment, expression)
         self.forget()
         reference = 0
         if result.facts:
@@ -137,10 +134,10 @@ class Sources:
         """Return the client's name for the file of a position."""
         if place.text is None:
             return protocol.Source(place.file.name, str(place.file))
-        known = (place.file, place.text)
-        if known not in self._texts:
-            self._texts.append(known)
-        return protocol.Source(place.file.name, source_reference=self._texts.index(known) + 1)
+        source = (place.file, place.text)
+        if source not in self._texts:
+            self._texts.append(source)
+        return protocol.Source(place.file.name, source_reference=self._texts.index(source) + 1)
 
     def named(self, source: protocol.Source) -> tuple[Path, str]:
         """Return path and text of a file that the client names."""

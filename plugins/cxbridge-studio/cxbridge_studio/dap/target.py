@@ -98,9 +98,9 @@ class StoppedEnvironment(ABC):
     @abstractmethod
     def evaluate(self, expression: str) -> Evaluation: ...
 
-    def written(self, fact: int) -> str:
+    def fact_expression(self, index: int) -> str:
         """Return the expression that :meth:`evaluate` needs for a fact: CLIPS accepts the index."""
-        return str(fact)
+        return str(index)
 
     def modify(self, index: int, slot: str, text: str) -> int:
         """Set a slot of a fact and return the index of the new fact.
@@ -165,7 +165,7 @@ class Target(ABC):
         """End the target as soon as possible; called from any thread."""
 
     @abstractmethod
-    def set_breakpoints(self, group: str, wanted: Mapping[int, Breakpoint]) -> None:
+    def set_breakpoints(self, group: str, breakpoints: Mapping[int, Breakpoint]) -> None:
         """Replace the breakpoints of a group, given by number."""
 
     @abstractmethod

@@ -8,9 +8,8 @@ from cxbridge.clipstext.syntax import definitions
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge_studio.dap.actions import rules_of
-from cxbridge_studio.dap.breakpoint_lines import FileLines
 from cxbridge_studio.dap.probes import Probes
+from cxbridge_studio.dap.rule_lines import FileLines, rules_of
 from cxbridge_studio.debugger.debugger import Debugger
 from tests.support import FAWKES_DIR, ROOT
 

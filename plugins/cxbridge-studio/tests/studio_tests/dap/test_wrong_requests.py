@@ -7,11 +7,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
+import msgspec
 import pytest
 
+from cxbridge_studio.dap.adapter import Adapter
+from cxbridge_studio.dap.wire import Wire
 from studio_tests.dap.client import Client
 from studio_tests.dap.conftest import GOALS, line_of
 from tests.support import ROOT, share
@@ -54,6 +58,34 @@ def wrong(shape, name) -> Iterator[tuple[str, object]]:
         yield what, [value]
 
 
+def struct_of(kind: Any) -> type[msgspec.Struct] | None:
+    """The struct of an annotation, as that of a list's items."""
+    if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
+        return kind
+    return next(filter(None, map(struct_of, get_args(kind))), None)
+
+
+def read_parts(shape: dict[str, Any], kind: Any) -> dict[str, Any]:
+    """A type with those parts that the adapter reads: it ignores all others, whatever they hold."""
+    struct, inner = struct_of(kind), shape.get("items", shape)
+    if struct is None:
+        return {"type": shape["type"]} if "parts" in inner else shape
+    fields = {field.encode_name: field.type for field in msgspec.structs.fields(struct)}
+    parts = {
+        name: read_parts(part, fields[name])
+        for name, part in inner.get("parts", {}).items()
+        if name in fields
+    }
+    required = [name for name in inner.get("required", ()) if name in fields]
+    reduced = {**inner, "parts": parts, "required": required}
+    return {**shape, "items": reduced} if "items" in shape else reduced
+
+
+ARGUMENTS = {command: kind for command, (kind, _, _) in Adapter(Wire(BytesIO(), BytesIO()))._handlers.items()}
+for command, shape in REQUESTS.items():
+    if struct_of(ARGUMENTS.get(command)) is not None:
+        REQUESTS[command] = read_parts(shape, ARGUMENTS[command])
+
 CASES = [
     (command, what, arguments)
     for command, shape in REQUESTS.items()
@@ -86,7 +118,7 @@ PHASES = ["new", "ready", "launched", "running", "stopped", "over"]
 
 @pytest.mark.parametrize("phase", share(PHASES, 3))
 def test_arguments_of_another_type_or_missing(client, phase):
-    assert len(CASES) > 500
+    assert len(CASES) > 300
     everywhere(client, phase)
     answers = client.answers((command, arguments) for command, _, arguments in CASES)
     for (command, what, arguments), answer in zip(CASES, answers, strict=True):
