@@ -1,4 +1,4 @@
-"""Breakpoints and their notation."""
+"""Breakpoints on rules, goals, plan-actions and skills, and their notation: ``goal:NAME:MODE if (CLIPS)``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cxbridge.history.transitions import Transition
 
 ANY: Final = "*"  # value of an omitted part
 
-LONGEST = 4096  # maximum length in characters, because clients of a daemon set breakpoints, too
+MAX_LENGTH = 4096  # characters of a breakpoint, because clients of a daemon set breakpoints, too
 
 _STATUS = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)
 _CONDITION = re.compile(r"\s+if\s+(?=\()")
@@ -31,13 +31,13 @@ _COMPARED: Final[Mapping[str, Callable[[int, int], bool]]] = {
     "<=": operator.le,
     ">": operator.gt,
     ">=": operator.ge,
-    "%": lambda reached, number: reached % number == 0,
+    "%": lambda hits, number: hits % number == 0,
 }
 
 _KINDS: Final = {"rule": "before", "before": "before", "after": "after"} | {
     kind: kind for kind in ("goal", "action", "skill")
 }
-_MAX_PARTS: Final = {"before": 1, "after": 1, "goal": 3, "action": 2}
+_MAX_NAMES: Final = {"before": 1, "after": 1, "goal": 3, "action": 2}  # texts between colons
 _FORMS: Final = "rule:NAME, after:NAME, goal:NAME[:MODE[:OUTCOME]], action:NAME[:STATE], skill:SKILL[:STATUS]"
 
 
@@ -83,33 +83,25 @@ class Breakpoint:
         """Return whether the breakpoint is on a line of a right-hand side."""
         return self.kind == "line" and self.state == str(line) and fnmatchcase(rule, self.name)
 
-    def is_due(self, reached: int) -> bool:
+    def is_due(self, hit: int) -> bool:
         """Return whether the breakpoint stops at this hit, counted from 1."""
         match = _COUNT.fullmatch(self.hits)
-        return match is None or _COMPARED[match[1] or "="](reached, int(match[2]))
+        return match is None or _COMPARED[match[1] or "="](hit, int(match[2]))
 
     def has_transition(self, event: Transition) -> bool:
         """Return whether the breakpoint matches a transition."""
         if isinstance(event, GoalTransition):
-            return (
-                self.kind == "goal"
-                and (fnmatchcase(event.goal, self.name) or fnmatchcase(event.goal_class, self.name))
-                and fnmatchcase(event.mode, self.state)
-                and fnmatchcase(event.outcome, self.outcome)
-            )
-        if isinstance(event, PlanActionTransition):
-            return (
-                self.kind == "action"
-                and fnmatchcase(event.action, self.name)
-                and fnmatchcase(event.state, self.state)
-            )
+            kind, names, state = "goal", (event.goal, event.goal_class), event.mode
+        elif isinstance(event, PlanActionTransition):
+            kind, names, state = "action", (event.action,), event.state
+        else:
+            names = (event.skill_string, skill_name(event.skill_string))
+            kind, state = "skill", event.status
         return (
-            self.kind == "skill"
-            and (
-                fnmatchcase(event.skill_string, self.name)
-                or fnmatchcase(skill_name(event.skill_string), self.name)
-            )
-            and fnmatchcase(event.status, self.state)
+            self.kind == kind
+            and any(fnmatchcase(name, self.name) for name in names)
+            and fnmatchcase(state, self.state)
+            and (not isinstance(event, GoalTransition) or fnmatchcase(event.outcome, self.outcome))
         )
 
     def logged(self, value: Callable[[str], str]) -> str:
@@ -117,18 +109,17 @@ class Breakpoint:
 
         :param value: evaluates a CLIPS expression.
         """
-        return _EXPRESSION.sub(lambda found: value(found[1]), self.log)
+        return _EXPRESSION.sub(lambda match: value(match[1]), self.log)
 
     def __str__(self) -> str:
         """Return the breakpoint in the notation of :func:`parse_breakpoint`."""
-        parts = ["rule" if self.kind == "before" else self.kind, self.name]
-        if self.outcome != ANY:
-            parts += [self.state, self.outcome]
-        elif self.state != ANY:
-            parts.append(self.state)
-        text = ":".join(parts) + (f" hit {self.hits}" if self.hits else "")
-        text += f" if {self.condition}" if self.condition else ""
-        return text + (f' log "{self.log}"' if self.log else "")
+        state = f":{self.state}" if (self.state, self.outcome) != (ANY, ANY) else ""
+        outcome = f":{self.outcome}" if self.outcome != ANY else ""
+        hits = f" hit {self.hits}" if self.hits else ""
+        condition = f" if {self.condition}" if self.condition else ""
+        log = f' log "{self.log}"' if self.log else ""
+        kind = "rule" if self.kind == "before" else self.kind
+        return f"{kind}:{self.name}{state}{outcome}{hits}{condition}{log}"
 
 
 def parse_breakpoint(spec: str) -> Breakpoint:
@@ -136,32 +127,33 @@ def parse_breakpoint(spec: str) -> Breakpoint:
 
     :raises ExecutiveError: if the text is not a breakpoint.
     """
-    if len(spec) > LONGEST:
-        raise ExecutiveError(f"a breakpoint has at most {LONGEST} characters, this one has {len(spec)}")
-    rest, *log = _LOG.split(spec.strip(), maxsplit=1)
-    place, *condition = _CONDITION.split(rest, maxsplit=1)
-    place, *hits = _HITS.split(place, maxsplit=1)
-    kind, colon, rest = place.partition(":")
-    known = _KINDS.get(kind)
-    if known is None or not colon or not rest:
+    if len(spec) > MAX_LENGTH:
+        raise ExecutiveError(f"a breakpoint has at most {MAX_LENGTH} characters, this one has {len(spec)}")
+    # From the end: the text to log may have conditions, and the condition may have colons.
+    before_log, *log = _LOG.split(spec.strip(), maxsplit=1)
+    before_condition, *condition = _CONDITION.split(before_log, maxsplit=1)
+    subject, *hits = _HITS.split(before_condition, maxsplit=1)
+    prefix, _, pattern = subject.partition(":")
+    kind = _KINDS.get(prefix)
+    if kind is None or not pattern:
         raise ExecutiveError(
             f"'{spec}' is not a breakpoint",
             hint=f'use one of: {_FORMS}; each may end in: hit COUNT if (CLIPS) log "TEXT"',
         )
     if hits:
         check_hits(hits[0])
-    if known == "skill":
+    if kind == "skill":
         # a skill string may have colons
-        match = _STATUS.fullmatch(rest)
-        parts = list(match.groups()) if match else [rest]
+        match = _STATUS.fullmatch(pattern)
+        names = list(match.groups()) if match else [pattern]
     else:
-        parts = rest.split(":")
-        if len(parts) > _MAX_PARTS[known]:
+        names = pattern.split(":")
+        if len(names) > _MAX_NAMES[kind]:
             raise ExecutiveError(
                 f"'{spec}' has too many parts for a breakpoint", hint=f"use one of: {_FORMS}"
             )
-    name, state, outcome = [part or ANY for part in (*parts, "", "")][:3]
-    return Breakpoint(0, known, name, state, outcome, "".join(condition), "".join(hits[:1]), "".join(log[:1]))
+    name, state, outcome = [text or ANY for text in (*names, "", "")][:3]
+    return Breakpoint(0, kind, name, state, outcome, "".join(condition), "".join(hits[:1]), "".join(log[:1]))
 
 
 def skill_name(skill_string: str) -> str:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 STEPS: Final = ("rule", "loop", "transition")  # units of stepping
 
-# A step to the next line of a right-hand side whose rule calls `Debugger.at_line`.
+# The unit for the next line of a right-hand side: only rules with probes call `Debugger.at_line`.
 LINE: Final = "line"
 
 
@@ -66,22 +66,24 @@ class Debugger:
         self.loops = 0  # number of debugged loops
         self._breakpoints: dict[int, Breakpoint] = {}
         self._last_number = 0
-        self._reached_count: Counter[int] = Counter()
-        self._met_count: Counter[int] = Counter()
+        # By number of the breakpoint: all hits, and the hits with a true condition.
+        self._hit_counts: Counter[int] = Counter()
+        self._true_hit_counts: Counter[int] = Counter()
         self._stopped: Stop | None = None
-        self._step = ""
-        self._asked = False
-        self._firing = False
-        self._within = False
+        self._step = ""  # the unit of the requested step; empty without a step
+        self._stop_requested = False
+        self._firing = False  # whether CLIPS runs rules, so that transitions come from them
+        self._in_loop = False
         self._interrupted = False
-        self._fired = 0
+        self._fired = 0  # firings in this loop
         self._last_rule = ""
-        self._one_by_one = False
+        self._one_by_one = False  # whether the rules are fired one by one
+        # The transitions of the last firing that stop; without a breakpoint for a step.
         self._hits: list[tuple[Breakpoint | None, Transition]] = []
-        self._statuses: dict[str, tuple[str, str]] = {}
-        self._passed = ""
+        self._statuses: dict[str, tuple[str, str]] = {}  # skill string and status by Skiller
+        self._passed_activation = ""
         self._agent_halts = False
-        self._follows = False
+        self._is_subscribed = False
         self._after_fire = callback("void(Environment *, Activation *, void *)", self._note_fired)
 
     @property
@@ -125,7 +127,7 @@ class Debugger:
 
     def counts(self, number: int) -> tuple[int, int]:
         """Return the number of hits of a breakpoint, and of hits with a true condition."""
-        return self._met_count[number], self._reached_count[number]
+        return self._hit_counts[number], self._true_hit_counts[number]
 
     def move_to(self, executive: Executive) -> None:
         """Set the same breakpoints in the executive that follows this one after a reset."""
@@ -143,23 +145,22 @@ class Debugger:
     @property
     def active(self) -> bool:
         """Whether the next loop needs the debugger."""
-        return bool(self._breakpoints or self._step or self._asked or self._within or self._stopped)
+        return bool(self._breakpoints or self._step or self._stop_requested or self._in_loop or self._stopped)
 
     @property
     def within_loop(self) -> bool:
         """Whether a loop has begun but not ended, or the next one is blocked."""
-        return self._within or self._stopped is not None
+        return self._in_loop or self._stopped is not None
 
     def stop(self) -> None:
         """Stop before the next firing."""
         with self._env.lock:
-            self._asked = self._stopped is None
+            self._stop_requested = self._stopped is None
 
     def go_on(self) -> None:
         """Continue to the next breakpoint. Does nothing while running."""
         with self._env.lock:
-            self._asked = False
-            self._stopped, self._step = None, ""
+            self._stop_requested, self._stopped, self._step = False, None, ""
             self._set_hooks()
 
     def step(self, unit: str = "rule") -> None:
@@ -181,23 +182,21 @@ class Debugger:
         """
         fired = 0
         while self._stopped is None:
-            if not self._within:
+            if not self._in_loop:
                 self._begin_loop()
             fired_before = self._fired
-            stop = self._go()
+            stop = self._fire_until_stop()
             fired += self._fired - fired_before
             self.names.check_once(self._breakpoints.values())
-            if not self._within and stop is None:
-                break
             if stop is not None:
-                self._halt(stop)
-                if not self._within:
-                    break
+                self._enter_stop(stop)  # `on_stop` may continue the run before it returns
+            if not self._in_loop:
+                break
         return fired
 
-    def _halt(self, stop: Stop) -> None:
-        """Enter the stopped state and notify the observers."""
-        self._stopped, self._step, self._asked = stop, "", False
+    def _enter_stop(self, stop: Stop) -> None:
+        """Enter the stopped state and notify the observer."""
+        self._stopped, self._step, self._stop_requested = stop, "", False
         self._log.info(f"Stopped {stop.reason}")
         if self.on_stop is not None:
             self.on_stop(stop)
@@ -222,19 +221,19 @@ class Debugger:
             return
         self._last_rule = rule
         where = f"at line {line} of rule {rule}"
-        found = (
+        stops = (
             self._count_hit(item, where, line=line)
             for item in self._breakpoints.values()
             if item.has_line(rule, line)
         )
-        stop = next(filter(None, found), None)
+        stop = next(filter(None, stops), None)
         if stop is None and self._step == LINE:
             stop = self._make_stop("step", where, line=line)
         if stop is None:
             return
         self._firing = False  # transitions caused by edits at the stop must not stop again
         try:
-            self._halt(stop)
+            self._enter_stop(stop)
         finally:
             self._stopped, self._firing = None, True
         # the next breakpoint may belong to another rule: check again after this firing
@@ -243,27 +242,28 @@ class Debugger:
             self._env.api.after_fire(self._after_fire)
 
     def _begin_loop(self) -> None:
-        self._within, self._agent_halts = True, False
-        self._fired, self._last_rule, self._passed = 0, "", ""
+        self._in_loop, self._agent_halts = True, False
+        self._fired, self._last_rule, self._passed_activation = 0, "", ""
         self.loops += 1
         self._env.watcher.firings = 0
 
-    def _go(self) -> Stop | None:
+    def _fire_until_stop(self) -> Stop | None:
         """Fire rules until a stop or the end of the loop."""
         env = self._env
-        while not env.is_ended and not self._agent_halts and (following := next_rule(env)):
-            if self._asked:
-                return self._make_stop("asked", f"before rule {following}, as asked")
-            rules = [item for item in self._breakpoints.values() if item.is_of_rules]
-            if rules and (stop := self._before(rules, following)) is not None:
+        while not env.is_ended and not self._agent_halts and (rule := next_rule(env)):
+            if self._stop_requested:
+                return self._make_stop("asked", f"before rule {rule}, as asked")
+            of_rules = [item for item in self._breakpoints.values() if item.is_of_rules]
+            if of_rules and (stop := self._stop_before(of_rules, rule)) is not None:
                 return stop
-            self._one_by_one = bool(rules) or self._step == "rule"
+            # Without breakpoints on rules, all rules fire at once, which is much faster.
+            self._one_by_one = bool(of_rules) or self._step == "rule"
             fired = self._fire()
-            if (stop := self._after(rules, fired)) is not None:
+            if (stop := self._stop_after(of_rules, fired)) is not None:
                 return stop
             if fired == 0 or not (self._one_by_one or self._hits or self._interrupted):
                 break
-        self._within = False
+        self._in_loop = False
         env.end_run()
         return self._make_stop("step", "at the end of the loop") if self._step == "loop" else None
 
@@ -282,18 +282,19 @@ class Debugger:
         self._fired += fired
         return fired
 
-    def _before(self, rules: list[Breakpoint], following: str) -> Stop | None:
-        """Return the stop before the next rule, once per activation."""
-        for item in rules:
-            if item.kind == "before" and item.has_rule(following):
+    def _stop_before(self, breakpoints: list[Breakpoint], next_rule: str) -> Stop | None:
+        """Return the stop before the next rule, once per activation: it is still first after the stop."""
+        for item in breakpoints:
+            if item.kind == "before" and item.has_rule(next_rule):
                 _, rule, basis = next(agenda(self._env))
                 activation = f"{rule}: {basis}"
-                if activation != self._passed and (stop := self._count_hit(item, f"before rule {rule}")):
-                    self._passed = activation
+                is_new = activation != self._passed_activation
+                if is_new and (stop := self._count_hit(item, f"before rule {rule}")):
+                    self._passed_activation = activation
                     return stop
         return None
 
-    def _after(self, rules: list[Breakpoint], fired: int) -> Stop | None:
+    def _stop_after(self, breakpoints: list[Breakpoint], fired: int) -> Stop | None:
         """Return the stop after the last firing."""
         for item, event in self._hits:
             if item is None:
@@ -302,29 +303,29 @@ class Debugger:
                 return stop
         if not fired or not (self._one_by_one or self._interrupted):
             return None
-        for item in rules:
-            if item.kind == "after" and item.has_rule(self._last_rule):
-                stop = self._count_hit(item, f"after rule {self._last_rule}")
-                if stop is not None:
-                    return stop
-        return self._make_stop("step", f"after rule {self._last_rule}") if self._step == "rule" else None
+        where = f"after rule {self._last_rule}"
+        for item in breakpoints:
+            is_hit = item.kind == "after" and item.has_rule(self._last_rule)
+            if is_hit and (stop := self._count_hit(item, where)) is not None:
+                return stop
+        return self._make_stop("step", where) if self._step == "rule" else None
 
     def _count_hit(
         self, item: Breakpoint, where: str, event: Transition | None = None, line: int = 0
     ) -> Stop | None:
         """Count a hit; return the stop, or None if condition or hit count prevent it."""
         kind = "transition" if event is not None else item.kind
-        self._met_count[item.number] += 1
+        self._hit_counts[item.number] += 1
         stop = self._make_stop(kind, where, item.number, event, line)
         if item.condition:
             try:
                 if self._env.eval(self.expand(item.condition, stop)) == FALSE:
                     return None
-            except ClipsError as error:
-                fails = f"(breakpoint {item.number} has a condition that fails: {error.message})"
-                stop = replace(stop, reason=f"{where} {fails}")
-        self._reached_count[item.number] += 1
-        if not item.is_due(self._reached_count[item.number]):
+            except ClipsError as error:  # stops, so that the user sees the mistake
+                problem = f"(breakpoint {item.number} has a condition that fails: {error.message})"
+                stop = replace(stop, reason=f"{where} {problem}")
+        self._true_hit_counts[item.number] += 1
+        if not item.is_due(self._true_hit_counts[item.number]):
             return None
         if item.log:
             text = item.logged(lambda expression: self._value(expression, stop))
@@ -358,15 +359,15 @@ class Debugger:
 
     def _set_hooks(self) -> None:
         """Subscribe to transitions only while a breakpoint or step needs them."""
-        watches_transitions = self._step == "transition" or any(
+        is_needed = self._step == "transition" or any(
             item.is_of_transitions for item in self._breakpoints.values()
         )
-        if watches_transitions and not self._follows:
+        if is_needed and not self._is_subscribed:
             self._statuses.clear()
             self._env.bus.subscribe(self._take, *TRANSITION_TYPES)
-        elif self._follows and not watches_transitions:
+        elif self._is_subscribed and not is_needed:
             self._env.bus.unsubscribe(self._take)
-        self._follows = watches_transitions
+        self._is_subscribed = is_needed
 
     def _take(self, event: Event) -> None:
         """Handle a transition, within a right-hand side."""

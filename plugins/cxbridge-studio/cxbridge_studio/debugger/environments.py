@@ -1,4 +1,7 @@
-"""CLIPS environments of a running daemon in addition to the executive's, see docs/debugging.md."""
+"""Manages the CLIPS environments of a running daemon, their features and loggers; see docs/debugging.md.
+
+Clients may create environments besides the executive's, for example to try rules.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.manager import EnvironmentManager, FeatureInfo
 
-_LONGEST_COMPONENT: Final = 64  # characters of the name of a log component
+_MAX_COMPONENT_LENGTH: Final = 64  # characters of the name of a log component
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
@@ -82,14 +85,14 @@ class EnvironmentService:
         """
         env = self._manager.find(name)
         with env.lock:
-            watch = [item for item, on in (("facts", env.watcher.facts), ("rules", env.watcher.rules)) if on]
+            watchers = {"facts": env.watcher.facts, "rules": env.watcher.rules}
             return EnvironmentInfo(
                 name=name,
                 own=name in self._manager.extra,
                 facts=count_facts(env),
                 agenda=agenda_size(env),
                 features=self._manager.loaded_features(name),
-                watch=tuple(watch),
+                watch=tuple(item for item, is_watched in watchers.items() if is_watched),
                 log_level=env.loggers.level_of(DEFAULT_LOGGER).name.lower(),
                 ended=env.is_ended,
             )
@@ -139,8 +142,8 @@ class EnvironmentService:
             return
         with env.lock:
             if self._manager.request(name, feature) == FALSE:
-                known = ", ".join(self._manager.features)
-                raise ClipsError(f"there is no CLIPS feature '{feature}'", hint=f"there are: {known}")
+                hint = f"there are: {', '.join(self._manager.features)}"
+                raise ClipsError(f"there is no CLIPS feature '{feature}'", hint=hint)
 
     def evaluate(self, name: str, expression: str) -> Evaluation:
         """Evaluate an expression within :data:`~cxbridge_studio.debugger.evaluating.LIMIT_S`.
@@ -159,14 +162,14 @@ class EnvironmentService:
         """
         env = self._manager.find(name)
         with env.lock:
-            known = {"facts": template_names, "rules": rule_names}.get(item)
-            unknown = [each for each in names if known is not None and each not in known(env)]
-            if known is not None and unknown:
+            names_of = {"facts": template_names, "rules": rule_names}.get(item)
+            defined = names if names_of is None else names_of(env)
+            unknown = [each for each in names if each not in defined]
+            if unknown:
                 construct = "deftemplate" if item == "facts" else "defrule"
-                raise ClipsError(
-                    f"Unable to find {construct} '{unknown[0]}'.",
-                    hint=did_you_mean(unknown[0], known(env)) or None,
-                )
+                # The text is that of CLIPS.
+                message = f"Unable to find {construct} '{unknown[0]}'."
+                raise ClipsError(message, hint=did_you_mean(unknown[0], defined) or None)
             env.watch(item, names, on=on)
 
     def set_log_level(self, name: str, level: str) -> None:
@@ -188,11 +191,11 @@ class EnvironmentService:
 
         :raises ClipsError: if the name is unknown.
         """
-        for info in self._manager.catalogue:
-            if info.name == feature:
-                return info
-        known = ", ".join(info.name for info in self._manager.catalogue)
-        raise ClipsError(f"there is no CLIPS feature '{feature}'", hint=f"there are: {known}")
+        features = {info.name: info for info in self._manager.catalogue}
+        if feature not in features:
+            hint = f"there are: {', '.join(features)}"
+            raise ClipsError(f"there is no CLIPS feature '{feature}'", hint=hint)
+        return features[feature]
 
     def offer_feature(self, feature: str) -> None:
         """Offer a withdrawn feature again. Does nothing if it is offered.
@@ -252,12 +255,11 @@ class EnvironmentService:
         """
         env = self._manager.find(name)
         _check_name(logger, "a logger")
-        under = _component(component) or f"{logger}|{name}"
-        made = ClipsLogger(
-            logger, env.bus.logger(under).log, priority, find_level(level), contains, replaces, under
-        )
+        component = _component(component) or f"{logger}|{name}"
+        sink = env.bus.logger(component).log
+        new_logger = ClipsLogger(logger, sink, priority, find_level(level), contains, replaces, component)
         with env.lock:
-            env.loggers.add(made)
+            env.loggers.add(new_logger)
 
     def remove_logger(self, name: str, logger: str) -> None:
         """Remove a logger from an environment.
@@ -269,9 +271,9 @@ class EnvironmentService:
             env.loggers.remove(logger)
 
 
-def _check_name(name: str, of: str) -> None:
+def _check_name(name: str, subject: str) -> None:
     if not _NAME.fullmatch(name):
-        raise ClipsError(f"'{name}' cannot name {of}", hint="use up to 64 letters, digits, _, . and -")
+        raise ClipsError(f"'{name}' cannot name {subject}", hint="use up to 64 letters, digits, _, . and -")
 
 
 def _component(text: str) -> str:
@@ -279,9 +281,7 @@ def _component(text: str) -> str:
 
     :raises ClipsError: if the name is too long or has unprintable characters.
     """
-    if len(text) > _LONGEST_COMPONENT or not text.isprintable():
-        raise ClipsError(
-            "that cannot name a component of the log",
-            hint=f"use up to {_LONGEST_COMPONENT} characters that can be printed",
-        )
+    if len(text) > _MAX_COMPONENT_LENGTH or not text.isprintable():
+        hint = f"use up to {_MAX_COMPONENT_LENGTH} characters that can be printed"
+        raise ClipsError("that cannot name a component of the log", hint=hint)
     return text

@@ -7,7 +7,7 @@ plan-actions at run time, so :class:`MetNames` checks those after the run.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -25,12 +25,13 @@ if TYPE_CHECKING:
 
 # Functions that define constructs.
 _LOADERS: Final = frozenset(
-    (*(f"{path}{verb}{star}" for path in ("", "path-") for verb in ("load", "batch") for star in ("", "*")),)
-) | {"bload", "build"}
+    {"load", "load*", "batch", "batch*", "path-load", "path-load*", "path-batch", "path-batch*"}
+    | {"bload", "build"}
+)
 
 _COLON_STATUS: Final = re.compile(r".*:(\w+)", re.DOTALL)
 _LITERAL: Final = re.compile(r"[^*?\[{(]*")
-_WILD: Final = "*?["
+_WILDCARDS: Final = "*?["
 _MAX_NAMES: Final = 10_000  # names kept per kind for suggestions
 
 
@@ -55,7 +56,6 @@ class AgentNames:
         self._env = env
         self._skills = skills
         self._is_initial = is_initial
-
         self._log = env.bus.logger("Debugger")
         self._is_checked = False
         # Receives the unreachable breakpoints once, after the agent's initialisation.
@@ -99,6 +99,7 @@ class AgentNames:
         message, hint = f"breakpoint {item}: {mistake[0]}", mistake[1]
         if not (item.is_of_rules and self._may_load):
             raise ExecutiveError(message, hint=hint)
+        # A file that the agent loads later may have the rule.
         self._log.warn(f"{message} yet{f': {hint}' if hint else ''}")
 
     def _mistake(self, item: Breakpoint) -> tuple[str, str] | None:
@@ -115,43 +116,43 @@ class AgentNames:
         rules = rule_names(self._env)
         if name.strip("*") == "" or any(fnmatchcase(rule, name) for rule in rules):
             return None
-        problem = "no rule matches" if _is_pattern(name) else "there is no rule"
-        return f"{problem} '{name}'", did_you_mean(_plain(name), rules)
+        is_pattern = any(wildcard in name for wildcard in _WILDCARDS)
+        problem = "no rule matches" if is_pattern else "there is no rule"
+        return f"{problem} '{name}'", did_you_mean(_without_wildcards(name), rules)
 
     def _goal(self, item: Breakpoint) -> tuple[str, str] | None:
         modes = allowed_values(self._env, "goal", "mode")
         outcomes = allowed_values(self._env, "goal", "outcome")
-        wrong = _unknown(item.state, modes, "goals have no mode", "the modes are")
-        if wrong is None:
+        mistake = _unknown(item.state, modes, "goals have no mode", "the modes are")
+        if mistake is None:
             return _unknown(item.outcome, outcomes, "goals have no outcome", "the outcomes are")
         if item.state in outcomes:
-            return wrong[0], f"{item.state} is an outcome: use goal:{item.name}:*:{item.state}"
-        return wrong
+            return mistake[0], f"{item.state} is an outcome: use goal:{item.name}:*:{item.state}"
+        return mistake
 
     def _skill(self, item: Breakpoint) -> tuple[str, str] | None:
         end = _COLON_STATUS.fullmatch(item.name)  # no skill string ends with a status
-        wrong = _unknown(
-            end[1] if end else item.state, skill_statuses(), "skills have no status", "these are"
-        )
-        skills = None if wrong else self._skills()
-        if wrong or skills is None:
-            return wrong
-        begin = _LITERAL.match(item.name)
-        head = begin[0].strip() if begin else ""
-        is_whole = _literal_ends(item.name[len(begin[0]) :]) if begin else False
-        if any(skill == head if is_whole else skill.startswith(head) for skill in skills):
+        status = end[1] if end else item.state
+        mistake = _unknown(status, skill_statuses(), "skills have no status", "these are")
+        skills = None if mistake else self._skills()
+        if mistake or skills is None:
+            return mistake
+        match = _LITERAL.match(item.name)
+        literal = match[0] if match else ""
+        # Before a wildcard, the literal is only the beginning of the skill's name.
+        is_whole = not item.name[len(literal) :].startswith(tuple(_WILDCARDS))
+        name = literal.strip()
+        if any(skill == name if is_whole else skill.startswith(name) for skill in skills):
             return None
-        known_skills = f"there are: {', '.join(sorted(skills)) or 'none'}"
-        return f"there is no skill '{head}{'' if is_whole else '*'}'", did_you_mean(
-            head, skills, known_skills
-        )
+        all_skills = f"there are: {', '.join(sorted(skills)) or 'none'}"
+        return f"there is no skill '{name}{'' if is_whole else '*'}'", did_you_mean(name, skills, all_skills)
 
     @property
     def _may_load(self) -> bool:
         """Return whether the agent may load further files: it calls a loader with an unknown or new file."""
         files = self._env.loader.files
         texts = (_text(file) for file in dict.fromkeys(files) if not self._is_initial(file))
-        return any(_loads(text, files) for text in texts)
+        return any(_loads_further_file(text, files) for text in texts)
 
 
 class MetNames:
@@ -178,14 +179,15 @@ class MetNames:
 
     def lacks(self, item: Breakpoint) -> str:
         """Return a message if a breakpoint's name has not occurred; else empty."""
-        known = self._names.get(item.kind)
-        if known is None:
+        names = self._names.get(item.kind)
+        if names is None:
             return ""
-        name = skill_name(item.name) if item.kind == "skill" else item.name
-        met = (*known, *self._ids) if item.kind == "goal" else known
-        if len(met) >= _MAX_NAMES or any(fnmatchcase(each, name) for each in met):
+        pattern = skill_name(item.name) if item.kind == "skill" else item.name
+        all_names = names | self._ids if item.kind == "goal" else names
+        # With as many names as the limit, the name may be among those that were not kept.
+        if len(all_names) >= _MAX_NAMES or any(fnmatchcase(name, pattern) for name in all_names):
             return ""
-        return f"there was no {item.kind} '{name}'{or_similar(_plain(name), known)}"
+        return f"there was no {item.kind} '{pattern}'{or_similar(_without_wildcards(pattern), names)}"
 
 
 def skill_statuses() -> tuple[str, ...]:
@@ -194,25 +196,19 @@ def skill_statuses() -> tuple[str, ...]:
     return tuple(item.name for enum in enums if enum.name == "SkillStatusEnum" for item in enum.items)
 
 
-def _unknown(pattern: str, known: Collection[str], problem: str, which: str) -> tuple[str, str] | None:
-    """Return message and hint if no known name matches; None if one matches or none is known."""
-    if pattern == ANY or not known or any(fnmatchcase(each, pattern) for each in known):
+def _unknown(pattern: str, names: Collection[str], problem: str, title: str) -> tuple[str, str] | None:
+    """Return message and hint if no name matches a pattern; None if a name matches, or there are none.
+
+    :param title: of the list of names in the hint.
+    """
+    if pattern == ANY or not names or any(fnmatchcase(name, pattern) for name in names):
         return None
-    return f"{problem} '{pattern}'", did_you_mean(_plain(pattern), known, f"{which}: {', '.join(known)}")
+    hint = did_you_mean(_without_wildcards(pattern), names, f"{title}: {', '.join(names)}")
+    return f"{problem} '{pattern}'", hint
 
 
-def _is_pattern(name: str) -> bool:
-    return any(sign in name for sign in _WILD)
-
-
-def _plain(pattern: str) -> str:
-    """Return a pattern without wildcards."""
-    return pattern.translate({ord(sign): None for sign in "*?[]"})
-
-
-def _literal_ends(rest: str) -> bool:
-    """Return whether the skill name ends at a pattern's remainder."""
-    return not rest.startswith(tuple(_WILD))
+def _without_wildcards(pattern: str) -> str:
+    return pattern.translate(dict.fromkeys(map(ord, "*?[]")))
 
 
 def _text(file: Path) -> str:
@@ -222,20 +218,13 @@ def _text(file: Path) -> str:
         return ""
 
 
-def _loads(text: str, loaded: Iterable[Path]) -> bool:
+def _loads_further_file(text: str, loaded: Iterable[Path]) -> bool:
     """Return whether a text calls a function that defines constructs with a file that is not loaded yet."""
-    tokens = _tokens(text)
+    tokens = (match[0] for match in TOKEN.finditer(text) if match.lastgroup != "blank")
     for token in tokens:
         if token in _LOADERS:
-            file = next(tokens, "")
-            if not (file.startswith('"') and _is_among(file.strip('"'), loaded)):
+            argument = next(tokens, "")
+            name = argument.strip('"') if argument.startswith('"') else ""
+            if not name or not any(f"/{file}".endswith(f"/{name}") for file in loaded):
                 return True
     return False
-
-
-def _tokens(text: str) -> Iterator[str]:
-    return (match[0] for match in TOKEN.finditer(text) if match.lastgroup != "blank")
-
-
-def _is_among(name: str, files: Iterable[Path]) -> bool:
-    return bool(name) and any(f"/{file}".endswith(f"/{name}") for file in files)

@@ -74,26 +74,27 @@ def _row(item: Breakpoint) -> BreakpointInfo:
 
 
 def _check_number(context: OperationContext, path: Mapping[str, str]) -> None:
-    text, known = path["number"], [item.number for item in debugger_of(context.executive).breakpoints]
+    text, numbers = path["number"], [item.number for item in debugger_of(context.executive).breakpoints]
     if not (text.isascii() and text.isdecimal()) or len(text) > _MAX_DIGITS:
         raise CxbridgeError("A breakpoint has a number")
-    if int(text) not in known:
+    if int(text) not in numbers:
         raise NotFoundError(f"There is no breakpoint {text}")
 
 
-def _check_there(context: OperationContext, _path: Mapping[str, str]) -> None:
+def _check_available(context: OperationContext, _path: Mapping[str, str]) -> None:
+    """Raise an error if the executive is not running: the client then gets status 503, whatever it sends."""
     _ = debugger_of(context.executive)
 
 
-def _look(context: OperationContext, _given: object) -> DebuggerInfo:
+def _state(context: OperationContext, _parameters: object) -> DebuggerInfo:
     debugger = debugger_of(context.executive)
     return DebuggerInfo(breakpoint_rows(debugger), stop_info(debugger) or UNSET)
 
 
-def _route(method: str, path: str, about: str, **more: Any) -> Route[Any]:
+def _route(method: str, path: str, summary: str, **settings: Any) -> Route[Any]:
     """Return a route whose answer is the state of the debugger."""
-    more = {"answer": _look, "check": _check_there, **more}
-    return Route(method, f"{_PATH}{path}", about, DebuggerInfo, "Debugger", **more)
+    settings = {"answer": _state, "check": _check_available, **settings}
+    return Route(method, f"{_PATH}{path}", summary, DebuggerInfo, "Debugger", **settings)
 
 
 OPERATIONS.add(
@@ -102,11 +103,11 @@ OPERATIONS.add(
     NoParameters,
     _route("GET", "", "Breakpoints, and where the rules are stopped."),
     is_verb=False,
-)(_look)
+)(_state)
 
 
 @OPERATIONS.add("break-list", Right.LOOK, NoParameters)
-def _list(context: OperationContext, _given: NoParameters) -> list[BreakpointInfo]:
+def _list(context: OperationContext, _parameters: NoParameters) -> list[BreakpointInfo]:
     return breakpoint_rows(debugger_of(context.executive))
 
 
@@ -120,7 +121,7 @@ def _list(context: OperationContext, _given: NoParameters) -> list[BreakpointInf
         "Stop there from now on.",
         BreakpointInfo,
         "Breakpoint",
-        check=_check_there,
+        check=_check_available,
         body="BreakpointSpec",
         errors={400: "That is not a breakpoint, or nothing can ever reach it"},
     ),
@@ -182,7 +183,7 @@ def _remove(context: OperationContext, parameters: _Number) -> None:
     _route("DELETE", "/breakpoints", "Remove all breakpoints."),
     is_verb=False,
 )
-def _clear(context: OperationContext, _given: NoParameters) -> None:
+def _clear(context: OperationContext, _parameters: NoParameters) -> None:
     debugger_of(context.executive).clear()
 
 
@@ -194,12 +195,12 @@ def _step(context: OperationContext, parameters: _Step) -> None:
 @OPERATIONS.add(
     "stop", Right.CONTROL, NoParameters, _route("POST", "/stop", "Stop before the next rule fires.")
 )
-def _stop(context: OperationContext, _given: NoParameters) -> None:
+def _stop(context: OperationContext, _parameters: NoParameters) -> None:
     debugger_of(context.executive).stop()
 
 
 @OPERATIONS.add(
     "go-on", Right.CONTROL, NoParameters, _route("POST", "/go-on", "Continue to the next breakpoint.")
 )
-def _go_on(context: OperationContext, _given: NoParameters) -> None:
+def _go_on(context: OperationContext, _parameters: NoParameters) -> None:
     debugger_of(context.executive).go_on()

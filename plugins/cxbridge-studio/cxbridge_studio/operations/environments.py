@@ -82,12 +82,12 @@ def check_environment(context: OperationContext, path: Mapping[str, str]) -> Non
 
 
 def of_environment(
-    method: str, path: str, about: str, reply: Any = EnvironmentInfo, errors: Any = None, **more: Any
+    method: str, path: str, summary: str, reply: Any = EnvironmentInfo, errors: Any = None, **settings: Any
 ) -> Route[Any]:
     """Return the route of an environment's property."""
     errors = {404: "There is no such environment", **(errors or {})}
     path = f"{PATH}/{{env}}{path}"
-    return Route(method, path, about, reply, check=check_environment, errors=errors, **more)
+    return Route(method, path, summary, reply, check=check_environment, errors=errors, **settings)
 
 
 def _info(context: OperationContext, parameters: Any) -> EnvironmentInfo:
@@ -105,7 +105,7 @@ OPERATIONS.add(
     NoParameters,
     Route("GET", PATH, "All environments, in the order in which they were created.", list[EnvironmentInfo]),
 )
-def _list(context: OperationContext, _given: NoParameters) -> Sequence[EnvironmentInfo]:
+def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[EnvironmentInfo]:
     return service_of(context).list()
 
 
@@ -129,7 +129,7 @@ def _create(context: OperationContext, parameters: _NewEnvironment) -> None:
 
 
 def _destroy_and_describe(context: OperationContext, parameters: NamedEnvironment) -> EnvironmentInfo:
-    info = _info(context, parameters)
+    info = _info(context, parameters)  # afterwards, there is no environment to describe
     _destroy(context, parameters)
     return info
 
@@ -151,6 +151,7 @@ def _destroy(context: OperationContext, parameters: NamedEnvironment) -> None:
 
 
 def _load_absolute(context: OperationContext, parameters: _File) -> Loaded:
+    # An HTTP client does not know the daemon's working directory.
     if not Path(parameters.file).is_absolute():
         raise CxbridgeError("The file must be an absolute path of the daemon's machine")
     return Loaded(list(_load(context, parameters)))
@@ -232,7 +233,7 @@ def _log(context: OperationContext, parameters: _Level) -> None:
 
 
 def _evaluate_text(context: OperationContext, parameters: _Expression) -> object:
-    if "\0" in parameters.expression:
+    if "\0" in parameters.expression:  # CLIPS' strings end at the first zero byte
         raise CxbridgeError("CLIPS has no such text")
     return _evaluate(context, parameters)
 

@@ -35,10 +35,14 @@ def _info(context: OperationContext, parameters: _Feature) -> FeatureInfo:
     return service_of(context).feature(parameters.feature)
 
 
-def _of_one(method: str, about: str, **errors: str) -> Route[Any]:
-    known = {404: "There is no such feature", **({400: errors["wrong"]} if errors else {})}
+def _feature_route(method: str, summary: str, refusal: str = "") -> Route[Any]:
+    """Return a route for one feature.
+
+    :param refusal: why the operation may be refused; empty if it never is.
+    """
+    errors = {404: "There is no such feature", **({400: refusal} if refusal else {})}
     path = f"{_PATH}/{{feature}}"
-    return Route(method, path, about, FeatureInfo, "Feature", answer=_info, check=_check, errors=known)
+    return Route(method, path, summary, FeatureInfo, "Feature", answer=_info, check=_check, errors=errors)
 
 
 @OPERATIONS.add(
@@ -47,7 +51,7 @@ def _of_one(method: str, about: str, **errors: str) -> Route[Any]:
     NoParameters,
     Route("GET", _PATH, "All features of CLIPS, by name.", list[FeatureInfo], "Feature"),
 )
-def _list(context: OperationContext, _given: NoParameters) -> Sequence[FeatureInfo]:
+def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[FeatureInfo]:
     return service_of(context).features()
 
 
@@ -55,13 +59,13 @@ OPERATIONS.add(
     "feature-info",
     Right.LOOK,
     _Feature,
-    _of_one("GET", "One feature: it can be withdrawn while no environment has it."),
+    _feature_route("GET", "One feature: it can be withdrawn while no environment has it."),
     is_verb=False,
 )(_info)
 
 
 @OPERATIONS.add(
-    "feature-offer", Right.CONTROL, _Feature, _of_one("PUT", "Offer a feature to environments again.")
+    "feature-offer", Right.CONTROL, _Feature, _feature_route("PUT", "Offer a feature to environments again.")
 )
 def _offer(context: OperationContext, parameters: _Feature) -> None:
     service_of(context).offer_feature(parameters.feature)
@@ -71,7 +75,7 @@ def _offer(context: OperationContext, parameters: _Feature) -> None:
     "feature-withdraw",
     Right.CONTROL,
     _Feature,
-    _of_one("DELETE", "Offer a feature no more.", wrong="An environment has it"),
+    _feature_route("DELETE", "Offer a feature no more.", refusal="An environment has it"),
 )
 def _withdraw(context: OperationContext, parameters: _Feature) -> None:
     service_of(context).withdraw_feature(parameters.feature)

@@ -15,14 +15,21 @@ from cxbridge_studio.operations.debugger import breakpoint_rows
 OPERATIONS: Final = Operations()
 
 
-class _Wanted(Struct):
+class _StateQuery(Struct):
+    """The selection of the data.
+
+    :param since: the number of the last log line that the client has.
+    :param goals: the maximum number of goals.
+    :param words: only goals with this text.
+    """
+
     since: int | UnsetType = UNSET
     goals: int | UnsetType = UNSET
     words: str | UnsetType = UNSET
 
 
-@OPERATIONS.add("state", Right.LOOK, _Wanted)
-def _state(context: OperationContext, parameters: _Wanted) -> dict[str, Any]:
+@OPERATIONS.add("state", Right.LOOK, _StateQuery)
+def _state(context: OperationContext, parameters: _StateQuery) -> dict[str, Any]:
     executive = None if context.find_executive is None else context.find_executive()
     control = None if executive is None else executive.control
     debugger = control if isinstance(control, Debugger) else None
