@@ -1,4 +1,8 @@
-"""Reader of CLIPS files: the defined constructs, and the names that they match, assert, change and call."""
+"""Reads the names in CLIPS files: those that constructs define, match, assert, change and call.
+
+CLIPS' syntax is regular: the head of a list says which of its words are names. The tables below have the
+functions and slots of CLIPS, the CX core and its features whose arguments are names.
+"""
 
 from __future__ import annotations
 
@@ -101,21 +105,20 @@ def read_clips(path: str, text: str, previous: SourceFile | None = None) -> Sour
 
     :param previous: the previous version of the file; its unchanged constructs are reused.
     """
-    known = {} if previous is None else {placed.piece.text: placed.piece for placed in previous.pieces}
+    pieces = {} if previous is None else {placed.piece.text: placed.piece for placed in previous.pieces}
+    lists = top_level_lists(text)
     return SourceFile(
-        path,
-        text,
-        tuple(PlacedPiece(part.start, _piece(part, known.get(part.text))) for part in top_level_lists(text)),
+        path, text, tuple(PlacedPiece(each.start, _piece(each, pieces.get(each.text))) for each in lists)
     )
 
 
-def _piece(part: TopLevelList, known: Piece | None) -> Piece:
+def _piece(top_list: TopLevelList, previous: Piece | None) -> Piece:
     # The same text may be closed in one version of the file and cut by a new construct in the other.
-    if known is not None and known.closed is part.closed:
-        return known
-    nodes = read(part.text, close=True)
+    if previous is not None and previous.closed is top_list.closed:
+        return previous
+    nodes = read(top_list.text, close=True)
     if not nodes:
-        return Piece("", None, part.text, (), closed=part.closed)
+        return Piece("", None, top_list.text, (), closed=top_list.closed)
     reader = _Reader()
     try:
         reader.top(nodes[0])
@@ -126,26 +129,27 @@ def _piece(part: TopLevelList, known: Piece | None) -> Piece:
     defined_names = (
         mention.name for mention in mentions if mention.use is Use.DEFINED and mention.name.kind is kind
     )
-    return Piece(nodes[0].head, next(defined_names, None), part.text, mentions, closed=part.closed)
+    return Piece(nodes[0].head, next(defined_names, None), top_list.text, mentions, closed=top_list.closed)
 
 
 def _is_variable(node: SyntaxNode) -> bool:
     return node.items is None and node.text.startswith(("?", "$?"))
 
 
-def _rebound(node: SyntaxNode) -> Iterator[str]:
+def _rebound(construct: SyntaxNode) -> Iterator[str]:
     """Yield the variables that a construct binds to values other than a fact it asserts or modifies."""
-    for each in node.walk():
-        if each.head == "bind" and len(each.arguments) > 1 and each.arguments[1].head != "assert":
-            variable, value = each.arguments[:2]
+    for node in construct.walk():
+        if node.head == "bind" and len(node.arguments) > 1 and node.arguments[1].head != "assert":
+            variable, value = node.arguments[:2]
+            # A changed fact has the same template: (bind ?f (modify ?f ...)).
             keeps_template = (
                 value.head in _CHANGES and value.arguments and value.arguments[0].text == variable.text
             )
             if not keeps_template:
                 yield variable.text
-        elif each.head in _LOOPS and each.arguments:
-            first = each.arguments[0]
-            yield first.items[0].text if first.items else first.text
+        elif node.head in _LOOPS and node.arguments:
+            loop = node.arguments[0]
+            yield loop.items[0].text if loop.items else loop.text
 
 
 class _Reader:
@@ -184,10 +188,10 @@ class _Reader:
 
     def _define(self, node: SyntaxNode) -> tuple[SyntaxNode, ...]:
         """Record the definition of a construct and return the nodes after its name."""
-        name, *rest = node.arguments
+        name, *content = node.arguments
         if name.items is None and not name.text.startswith('"'):
             self._add(NameKind(DEFINES[node.head]), name, Use.DEFINED)
-        return tuple(rest)
+        return tuple(content)
 
     def _rule(self, node: SyntaxNode) -> None:
         self._define(node)
@@ -202,9 +206,9 @@ class _Reader:
 
     def _template(self, node: SyntaxNode) -> None:
         """Read a deftemplate or a defclass."""
-        rest = self._define(node)
+        slots = self._define(node)
         owner = without_module(node.arguments[0].text)
-        for slot in rest:
+        for slot in slots:
             if slot.head == "is-a":
                 for name in slot.arguments:
                     self._add(NameKind.CLASS, name, Use.NAMED)
@@ -240,9 +244,9 @@ class _Reader:
 
     def _handler(self, node: SyntaxNode) -> None:
         """Read ``(defmessage-handler CLASS MESSAGE [TYPE] "comment" (PARAMETER...) ACTION...)``."""
-        name, *rest = node.arguments
+        name, *content = node.arguments
         self._add(NameKind.CLASS, name, Use.NAMED)
-        for item in rest:
+        for item in content:
             self._expression(item)
 
     def _function(self, node: SyntaxNode) -> None:
@@ -313,8 +317,8 @@ class _Reader:
 
     def _is_fact(self, variable: str, template: str) -> None:
         """Record the template of a variable's fact; an ambiguous template is recorded as empty."""
-        known = self._templates.setdefault(variable, template)
-        if known != template or variable in self._rebound:
+        recorded = self._templates.setdefault(variable, template)
+        if recorded != template or variable in self._rebound:
             self._templates[variable] = ""
 
     # ---- expressions
@@ -387,7 +391,7 @@ class _Reader:
         # The variables of a query hide those of the same name outside it, and end with it.
         outside = dict(self._templates)
         for member in arguments[0].items or ():
-            templates = [each for each in member.arguments if each.items is None]
+            templates = [argument for argument in member.arguments if argument.items is None]
             for template in templates:
                 self._add(kind, template, Use.QUERIED)
             if member.items:

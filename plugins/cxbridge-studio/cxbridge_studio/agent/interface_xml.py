@@ -1,4 +1,4 @@
-"""Reader of interface definitions in XML: the interface, its fields and its messages."""
+"""Reads the names in interface definitions in XML: the interface, its fields and its messages."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from cxbridge_studio.agent.names import (
     Mention,
     Name,
     NameKind,
-    ParseProblem,
-    Piece,
-    PlacedPiece,
     SourceFile,
     Use,
+    file_of_one_piece,
+    parse_problem,
 )
 
 
@@ -24,8 +23,7 @@ def read_interface(path: str, text: str) -> SourceFile:
     try:
         root = read_tree(text.encode("utf-8", "surrogateescape"), path)
     except InterfaceDefinitionError as error:
-        problem = ParseProblem(error.message, error.line or 1, error.column or 1, error.hint or "")
-        return SourceFile(path, text, (), problem)
+        return SourceFile(path, text, (), parse_problem(error))
     if root.name != "interface":
         return SourceFile(path, text, ())
     lines = Lines(text)
@@ -44,8 +42,5 @@ def read_interface(path: str, text: str) -> SourceFile:
             add_definition(field, NameKind.FIELD, owner)
     for message in root.find_all("message"):
         add_definition(message, NameKind.MESSAGE, owner)
-    sorted_mentions = tuple(sorted(mentions, key=lambda mention: mention.start))
     interface_name = Name(NameKind.INTERFACE, owner) if owner else None
-    return SourceFile(
-        path, text, (PlacedPiece(0, Piece("interface", interface_name, text, sorted_mentions)),)
-    )
+    return file_of_one_piece(path, text, "interface", interface_name, mentions)

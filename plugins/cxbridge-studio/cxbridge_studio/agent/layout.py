@@ -1,4 +1,4 @@
-"""Formatter of CLIPS text: indents lines by their parentheses and changes nothing but white space.
+"""Formats CLIPS text: indents lines by their parentheses and changes nothing but white space.
 
 White space within a line stays, so aligned columns remain. Text with unbalanced parentheses or quotes is not
 changed, since the depth of its lines is unknown.
@@ -6,6 +6,7 @@ changed, since the depth of its lines is unknown.
 
 from __future__ import annotations
 
+from itertools import takewhile
 from typing import Final
 
 from cxbridge.clipstext.syntax import PARENTHESIS, TOKEN, blank
@@ -30,7 +31,7 @@ _WORDS_OF_IF: Final = frozenset({"then", "else"})
 
 def is_balanced(text: str) -> bool:
     """Return whether all parentheses and strings of a text are closed, with no ``)`` too many."""
-    if any(not part.closed for part in top_level_lists(text)):
+    if any(not top_list.closed for top_list in top_level_lists(text)):
         return False
     depth = 0
     for match in PARENTHESIS.finditer(blank(text)):
@@ -80,7 +81,7 @@ class _Writer:
     """Writer of indented tokens."""
 
     def __init__(self) -> None:
-        self._parts: list[str] = []
+        self._tokens: list[str] = []
         self._open: list[_Open] = []
         self._column = 0
         self._begins_line = True
@@ -95,7 +96,7 @@ class _Writer:
         elif not _BLANKS.issuperset(token):
             self._write(token)  # CLIPS treats Unicode blanks as text
         elif "\n" in token:
-            if self._parts:
+            if self._tokens:
                 self._write("\n" * min(token.count("\n"), _MAX_LINE_ENDS))
             self._begins_line = True
         elif not self._begins_line:
@@ -103,7 +104,7 @@ class _Writer:
 
     def text(self) -> str:
         """Return the written text, ending with one line end."""
-        written = "".join(self._parts).rstrip("".join(_BLANKS))
+        written = "".join(self._tokens).rstrip("".join(_BLANKS))
         return written + "\n" if written else ""
 
     def _indent(self, token: str) -> None:
@@ -128,19 +129,12 @@ class _Writer:
         if inner.head is None:
             inner.head = token
         elif inner.argument is None and inner.head != "(":
-            on_same_line = not any("\n" in part for part in self._since(inner))
+            # Only an argument in the line of the head sets the column for further arguments.
+            since_head = takewhile(lambda written: written != inner.head, reversed(self._tokens))
+            on_same_line = not any("\n" in written for written in since_head)
             inner.argument = self._column if on_same_line else inner.column + _STEP
 
-    def _since(self, inner: _Open) -> list[str]:
-        """Return the written tokens between the head of a list and its first argument."""
-        found = []
-        for part in reversed(self._parts):
-            if part == inner.head:
-                break
-            found.append(part)
-        return found
-
     def _write(self, text: str) -> None:
-        self._parts.append(text)
-        _, line_end, rest = text.rpartition("\n")
-        self._column = len(rest) if line_end else self._column + len(text)
+        self._tokens.append(text)
+        _, line_end, last_line = text.rpartition("\n")
+        self._column = len(last_line) if line_end else self._column + len(text)

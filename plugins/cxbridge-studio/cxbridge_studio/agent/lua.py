@@ -1,11 +1,14 @@
-"""Reader of Lua skills: the skill, its documented arguments, and the skills and interfaces it uses."""
+"""Reads the names in Lua skills: the skill, its documented arguments, the skills and interfaces that it uses.
+
+Skills follow Fawkes' pattern of assignments at the start of lines, so regular expressions find them.
+"""
 
 from __future__ import annotations
 
 import re
 from typing import Final
 
-from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
+from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use, file_of_one_piece
 
 _NAME: Final = re.compile(r"""^name\s*=\s*["']([\w-]+)["']""", re.MULTILINE)
 _NEEDS: Final = re.compile(r"^depends_skills\s*=\s*\{([^}]*)\}", re.MULTILINE)
@@ -19,29 +22,26 @@ _ARGUMENT: Final = re.compile(r"@param\s+(\w+)")
 def read_lua(path: str, text: str) -> SourceFile:
     name = _NAME.search(text)
     skill = name[1] if name else ""
-    found: list[Mention] = []
+    mentions: list[Mention] = []
 
     def add_mention(kind: NameKind, use: Use, match: re.Match[str], owner: str = "") -> None:
-        found.append(Mention(Name(kind, match[1], owner), use, *match.span(1)))
+        mentions.append(Mention(Name(kind, match[1], owner), use, *match.span(1)))
 
     if name:
         add_mention(NameKind.SKILL, Use.DEFINED, name)
-    for needs in _NEEDS.finditer(text):
-        for match in _STRING.finditer(text, *needs.span(1)):
+    for skill_list in _NEEDS.finditer(text):
+        for match in _STRING.finditer(text, *skill_list.span(1)):
             add_mention(NameKind.SKILL, Use.NAMED, match)
     for match in _INTERFACE.finditer(text):
         add_mention(NameKind.INTERFACE, Use.NAMED, match)
     for match in _CALLED.finditer(text):
         add_mention(NameKind.SKILL, Use.CALLED, match)
-    described = _DOCUMENTATION.search(text)
-    if described and skill:
-        for match in _ARGUMENT.finditer(text, *described.span(2)):
+    documentation = _DOCUMENTATION.search(text)
+    if documentation and skill:
+        for match in _ARGUMENT.finditer(text, *documentation.span(2)):
             add_mention(NameKind.ARGUMENT, Use.DEFINED, match, skill)
-    mentions = tuple(sorted(found, key=lambda mention: mention.start))
     skill_name = Name(NameKind.SKILL, skill) if skill else None
-    return SourceFile(
-        path, text, (PlacedPiece(0, Piece("skill" if skill else "lua", skill_name, text, mentions)),)
-    )
+    return file_of_one_piece(path, text, "skill" if skill else "lua", skill_name, mentions)
 
 
 def skill_documentation(text: str) -> str:

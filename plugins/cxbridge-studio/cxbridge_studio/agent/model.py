@@ -1,4 +1,7 @@
-"""The names in all files of an agent, updated file by file."""
+"""The names in all files of an agent, updated file by file.
+
+A name has mentions: the positions where it is written, each with a use such as *defined* or *matched*.
+"""
 
 from __future__ import annotations
 
@@ -24,6 +27,7 @@ _READERS: Final[Mapping[str, Callable[[str, str], SourceFile]]] = {
 }
 SUFFIXES: Final = (".clp", *_READERS)  # suffixes of the files of an agent
 
+# The blackboard feature makes a deftemplate of each interface: both names mean the same.
 _AS_TEMPLATE: Final = {NameKind.TEMPLATE: NameKind.INTERFACE, NameKind.SLOT: NameKind.FIELD}
 
 
@@ -91,11 +95,11 @@ class AgentModel:
 
         :param uses: the uses to include; without uses, all mentions.
         """
-        equivalent_names = same_as(name)
+        names = same_as(name)
         for file in self._files.values():
-            positions = [position for each in equivalent_names for position in file.by_name.get(each, ())]
-            if len(equivalent_names) > 1:
-                positions.sort(key=_start_of_piece)
+            positions = [position for each in names for position in file.by_name.get(each, ())]
+            if len(names) > 1:
+                positions.sort(key=lambda position: position[0])  # by the start of the piece
             for start, mention in positions:
                 if not uses or mention.use in uses:
                     yield FileMention(file, mention.moved(start))
@@ -131,15 +135,11 @@ class AgentModel:
         return {
             name.text
             for file in self._files.values()
-            for name, places in file.by_name.items()
+            for name, positions in file.by_name.items()
             if name.kind is kind
             and owner in (None, name.owner)
-            and (not uses or any(mention.use in uses for _, mention in places))
+            and (not uses or any(mention.use in uses for _, mention in positions))
         }
-
-
-def _start_of_piece(mention_position: tuple[int, Mention]) -> int:
-    return mention_position[0]
 
 
 def same_as(name: Name) -> tuple[Name, ...]:

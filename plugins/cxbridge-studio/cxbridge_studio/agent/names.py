@@ -1,7 +1,9 @@
-"""Names of an agent: their kinds, uses and positions."""
+"""The types of an agent's model: names with their kinds, uses and positions, and the files that have them."""
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from collections.abc import Iterable
 from enum import StrEnum
 from functools import cached_property
 from typing import NamedTuple
@@ -9,6 +11,7 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from cxbridge.clipstext.syntax import Lines
+from cxbridge.errors import CxbridgeError
 
 
 class NameKind(StrEnum):
@@ -180,12 +183,8 @@ class SourceFile(Struct, frozen=True, dict=True):
 
     def piece_at(self, offset: int) -> PlacedPiece | None:
         """Return the piece that contains an offset or ends there."""
-        placed_piece = None
-        for placed in self.pieces:
-            if placed.start > offset:
-                break
-            placed_piece = placed
-        return placed_piece if placed_piece is not None and offset <= placed_piece.end else None
+        index = bisect_right(self.pieces, offset, key=lambda placed: placed.start) - 1
+        return self.pieces[index] if index >= 0 and offset <= self.pieces[index].end else None
 
     def mention_at(self, offset: int) -> Mention | None:
         """Return the mention that contains an offset or ends there."""
@@ -199,3 +198,20 @@ class SourceFile(Struct, frozen=True, dict=True):
         # Of nested names, the cursor means the shortest: `f` in `m.f`.
         best = min(candidates, key=lambda mention: mention.end - mention.start, default=None)
         return None if best is None else best.moved(placed.start)
+
+
+def parse_problem(error: CxbridgeError) -> ParseProblem:
+    """Return the syntax error of a reader."""
+    return ParseProblem(error.message, error.line or 1, error.column or 1, error.hint or "")
+
+
+def file_of_one_piece(
+    path: str, text: str, keyword: str, name: Name | None, mentions: Iterable[Mention]
+) -> SourceFile:
+    """Return a file that is read as a whole.
+
+    :param keyword: of the piece.
+    :param name: the name that the file defines, or None.
+    """
+    ordered = tuple(sorted(mentions, key=lambda mention: mention.start))
+    return SourceFile(path, text, (PlacedPiece(0, Piece(keyword, name, text, ordered)),))

@@ -1,4 +1,8 @@
-"""Reader of PDDL files: types, constants, predicates, and actions with their parameters."""
+"""Reads the names in PDDL files: types, constants, predicates, and actions with their parameters.
+
+The executive's parser gives up at the first mistake. This reader takes any section that has brackets, since
+an editor shows names while a user types.
+"""
 
 from __future__ import annotations
 
@@ -16,11 +20,11 @@ from cxbridge_studio.agent.names import (
     Mention,
     Name,
     NameKind,
-    ParseProblem,
     Piece,
     PlacedPiece,
     SourceFile,
     Use,
+    parse_problem,
 )
 
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
@@ -40,27 +44,21 @@ _COMMENT: Final = re.compile(r";[^\n]*")
 
 def read_pddl(path: str, text: str) -> SourceFile:
     """Read a PDDL file; of a broken file, the sections that can be parsed."""
-    lines = Lines(text)
     try:
-        items, problem = read_items(text), None
+        items = read_items(text)
     except PddlError as error:
-        items = ()
-        problem = ParseProblem(error.message, error.line or 1, error.column or 1, error.hint or "")
-    if problem is None:
-        sections = [
-            (section, _offset(lines, section.position))
-            for define in items
-            if isinstance(define, Group)
-            for section in define.items[1:]
-            if isinstance(section, Group)
-        ]
-        ends = [*(start for _, start in sections[1:]), len(text)]
-        pieces = [
-            _piece(section, text, start, end) for (section, start), end in zip(sections, ends, strict=True)
-        ]
-    else:
-        pieces = list(_broken(text))
-    return SourceFile(path, text, tuple(_as_declared(pieces)), problem)
+        return SourceFile(path, text, tuple(_as_declared(list(_broken(text)))), parse_problem(error))
+    lines = Lines(text)
+    sections = [
+        (section, _offset(lines, section.position))
+        for define in items
+        if isinstance(define, Group)
+        for section in define.items[1:]
+        if isinstance(section, Group)
+    ]
+    ends = [*(start for _, start in sections[1:]), len(text)] if sections else []
+    pieces = [_piece(section, text, start, end) for (section, start), end in zip(sections, ends, strict=True)]
+    return SourceFile(path, text, tuple(_as_declared(pieces)))
 
 
 def _as_declared(pieces: list[PlacedPiece]) -> Iterator[PlacedPiece]:
@@ -73,8 +71,9 @@ def _as_declared(pieces: list[PlacedPiece]) -> Iterator[PlacedPiece]:
 
     def renamed(mention: Mention) -> Mention:
         text = declared.get(_lower(mention.name), mention.name.text)
-        same = text == mention.name.text
-        return mention if same else replace(mention, name=mention.name._replace(text=text))
+        if text == mention.name.text:
+            return mention
+        return replace(mention, name=mention.name._replace(text=text))
 
     for start, piece in pieces:
         yield PlacedPiece(start, replace(piece, mentions=tuple(map(renamed, piece.mentions))))
@@ -90,6 +89,7 @@ def _broken(text: str) -> Iterator[PlacedPiece]:
     for start, end in zip(starts, [*starts[1:], len(text)], strict=True):
         code = _COMMENT.sub(lambda match: " " * len(match[0]), text[start:end])
         missing = code.count("(") - code.count(")")
+        # The last section has the bracket that closes the whole definition.
         while missing < 0 and (last := code.rfind(")")) >= 0:
             code = code[:last] + " " + code[last + 1 :]
             missing += 1
@@ -141,29 +141,30 @@ class _Section:
 
     def read(self, section: Group) -> None:
         """Record the names of a section."""
-        head, rest = section.head.lower(), section.items[1:]
+        head, items = section.head.lower(), section.items[1:]
         if head in _ACTIONS:
-            self._action(rest)
+            self._action(items)
         elif head in ("domain", ":domain"):
-            self._words(rest[:1], NameKind.DOMAIN, Use.DEFINED if head == "domain" else Use.NAMED)
+            self._words(items[:1], NameKind.DOMAIN, Use.DEFINED if head == "domain" else Use.NAMED)
         elif head in _TYPED:
-            self._typed(rest, _TYPED[head])
+            self._typed(items, _TYPED[head])
         elif head in (":predicates", ":functions"):
-            for item in rest:
+            for item in items:
                 if isinstance(item, Group):
                     self._words(item.items[:1], NameKind.PREDICATE, Use.DEFINED)
                     self._typed(item.items[1:], None)
         elif head in (":init", ":goal"):
-            for item in rest:
+            for item in items:
                 self._formula(item, "")
 
-    def _action(self, rest: tuple[Item, ...]) -> None:
-        if not rest or not isinstance(rest[0], BracketWord):
+    def _action(self, items: tuple[Item, ...]) -> None:
+        """Read ``NAME :parameters (...) :precondition (...) :effect (...)``."""
+        if not items or not isinstance(items[0], BracketWord):
             return
-        action = rest[0].text
-        self._words(rest[:1], NameKind.ACTION, Use.DEFINED)
+        action = items[0].text
+        self._words(items[:1], NameKind.ACTION, Use.DEFINED)
         key = ""
-        for item in rest[1:]:
+        for item in items[1:]:
             if isinstance(item, BracketWord) and item.text.startswith(":"):
                 key = item.text.lower()
             elif key == ":parameters" and isinstance(item, Group):
@@ -189,15 +190,15 @@ class _Section:
     def _formula(self, item: Item, action: str) -> None:
         pending = [item]
         while pending:
-            each = pending.pop()
-            if isinstance(each, Group):
-                pending += self._parts(each)
-            elif each.text.startswith("?"):
-                self._words((each,), NameKind.PARAMETER, Use.READ, action)
-            elif not each.text[0].isdigit():
-                self._words((each,), NameKind.CONSTANT, Use.NAMED)
+            word = pending.pop()
+            if isinstance(word, Group):
+                pending += self._operands(word)
+            elif word.text.startswith("?"):
+                self._words((word,), NameKind.PARAMETER, Use.READ, action)
+            elif not word.text[0].isdigit():
+                self._words((word,), NameKind.CONSTANT, Use.NAMED)
 
-    def _parts(self, group: Group) -> tuple[Item, ...]:
+    def _operands(self, group: Group) -> tuple[Item, ...]:
         """Record the predicate of a group and return the remaining items."""
         words = tuple(item.text.lower() for item in group.items[:2] if isinstance(item, BracketWord))
         if words in _TIMES:

@@ -1,11 +1,11 @@
-"""Reader of .proto files: messages by their full names, and their fields."""
+"""Reads the names in .proto files: messages by their full names, and their fields."""
 
 from __future__ import annotations
 
 import re
 from typing import Final
 
-from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
+from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use, file_of_one_piece
 
 _WORD: Final = re.compile(
     r"""(?P<hidden>//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:[^"\\\n]|\\.)*"?|'(?:[^'\\\n]|\\.)*'?|\s+)"""
@@ -27,7 +27,7 @@ def read_proto(path: str, text: str) -> SourceFile:
         if word not in "{};":
             continue
         statement, statement_start = words[statement_start:index], index + 1
-        heads = [each["word"] for each in statement]
+        heads = [match["word"] for match in statement]
         if word == "}":
             if scopes:
                 scopes.pop()
@@ -46,8 +46,7 @@ def read_proto(path: str, text: str) -> SourceFile:
             name = statement[heads.index("=") - 1]
             if heads[0] not in ("option", "reserved", "extensions"):
                 mentions.append(_defined(NameKind.PROTO_FIELD, name["word"], scopes[-1][1], name))
-    piece = Piece("proto", None, text, tuple(sorted(mentions, key=lambda mention: mention.start)))
-    return SourceFile(path, text, (PlacedPiece(0, piece),))
+    return file_of_one_piece(path, text, "proto", None, mentions)
 
 
 def _defined(kind: NameKind, text: str, owner: str, word: re.Match[str]) -> Mention:

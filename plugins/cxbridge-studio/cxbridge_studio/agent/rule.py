@@ -1,4 +1,7 @@
-"""Parser of rule conditions, and their dependencies on functions and global variables."""
+"""Parses the conditions of rules, and finds their dependencies on functions and global variables.
+
+`why` and the debugger match a condition in an isolated environment, which needs only these definitions.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from cxbridge.clipstext.condition import CE, PatternCE, elements
+from cxbridge.clipstext.condition import CE, PatternCE, elements, sides
 from cxbridge.clipstext.syntax import SyntaxNode, one_line, read, without_module
 from cxbridge.errors import ClipsError
 
@@ -25,7 +28,7 @@ class Prefix:
     def __init__(self, ces: Sequence[CE]) -> None:
         self.texts: list[str] = []
         self.facts: list[str] = []
-        self._first: dict[str, int] = {}
+        self._origins: dict[str, int] = {}  # by variable: the number of the first CE that binds it
         for number, ce in enumerate(ces, 1):
             if not isinstance(ce, PatternCE):
                 self.texts.append(ce.text)
@@ -33,17 +36,17 @@ class Prefix:
             variable = ce.variable or f"cx-why-{number}"
             self.texts.append(f"?{variable} <- {ce.bare()}")
             self.facts.append(variable)
-            for name in [*sorted(ce.binds), *([ce.variable] if ce.variable else [])]:
-                self._first.setdefault(name, number)
+            for name in (*ce.binds, *filter(None, [ce.variable])):
+                self._origins.setdefault(name, number)
 
     @property
     def binds(self) -> frozenset[str]:
         """The variables bound by these conditional elements."""
-        return frozenset(self._first)
+        return frozenset(self._origins)
 
     def origin(self, name: str) -> int:
         """Return the number of the conditional element that binds a variable, from 1."""
-        return self._first[name]
+        return self._origins[name]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,25 +73,18 @@ def parse_rule(text: str) -> Condition:
     nodes = read(text)
     if len(nodes) != 1 or nodes[0].head != "defrule" or not nodes[0].arguments:
         raise ClipsError("this is not a defrule")
-    first, *items = nodes[0].arguments
-    name = without_module(first.text)
-    if items and items[0].text.startswith('"'):
-        del items[0]
-    arrow = next((index for index, node in enumerate(items) if node.text == "=>"), None)
-    if arrow is None:
+    name = without_module(nodes[0].arguments[0].text)
+    if not any(node.text == "=>" for node in nodes[0].arguments):
         raise ClipsError(f"the rule {name} has no =>")
-    items = items[:arrow]
-    used = tuple(items)
-    salience = ""
-    if items and items[0].head == "declare":
-        for entry in items.pop(0).arguments:
-            if entry.head == "salience" and entry.arguments:
-                salience = one_line(entry.arguments[0].text)
+    condition = tuple(sides(nodes[0])[0])
+    declared = (entry for node in condition if node.head == "declare" for entry in node.arguments)
+    entries = [entry for entry in declared if entry.head == "salience" and entry.arguments]
     try:
-        ces = tuple(elements(items))
+        ces = tuple(elements(condition))
     except RecursionError:
         raise ClipsError(f"the condition of {name} is nested too deep") from None
-    return Condition(name, salience, ces, called(used), named_globals(used))
+    salience = one_line(entries[-1].arguments[0].text) if entries else ""
+    return Condition(name, salience, ces, called(condition), named_globals(condition))
 
 
 @dataclass(frozen=True, slots=True)

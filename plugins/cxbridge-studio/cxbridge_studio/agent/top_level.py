@@ -1,4 +1,4 @@
-"""Splits CLIPS text into top-level lists. An error in one construct leaves other constructs intact."""
+"""Splits CLIPS text into top-level lists: an error in one construct leaves the other constructs intact."""
 
 from __future__ import annotations
 
@@ -35,43 +35,37 @@ class TopLevelList(Struct, frozen=True):
 def top_level_lists(text: str) -> tuple[TopLevelList, ...]:
     """Return the top-level lists of a text, in order.
 
-    In text with unbalanced parentheses or quotes, each line that begins a construct begins a part.
+    In text with unbalanced parentheses or quotes, each line that begins a construct begins a list.
     """
     code = blank(text)
-    found = [TopLevelList(start, text[start:end], end is not None) for start, end in top_level(code)]
-    if _is_clean(text, code, found):
-        return tuple(found)
-    return tuple(_cut(text))
+    lists = [TopLevelList(start, text[start:end], end is not None) for start, end in top_level(code)]
+    return tuple(lists if _is_balanced(text, code, lists) else _split_at_constructs(text))
 
 
-def _is_clean(text: str, code: str, found: list[TopLevelList]) -> bool:
-    """Return whether all lists are closed and no construct begins inside another."""
-    if any(not part.closed for part in found) or code.count("(") != code.count(")"):
+def _is_balanced(text: str, code: str, lists: list[TopLevelList]) -> bool:
+    """Return whether all lists are closed and no construct begins inside another construct."""
+    if any(not each.closed for each in lists) or code.count("(") != code.count(")"):
         return False
-    starts = {part.start for part in found}
+    starts = {each.start for each in lists}
     if any(match.start(1) not in starts for match in _BEGIN.finditer(code)):
         return False
     return not any(match["unclosed"] for match in HIDDEN.finditer(text))
 
 
-def _cut(text: str) -> Iterator[TopLevelList]:
+def _split_at_constructs(text: str) -> Iterator[TopLevelList]:
     begins = [match.start(1) for match in _BEGIN.finditer(text)]
-    edges = [0, *begins, len(text)]
-    for begin, end in pairwise(edges):
-        yield from _parts_of(text, begin, end)
+    for begin, end in pairwise([0, *begins, len(text)]):
+        # Blanked piece by piece: a string without end hides nothing behind the next construct.
+        code = blank(text[begin:end])
+        for start, stop in top_level(code):
+            last = len(code.rstrip()) if stop is None else stop
+            yield TopLevelList(begin + start, text[begin + start : begin + last], stop is not None)
 
 
-def _parts_of(text: str, begin: int, end: int) -> Iterator[TopLevelList]:
-    code = blank(text[begin:end])
-    for start, stop in top_level(code):
-        last = len(code.rstrip()) if stop is None else stop
-        yield TopLevelList(begin + start, text[begin + start : begin + last], stop is not None)
-
-
-def open_lists(part: str) -> list[int]:
+def open_lists(text: str) -> list[int]:
     """Return the offsets of the lists that are never closed, outermost first."""
     open_starts: list[int] = []
-    for match in PARENTHESIS.finditer(blank(part)):
+    for match in PARENTHESIS.finditer(blank(text)):
         if match[0] == "(":
             open_starts.append(match.start())
         elif open_starts:

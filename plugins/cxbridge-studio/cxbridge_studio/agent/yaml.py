@@ -1,4 +1,4 @@
-"""Reader of YAML configurations: files, features, interfaces, actions and their skills."""
+"""Reads the names in YAML configurations: files, features, interfaces, actions and their skills."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from cxbridge_studio.agent.names import (
     Mention,
     Name,
     NameKind,
-    ParseProblem,
-    Piece,
-    PlacedPiece,
     SourceFile,
     Use,
+    file_of_one_piece,
+    parse_problem,
 )
 
 _SPECS: Final = ("clips-executive", "specs")
@@ -33,13 +32,11 @@ def read_yaml(path: str, text: str) -> SourceFile:
     try:
         documents = parse_documents(text, path)
     except ConfigError as error:
-        problem = ParseProblem(error.message, error.line or 1, error.column or 1, error.hint or "")
-        return SourceFile(path, text, (), problem)
+        return SourceFile(path, text, (), parse_problem(error))
     reader = _Reader(text)
     for document in documents:
         reader.node(document, ())
-    mentions = tuple(sorted(reader.mentions, key=lambda mention: mention.start))
-    return SourceFile(path, text, (PlacedPiece(0, Piece("configuration", None, text, mentions)),))
+    return file_of_one_piece(path, text, "configuration", None, reader.mentions)
 
 
 class _Reader:
@@ -58,7 +55,7 @@ class _Reader:
         if isinstance(node, YamlMap):
             for key, value in node.pairs:
                 if isinstance(key, YamlScalar):
-                    keys = tuple(part for part in key.text.split("/") if part)
+                    keys = tuple(filter(None, key.text.split("/")))  # Fawkes' dialect: a key may be a path
                     self._key(key, value, (*path, *keys))
                     self.node(value, (*path, *keys))
         elif isinstance(node, YamlList):

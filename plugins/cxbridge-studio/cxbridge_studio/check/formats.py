@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -21,9 +22,13 @@ def as_text(findings: Sequence[Finding]) -> str:
 
 def summary(findings: Sequence[Finding]) -> str:
     """Return the number of findings of each severity, as text."""
-    counts = [(severity, sum(f.code.severity is severity for f in findings)) for severity in Severity]
-    parts = [f"{count} {severity.value}{'' if count == 1 else 's'}" for severity, count in counts if count]
-    return ", ".join(parts) or "no findings"
+    counts = Counter(finding.code.severity for finding in findings)
+    texts = [
+        f"{counts[level]} {level.value}{'' if counts[level] == 1 else 's'}"
+        for level in Severity
+        if counts[level]
+    ]
+    return ", ".join(texts) or "no findings"
 
 
 def as_json(findings: Sequence[Finding]) -> str:
@@ -32,11 +37,12 @@ def as_json(findings: Sequence[Finding]) -> str:
 
 
 def as_sarif(findings: Sequence[Finding]) -> str:
-    used = {finding.code.name: finding.code for finding in findings}
+    """Return the findings as a SARIF log, with the rules that they violate."""
+    codes = {finding.code.name: finding.code for finding in findings}
     driver = {
         "name": "cxbridge check",
         "version": __version__,
-        "rules": [_sarif_rule(code) for _, code in sorted(used.items())],
+        "rules": [_sarif_rule(code) for _, code in sorted(codes.items())],
     }
     run = {"tool": {"driver": driver}, "results": [_sarif_result(finding) for finding in findings]}
     return json.dumps({"$schema": _SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2)
@@ -68,6 +74,7 @@ def _sarif_result(finding: Finding) -> dict[str, Any]:
 
 def _uri(file: str) -> str:
     path = Path(file)
+    # A relative URI is relative to the repository, where GitHub shows the finding.
     return path.as_uri() if path.is_absolute() else path.as_posix()
 
 
@@ -77,21 +84,19 @@ def as_github(findings: Sequence[Finding]) -> str:
 
 
 def _annotation(finding: Finding) -> str:
-    place = f"file={_escaped(finding.place.file, ':,')}"
-    if finding.place.line:
-        place += f",line={finding.place.line}"
-        if finding.place.column:
-            place += f",col={finding.place.column}"
+    line = f",line={finding.place.line}" if finding.place.line else ""
+    column = f",col={finding.place.column}" if line and finding.place.column else ""
+    position = f"file={_escaped(finding.place.file, ':,')}{line}{column}"
     text = f"{finding.message}\n{finding.hint}" if finding.hint else finding.message
-    return f"::{_GITHUB[finding.code.severity]} {place},title={finding.code.name}::{_escaped(text)}"
+    return f"::{_GITHUB[finding.code.severity]} {position},title={finding.code.name}::{_escaped(text)}"
 
 
-def _escaped(text: str, more: str = "") -> str:
+def _escaped(text: str, further: str = "") -> str:
     """Percent-encode the characters that are special in workflow commands.
 
-    :param more: further characters to encode.
+    :param further: further characters to encode: a property also ends at a colon or a comma.
     """
-    for character in f"%\r\n{more}":
+    for character in f"%\r\n{further}":  # the percent sign first: the codes contain it
         text = text.replace(character, f"%{ord(character):02X}")
     return text
 

@@ -10,9 +10,8 @@ from typing import Final
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import Domain, Problem, load_domain, parse_domain, parse_problem
 from cxbridge.executive.pddl.decoding import read_text
+from cxbridge_studio.check import doubts
 from cxbridge_studio.check.checks.domain import DOMAIN, DUBIOUS, NO_DOMAIN
-from cxbridge_studio.check.checks.domain_doubts import BY_KIND
-from cxbridge_studio.check.doubts import Doubt, doubts, unachieved, untyped_objects
 from cxbridge_studio.check.findings import Finding, SourcePlace, of_error
 
 SUFFIX: Final = ".pddl"
@@ -27,52 +26,49 @@ def findings_of(file: Path, text: str | None = None, *, fawkes_compat: bool = Fa
     :param text: the text to check instead of the file's content.
     :param fawkes_compat: see :func:`~cxbridge.executive.pddl.parse_domain`.
     """
-    found: list[Finding] = []
+    findings: list[Finding] = []
 
     def warn(mistake: PddlError) -> None:
-        found.append(of_error(mistake, DUBIOUS))
+        findings.append(of_error(mistake, DUBIOUS))
 
     try:
         text = read_text(file, "PDDL file") if text is None else text
-        wanted = _DOMAIN_OF.search(_COMMENT.sub("", text))
-        if wanted is None:
+        domain_name = _DOMAIN_OF.search(_COMMENT.sub("", text))
+        if domain_name is None:  # a domain; only problems name one
             domain = parse_domain(text, file, fawkes_compat=fawkes_compat, warn=warn)
-            return [*found, *_findings(file, doubts(domain))]
-        path = _find_domain(file, wanted[1])
+            # Without a problem, any predicate may be true at the start.
+            return [*findings, *_findings(file, doubts.of_domain(domain))]
+        path = _find_domain(file, domain_name[1])
         if path is None:
-            message = f"there is no domain {wanted[1]} beside the problem"
+            message = f"there is no domain {domain_name[1]} beside the problem"
             return [Finding(NO_DOMAIN, SourcePlace(str(file)), message)]
         domain = load_domain(path, fawkes_compat=fawkes_compat)
-        found += _of_problem(file, parse_problem(text, domain, file, warn=warn), domain)
+        findings += _of_problem(file, parse_problem(text, domain, file, warn=warn), domain)
     except PddlError as error:
-        found.append(of_error(error, DOMAIN))
-    return found
+        findings.append(of_error(error, DOMAIN))
+    return findings
 
 
 def _of_problem(file: Path, problem: Problem, domain: Domain) -> Iterator[Finding]:
-    made = {atom.predicate for atom in problem.init}
-    yield from _findings(file, untyped_objects(domain, problem.objects))
-    yield from _findings(Path(domain.file), doubts(domain, made))
-    yield from _findings(file, unachieved(domain, problem.goal, made))
+    initial_predicates = {atom.predicate for atom in problem.init}
+    yield from _findings(file, doubts.of_objects(domain, problem.objects))
+    yield from _findings(Path(domain.file), doubts.of_domain(domain, initial_predicates))
+    yield from _findings(file, doubts.of_goal(domain, problem.goal, initial_predicates))
 
 
-def _findings(file: Path, found: Iterator[Doubt]) -> Iterator[Finding]:
-    for doubt in found:
+def _findings(file: Path, doubts_of_file: Iterator[doubts.Doubt]) -> Iterator[Finding]:
+    for doubt in doubts_of_file:
         place = SourcePlace(str(file), doubt.position.line, doubt.position.column)
-        yield Finding(BY_KIND[doubt.kind], place, doubt.message)
+        yield Finding(doubt.code, place, doubt.message)
 
 
 def _find_domain(problem: Path, name: str) -> Path | None:
     """Return the domain file for a problem from the same folder."""
     for path in sorted(problem.parent.glob(f"*{SUFFIX}")):
         try:
-            match = _NAME_OF.search(_code(path))
-        except PddlError:
+            match = _NAME_OF.search(_COMMENT.sub("", read_text(path, "PDDL file")))
+        except PddlError:  # another file of the folder that is not a text
             continue
         if path != problem and match is not None and match[1].lower() == name.lower():
             return path
     return None
-
-
-def _code(file: Path) -> str:
-    return _COMMENT.sub("", read_text(file, "PDDL file"))

@@ -1,4 +1,7 @@
-"""The actions that an agent puts into plans: as asserted facts, or by functions of the agent."""
+"""Finds the actions that an agent puts into plans: as asserted facts, or by functions of the agent.
+
+Many agents have a function that asserts plan-actions from its arguments: its calls are plan-actions, too.
+"""
 
 from __future__ import annotations
 
@@ -38,21 +41,21 @@ class _Builder:
     :param action: index of the argument with the action's name.
     :param names: index of the argument with the parameters' names, or None.
     :param values: index of the argument with the parameters' values, or None.
-    :param rest: index of the wildcard parameter, or None.
+    :param wildcard: index of the wildcard parameter ``$?NAME``, or None.
     """
 
     action: int
     names: int | None
     values: int | None
-    rest: int | None
+    wildcard: int | None
 
     def argument(self, call: SyntaxNode, number: int | None) -> Values | None:
         """Return the values of an argument of a call; None if they are missing or computed."""
         if number is None or number >= len(call.arguments):
-            return () if number is not None and number == self.rest else None
-        if number == self.rest:
+            return () if number is not None and number == self.wildcard else None
+        if number == self.wildcard:
             return call.arguments[number:]
-        return written(call.arguments[number : number + 1])
+        return field_values(call.arguments[number : number + 1])
 
 
 def source_actions(files: Iterable[ClipsFile]) -> Iterator[SourceAction]:
@@ -86,8 +89,8 @@ def _of_fact(file: ClipsFile, fact: SyntaxNode) -> Iterator[SourceAction]:
             file,
             name[0],
             fact,
-            None if names is None else written(names),
-            None if values is None else written(values),
+            None if names is None else field_values(names),
+            None if values is None else field_values(values),
         )
 
 
@@ -98,22 +101,24 @@ def _builders(file: ClipsFile) -> Iterator[tuple[str, _Builder]]:
             continue
         items = next((node.items for node in construct.node.arguments[1:3] if node.items is not None), ())
         parameters = [item.text for item in items]
-        plain = [text.removeprefix("$") for text in parameters]
+        # A body writes ?x or $?x for the parameter $?x.
+        names = [text.removeprefix("$") for text in parameters]
 
-        def number(fact: SyntaxNode, slot: str, plain: list[str] = plain) -> int | None:
+        def number(fact: SyntaxNode, slot: str, names: list[str] = names) -> int | None:
             values = next((item.arguments for item in fact.arguments if item.head == slot), ())
             text = values[0].text.removeprefix("$") if len(values) == 1 else ""
-            return plain.index(text) if text in plain else None
+            return names.index(text) if text in names else None
 
         for fact in construct.node.walk():
             action = number(fact, "action-name") if fact.head == _FACT else None
             if action is not None:
-                rest = next((index for index, text in enumerate(parameters) if text.startswith("$")), None)
-                names, values = number(fact, "param-names"), number(fact, "param-values")
-                yield construct.name, _Builder(action, names, values, rest)
+                wildcards = (index for index, text in enumerate(parameters) if text.startswith("$"))
+                param_names, param_values = number(fact, "param-names"), number(fact, "param-values")
+                builder = _Builder(action, param_names, param_values, next(wildcards, None))
+                yield construct.name, builder
 
 
-def written(values: Values) -> Values | None:
+def field_values(values: Values) -> Values | None:
     """Return the values of a slot or an argument; None if a variable may hold any number of values."""
     if len(values) == 1 and values[0].head == "create$":
         values = values[0].arguments

@@ -1,4 +1,8 @@
-"""The skills that a skill space loads, read from the text of its Lua files without executing them."""
+"""Reads which skills a skill space loads from the text of its Lua files, without executing them.
+
+A space calls ``use_skill`` for each skill, or in a loop over a list. A space with any other call computes its
+skills: then they are unknown.
+"""
 
 from __future__ import annotations
 
@@ -42,11 +46,11 @@ class _Space:
     def skills(self, module: str) -> dict[str, Path] | None:
         path, text = self._read(module)
         code = _without_comments(text)
-        loaded = list(_loaded(code))
-        if sum(number for number, _, _ in loaded) != len(_USE.findall(code)) or not loaded:
+        calls = list(_calls(code))
+        if len(calls) != len(_USE.findall(code)) or not calls:
             return None
         skill_files: dict[str, Path] = {}
-        for _, offset, names in loaded:
+        for offset, names in calls:
             for name in names:
                 skill = self._skill(name, path, text.count("\n", 0, offset) + 1)
                 if skill is None:
@@ -70,36 +74,38 @@ class _Space:
     def _read(self, module: str) -> tuple[Path, str]:
         text, _ = self._modules.read(module)
         path = self._modules.find(module)
+        # Modules are read as Latin-1, so that any bytes of a Lua string survive.
         if (problem := self._compiler.problem_of_file(text.encode("latin-1"))) is not None:
             line, message = problem
             raise SkillError(message, file=path, line=line or None)
         return path, text
 
 
-def _loaded(code: str) -> Iterator[tuple[int, int, list[str]]]:
-    """Yield calls of ``use_skill``: their number, the offset of the first, and the modules they load."""
+def _calls(code: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield the calls of ``use_skill`` with literal names: offset, and the modules that they load."""
     for match in _USE_ONE.finditer(code):
-        if not code.startswith("..", match.end()):
-            yield 1, match.start(), [match[1]]
+        if not code.startswith("..", match.end()):  # a concatenation is computed
+            yield match.start(), [match[1]]
     for match in _USE_EACH.finditer(code):
-        yield 1, match.start(), [match[2] + name for name in _TEXT.findall(match[1])]
+        yield match.start(), [match[2] + name for name in _TEXT.findall(match[1])]
 
 
 def _without_comments(text: str) -> str:
     """Return Lua code with its comments blanked out, so that offsets stay the same."""
-    kept, offset = [], 0
+    pieces, offset = [], 0
     while (match := _LEXEME.search(text, offset)) is not None:
         start, end = match.span()
-        kept.append(text[offset:start])
+        pieces.append(text[offset:start])
         is_comment = match[0] == "--"
-        opened = _LONG.match(text, end if is_comment else start)
-        if opened is not None:
-            close = text.find(f"]{opened[1]}]", opened.end())
-            end = len(text) if close < 0 else close + len(opened[1]) + 2
+        # Long brackets, [[...]] or [==[...]==], are strings, and after -- comments of several lines.
+        bracket = _LONG.match(text, end if is_comment else start)
+        if bracket is not None:
+            close = text.find(f"]{bracket[1]}]", bracket.end())
+            end = len(text) if close < 0 else close + len(bracket[1]) + 2
         elif is_comment:
             close = text.find("\n", end)
             end = len(text) if close < 0 else close
-        piece = text[start:end]
-        kept.append(re.sub(r"[^\n]", " ", piece) if is_comment else piece)
+        lexeme = text[start:end]
+        pieces.append(re.sub(r"[^\n]", " ", lexeme) if is_comment else lexeme)
         offset = end
-    return "".join(kept) + text[offset:]
+    return "".join(pieces) + text[offset:]

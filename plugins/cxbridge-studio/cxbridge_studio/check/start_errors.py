@@ -27,20 +27,23 @@ def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentEr
     """
     if source_of(options).is_lenient:
         return error
-    options = replace(options, trace=None, log=None, bblog=None, replay=())
+    options = replace(options, trace=None, log=None, bblog=None, replay=())  # the check records nothing
     try:
-        findings = [each for each in check(options, errors_only=True) if each.code.severity is Severity.ERROR]
+        findings = check(options, errors_only=True)
     except CxbridgeError:
         return error
-    if any(each.code.name == _MISSING_FILE for each in findings):
-        findings = [each for each in findings if each.code.name not in _UNKNOWN_NAMES]
-    lost = {match[1] for each in findings if (match := _TEMPLATE.match(each.message))}
+    findings = [finding for finding in findings if finding.code.severity is Severity.ERROR]
+    if any(finding.code.name == _MISSING_FILE for finding in findings):
+        findings = [finding for finding in findings if finding.code.name not in _UNKNOWN_NAMES]
+    dropped_templates = {match[1] for finding in findings if (match := _TEMPLATE.match(finding.message))}
+    # Without its deftemplate, CLIPS takes the slots of a pattern for calls of functions.
     findings = [
-        each
-        for each in findings
-        if each.code.name != _FUNCTION or not names_any(each.place.file, each.place.line, lost)
+        finding
+        for finding in findings
+        if finding.code.name != _FUNCTION
+        or not names_any(finding.place.file, finding.place.line, dropped_templates)
     ]
-    files = {each.place.file for each in findings}
+    files = {finding.place.file for finding in findings}
     mistakes = [*map(_error, findings), *(each for each in error.mistakes if each.file not in files)]
     return BrokenAgentError(mistakes, started=error.started)
 

@@ -1,4 +1,4 @@
-"""``cxbridge bb plot``: fields of an interface over time, in the terminal."""
+"""``cxbridge bb plot``: draws fields of an interface over time, in the terminal."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 _FRAME_S: Final = 0.1  # seconds between two drawings
 _MAX_POINTS: Final = 100_000  # points kept per field; the oldest are dropped
 _FIELD: Final = re.compile(r"(\w+)(?:\[(\d+)\])?\Z")
+# Escape sequences of terminals: an alternative screen without a cursor, so that the shell's text stays.
 _BEGIN: Final = "\x1b[?1049h\x1b[?25l"
 _END: Final = "\x1b[?25h\x1b[?1049l"
 _HOME: Final = "\x1b[H"
@@ -58,21 +59,21 @@ def plot(
 
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
         instance = feed.open(*parse_uid(uid))
-        now = feed.now(instance)
+        initial = feed.now(instance)
         for name in fields:
-            value_of(name, now.values)  # a mistake is reported before anything is drawn
-        writes = _writes(feed, now, Deadline(timeout))
+            value_of(name, initial.values)  # a mistake is reported before anything is drawn
+        writes = _writes(feed, initial, Deadline(timeout))
         if lines or not sys.stdout.isatty():
-            done = _print(writes, fields, count)
+            write_count = _print(writes, fields, count)
         else:
-            done = _draw(writes, uid, fields, span, count)
-    return 0 if count is None or done >= count else TIMED_OUT
+            write_count = _draw(writes, uid, fields, span, count)
+    return 0 if count is None or write_count >= count else TIMED_OUT
 
 
 def value_of(field: str, values: Mapping[str, Any]) -> float:
-    """Return a field, or an element of one, as a number.
+    """Return a field, or an element of an array, as a number.
 
-    :raises BlackBoardError: when there is none of that name, or it is none.
+    :raises BlackBoardError: if there is no such field or element, or its value is a text.
     """
     from cxbridge.errors import BlackBoardError
     from cxbridge.suggestions import did_you_mean
@@ -85,12 +86,12 @@ def value_of(field: str, values: Mapping[str, Any]) -> float:
             hint=did_you_mean(field, list(values), f"there are: {', '.join(values)}"),
         )
     if isinstance(value, list | tuple):
-        at = int(match[2]) if match[2] else -1
-        if not 0 <= at < len(value):
+        index = int(match[2]) if match[2] else -1
+        if not 0 <= index < len(value):
             raise BlackBoardError(
                 f"which element of '{match[1]}'?", hint=f"{match[1]}[0] to {match[1]}[{len(value) - 1}]"
             )
-        value = value[at]
+        value = value[index]
     elif match[2]:
         raise BlackBoardError(f"'{match[1]}' is not an array", hint=f"name it {match[1]}")
     if isinstance(value, Enum):
@@ -101,14 +102,17 @@ def value_of(field: str, values: Mapping[str, Any]) -> float:
 
 
 def _writes(
-    feed: Feed, now: InterfaceChange, deadline: Deadline
+    feed: Feed, initial: InterfaceChange, deadline: Deadline
 ) -> Iterator[tuple[float, Mapping[str, Any] | None]]:
-    """Yield seconds and the values of each write, until the deadline; None when nothing came for a while."""
+    """Yield seconds and the values of each write, until the deadline.
+
+    The values are None for a moment without a write, at which the plot moves on.
+    """
     from cxbridge.blackboard.following import Deadline
 
     begin_s = time.monotonic()
-    if now.time_us:
-        yield 0.0, now.values
+    if initial.time_us:  # 0: the interface has never been written
+        yield 0.0, initial.values
     while (left_s := deadline.remaining_s()) != 0:
         news = feed.next(Deadline(_FRAME_S if left_s is None else min(_FRAME_S, left_s)))
         seconds = time.monotonic() - begin_s
@@ -121,13 +125,13 @@ def _writes(
 def _print(
     writes: Iterator[tuple[float, Mapping[str, Any] | None]], fields: Sequence[str], count: int | None
 ) -> int:
-    """Print a line a write; returns how many there were."""
+    """Print a line for each write, and return the number of writes."""
     printed_count = 0
     for seconds, values in writes:
-        if values is None:
-            continue
-        say("\t".join([f"{seconds:.3f}", *(f"{value_of(name, values):g}" for name in fields)]), flush=True)
-        printed_count += 1
+        if values is not None:
+            numbers = (f"{value_of(name, values):g}" for name in fields)
+            say("\t".join([f"{seconds:.3f}", *numbers]), flush=True)
+            printed_count += 1
         if printed_count == count:
             break
     return printed_count
@@ -140,28 +144,29 @@ def _draw(
     span_s: float,
     count: int | None,
 ) -> int:
-    """Draw plots, one below the other; returns how many writes there were."""
+    """Draw plots, one below the other, and return the number of writes."""
     points: dict[str, deque[tuple[float, float]]] = {name: deque(maxlen=_MAX_POINTS) for name in fields}
-    out, drawn_count, drawn_s = terminal_of(sys.stdout), 0, -_FRAME_S
-    out.write(_BEGIN)
+    terminal, write_count, drawn_s = terminal_of(sys.stdout), 0, -_FRAME_S
+    terminal.write(_BEGIN)
     try:
         for seconds, values in writes:
             if values is not None:
-                drawn_count += 1
+                write_count += 1
                 for name in fields:
                     points[name].append((seconds, value_of(name, values)))
             if seconds - drawn_s >= _FRAME_S:
                 drawn_s = seconds
                 size = shutil.get_terminal_size()
                 screen = screen_lines(uid, points, seconds, span_s, (size.columns, size.lines))
-                out.write(_HOME + "\n".join(f"{line}{_CLEAR_LINE}" for line in screen) + _CLEAR_BELOW)
-                out.flush()
-            if drawn_count == count:
+                # Overwriting line by line flickers less than clearing the screen.
+                terminal.write(_HOME + "\n".join(f"{line}{_CLEAR_LINE}" for line in screen) + _CLEAR_BELOW)
+                terminal.flush()
+            if write_count == count:
                 break
     finally:
-        out.write(_END)
-        out.flush()
-    return drawn_count
+        terminal.write(_END)
+        terminal.flush()
+    return write_count
 
 
 def screen_lines(
@@ -178,13 +183,13 @@ def screen_lines(
     columns, rows = size
     height = max(2, (rows - 1) // len(points) - 3)
     screen = []
-    for name, known in points.items():
-        shown = [point for point in known if point[0] >= now_s - span_s]
-        if not shown and known:
-            shown = [(now_s - span_s, known[-1][1])]  # it still has the value of its last write
-        value = f"{known[-1][1]:g}" if known else "not written yet"
-        if shown:
-            shown.append((now_s, shown[-1][1]))
+    for name, all_points in points.items():
+        visible = [point for point in all_points if point[0] >= now_s - span_s]
+        if not visible and all_points:
+            visible = [(now_s - span_s, all_points[-1][1])]  # the field still has its last value
+        value = f"{all_points[-1][1]:g}" if all_points else "not written yet"
+        if visible:
+            visible.append((now_s, visible[-1][1]))
         screen.append(one_line(f"{uid} {name} = {value}")[:columns])
-        screen += drawing(shown, columns, height, span_s)
+        screen += drawing(visible, columns, height, span_s)
     return [*screen[: rows - 1], "Ctrl-C ends"]

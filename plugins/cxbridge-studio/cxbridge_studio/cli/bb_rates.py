@@ -1,4 +1,4 @@
-"""``cxbridge bb hz`` and ``bb bw``: how often interfaces are written, and how much that is."""
+"""``cxbridge bb hz`` and ``bb bw``: measure the writes of interfaces a second, and their bytes."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
 
 NO_RATE = "fewer than two writes yet"
-NO_NEWS = "no new writes"
+NO_NEW_WRITES = "no new writes"
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeterOptions:
-    """How it is measured, and for how long."""
+    """The measurement, and its end."""
 
     window: Annotated[
         int, typer.Option(min=2, help="Writes of each interface that count, the last ones.")
@@ -92,7 +92,7 @@ def _measure(
     interface_dir: list[Path] | None,
     text: Callable[[Rate, int], str],
 ) -> int:
-    """Print reports; returns the exit status."""
+    """Print reports and return the exit status."""
     from cxbridge.blackboard.following import Deadline
 
     deadline, reports = Deadline(options.timeout), 0
@@ -101,13 +101,14 @@ def _measure(
         for meters in _reports(board, globs, options, deadline):
             width = max(map(len, meters), default=0)
             for uid, meter in sorted(meters.items()):
-                rate, news = meter.rate(), meter.news()
+                rate, new_writes = meter.rate(), meter.new_writes()
                 size = board.registry.get(uid.partition("::")[0]).SCHEMA.datasize
                 if options.as_json:
-                    say_json(_row(uid, rate, size) | {"news": news}, flush=True)
+                    say_json(_row(uid, rate, size) | {"news": new_writes}, flush=True)
                 else:
-                    shown = NO_RATE if rate is None else text(rate, size) if news else NO_NEWS
-                    say(f"{uid.ljust(width)}  {shown}", flush=True)
+                    # Without new writes, the rate of the last writes would look like a present rate.
+                    current = text(rate, size) if rate is not None and new_writes else NO_NEW_WRITES
+                    say(f"{uid.ljust(width)}  {NO_RATE if rate is None else current}", flush=True)
             if not meters and not options.as_json:
                 say("no such interface yet", flush=True)
             reports += 1
@@ -117,15 +118,15 @@ def _measure(
 
 
 def _row(uid: str, rate: Rate | None, size: int) -> dict[str, Any]:
-    """Return a report of an interface as JSON can have it."""
-    known = {} if rate is None else {**asdict(rate), "bytes_per_s": rate.hz * size}
-    return {"uid": uid, "block_bytes": size, **known}
+    """Return the report about an interface as JSON values."""
+    measured = {} if rate is None else {**asdict(rate), "bytes_per_s": rate.hz * size}
+    return {"uid": uid, "block_bytes": size, **measured}
 
 
 def _reports(
     board: BlackBoard, globs: list[str], options: MeterOptions, deadline: Any
 ) -> Iterator[dict[str, RateMeter]]:
-    """Yield the meters of all interfaces whenever a report is due, until the deadline."""
+    """Yield the meters of all interfaces by uid whenever a report is due, until the deadline."""
     from cxbridge.blackboard.following import Deadline, Feed
 
     with Feed(board, OWNER) as feed:
@@ -135,14 +136,12 @@ def _reports(
             for instance in feed.follow(type_glob, id_glob)
         }
         while deadline.remaining_s() != 0:
-            report = Deadline(_sooner(options.every, deadline.remaining_s()))
-            while (news := feed.next(report)) is not None:
-                if news.kind == "data":
-                    meters.setdefault(news.uid, RateMeter(options.window)).note(time.monotonic())
-                if report.remaining_s() == 0:
+            remaining_s = deadline.remaining_s()
+            report = Deadline(options.every if remaining_s is None else min(options.every, remaining_s))
+            while (change := feed.next(report)) is not None:
+                if change.kind == "data":
+                    # An interface that appears later gets its meter with its first write.
+                    meters.setdefault(change.uid, RateMeter(options.window)).add(time.monotonic())
+                if report.remaining_s() == 0:  # fast writers may leave no pause in which `next` ends
                     break
             yield meters
-
-
-def _sooner(seconds: float, other_deadline: float | None) -> float:
-    return seconds if other_deadline is None else min(seconds, other_deadline)

@@ -57,10 +57,10 @@ def check(
     from cxbridge_studio.check.table import codes
 
     if explain:
-        known = codes()
-        if explain not in known:
-            raise CxbridgeError(f"there is no code '{explain}'", hint=f"there are: {', '.join(known)}")
-        code = known[explain]
+        all_codes = codes()
+        if explain not in all_codes:
+            raise CxbridgeError(f"there is no code '{explain}'", hint=f"there are: {', '.join(all_codes)}")
+        code = all_codes[explain]
         say_text(f"{code.name} ({code.severity.value}): {code.title}\n\n{code.explanation}")
         return 0
     form = "json" if as_json else form

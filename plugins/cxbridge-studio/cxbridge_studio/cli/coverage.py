@@ -16,7 +16,6 @@ from cxbridge.file_access import write_file
 from cxbridge.run.options import RunOptions
 
 if TYPE_CHECKING:
-    from cxbridge.trace.formats.base import Run
     from cxbridge_studio.explain.coverage.model import AgentSources, Coverage, RecordedUse
 
 _EXECUTIVE = "executive"
@@ -69,7 +68,7 @@ def coverage(
     runs: Annotated[
         list[Path], typer.Argument(metavar="RUN...", help="Recordings, of level rules at least.")
     ],
-    named: _Scenario,
+    scenario: _Scenario,
     files: Annotated[
         list[str] | None,
         typer.Option(metavar="GLOB", help="Only rules of files whose path or name matches. Repeatable."),
@@ -90,7 +89,7 @@ def coverage(
     fail_under = outputs.fail_under
     if fail_under is not None and not 0 <= fail_under <= 100:  # noqa: PLR2004  per cent
         raise CxbridgeError(f"--fail-under cannot be {fail_under:g}", hint="use a number from 0 to 100")
-    agent, use = _read(runs, named, env, core=core)
+    agent, use = _read(runs, scenario, env, core=core)
     firings_known = len(use.without_firings) < len(runs)
     if not firings_known and (outputs.lcov is not None or fail_under is not None):
         raise TraceError(
@@ -107,20 +106,29 @@ def coverage(
     return 1 if fail_under is not None and result.percent < fail_under else 0
 
 
-def _read(runs: list[Path], named: _Scenario, env: str, *, core: bool) -> tuple[AgentSources, RecordedUse]:
+def _read(
+    paths: list[Path], scenario: _Scenario, env: str, *, core: bool
+) -> tuple[AgentSources, RecordedUse]:
+    """Return the agent's sources, of the scenario or of the recordings, and the use by the recordings."""
     from cxbridge.trace.formats.registry import open_run
+    from cxbridge_studio.check.sources import scenario_sources
     from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent
 
-    opened = [open_run(path) for path in runs]
+    runs = [open_run(path) for path in paths]  # a file that is no recording is reported before the work
     agent, use = AgentSources(), RecordedUse()
-    if named.spec is not None and not named.is_named:
+    if scenario.spec is not None and not scenario.is_named:
         raise CxbridgeError("--spec goes with a scenario only", hint="name it with --scenario")
-    if named.is_named:
-        _add_scenario(agent, RunOptions(**vars(named)), core=core)
-    for run in opened:
+    for source in scenario_sources(RunOptions(**vars(scenario))) if scenario.is_named else ():
+        agent.add_source(source, core=core)
+    for run in runs:
         use.add(run, env)
-        if not named.is_named and not add_recorded_agent(agent, run, env, core=core):
-            _refuse(run)
+        if not scenario.is_named and not add_recorded_agent(agent, run, env, core=core):
+            raise TraceError(
+                "this recording contains no CLIPS files, so their rules are unknown",
+                file=run.path,
+                hint="name the scenario that was run (--scenario), "
+                "or the Fawkes whose log it is (--fawkes-dir)",
+            )
     return agent, use
 
 
@@ -138,18 +146,3 @@ def _write(outputs: _CoverageOutputs, result: Coverage, agent: AgentSources, *, 
     else:
         for line in report.lines(result, firings_known=firings_known):
             say(line)
-
-
-def _add_scenario(agent: AgentSources, options: RunOptions, *, core: bool) -> None:
-    from cxbridge_studio.check.sources import scenario_sources
-
-    for source in scenario_sources(options):
-        agent.add_source(source, core=core)
-
-
-def _refuse(run: Run) -> None:
-    raise TraceError(
-        "this recording contains no CLIPS files, so their rules are unknown",
-        file=run.path,
-        hint="name the scenario that was run (--scenario), or the Fawkes whose log it is (--fawkes-dir)",
-    )

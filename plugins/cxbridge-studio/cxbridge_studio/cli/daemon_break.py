@@ -25,16 +25,16 @@ def add(
         typer.Argument(metavar="SPEC...", help="e.g. rule:NAME, goal:CLASS:MODE; docs/debugging.md"),
     ],
     url: Connect = DEFAULT_URL,
-) -> int:
+) -> None:
     """Add breakpoints.
 
     Example: cxbridge daemon break add rule:goal-reasoner-select goal:TALK:FINISHED
     """
-    return _print_breakpoints(ask_daemon(url, "break-add", specs=specs))
+    _print_breakpoints(ask_daemon(url, "break-add", specs=specs))
 
 
 @breaks.command("list")
-def list_breakpoints(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
+def list_breakpoints(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
     """List the breakpoints, and where the rules are stopped.
 
     Example: cxbridge daemon break list
@@ -42,31 +42,29 @@ def list_breakpoints(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int
     breakpoints, stop = ask_daemon(url, "break-list"), ask_daemon(url, "where")
     if as_json:
         say_json({"breakpoints": breakpoints, "stopped": stop}, indent=2)
-        return 0
+        return
     _print_breakpoints(breakpoints)
     if stop is not None:
         number = f" (breakpoint {stop['breakpoint']})" if stop["breakpoint"] else ""
         say(f"stopped {stop['reason']}{number}")
         say(f"  fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}")
-    return 0
 
 
 @breaks.command()
 def remove(
     numbers: Annotated[list[int] | None, typer.Argument(metavar="NUMBER...", show_default=False)] = None,
-    everything: Annotated[bool, typer.Option("--all", help="all of them")] = False,
+    remove_all: Annotated[bool, typer.Option("--all", help="all of them")] = False,
     url: Connect = DEFAULT_URL,
-) -> int:
+) -> None:
     """Remove breakpoints. Rules that are stopped stay so: 'cxbridge daemon resume' continues them.
 
     Example: cxbridge daemon break remove 1 2
     """
-    if not numbers and not everything:
+    if not numbers and not remove_all:
         raise typer.BadParameter(
             "which? 'cxbridge daemon break list' lists them", param_hint="NUMBER... or --all"
         )
-    ask_daemon(url, "break-remove", numbers=numbers or [], all=everything)
-    return 0
+    ask_daemon(url, "break-remove", numbers=numbers or [], all=remove_all)
 
 
 def step(
@@ -91,10 +89,9 @@ def step(
     return 0
 
 
-def _print_breakpoints(breakpoints: list[dict[str, Any]]) -> int:
+def _print_breakpoints(breakpoints: list[dict[str, Any]]) -> None:
     for item in breakpoints:
         say(f"{item['number']}  {item['spec']}")
-    return 0
 
 
 def _step(board: BlackBoard, unit: str, timeout_s: float) -> str:
@@ -112,6 +109,7 @@ def _step(board: BlackBoard, unit: str, timeout_s: float) -> str:
     deadline = Deadline(timeout_s)
     with Feed(board, OWNER) as feed:
         previous_stops = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
+        # The daemon counts its stops: the next number is the end of this step.
         request(board, "step", timeout_s, what=unit)
         while (news := feed.next(deadline)) is not None:
             if news.kind == "writer removed":

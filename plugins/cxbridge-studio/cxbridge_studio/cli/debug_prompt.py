@@ -1,4 +1,4 @@
-"""The prompt of ``cxbridge run --break``, for commands while rules are stopped."""
+"""The prompt of ``cxbridge run --break``: reports each stop of the rules, and takes commands from stdin."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
     from cxbridge.run.team import Team
 
-_MAX_SHOWN: Final = 200  # rows of a listing
+_MAX_ROWS: Final = 200  # rows of a listing
 
 HELP: Final = """\
 c                               go on
@@ -66,7 +66,7 @@ class DebugPrompt(RunServer):
         self._commands = commands
         self._out = out
         self._agents: list[_Agent] = []
-        self._mistakes: list[dict[str, ExecutiveError]] = []
+        self._mistakes: list[dict[str, ExecutiveError]] = []  # by breakpoint, for each initialised agent
         self._is_quit = False
 
     @contextmanager
@@ -88,8 +88,9 @@ class DebugPrompt(RunServer):
         self._mistakes.append({str(item): agent.with_cause(item, error) for item, error in mistakes})
         if len(self._mistakes) < len(self._agents):
             return
+        # A breakpoint is wrong only if no agent can reach it.
         for spec, error in self._mistakes[0].items():
-            if all(spec in each for each in self._mistakes):
+            if all(spec in mistakes_of_agent for mistakes_of_agent in self._mistakes):
                 raise error
 
     def finish(self, result: RunResult) -> None:  # noqa: ARG002 - the same for each result
@@ -98,10 +99,11 @@ class DebugPrompt(RunServer):
             return
         for item in dict.fromkeys(item for agent in self._agents for item in agent.debugger.breakpoints):
             counts = [agent.debugger.counts(item.number) for agent in self._agents]
-            why = _unreached(item, sum(met for met, _ in counts), sum(reached for _, reached in counts))
-            lacks = [agent.met.lacks(item) for agent in self._agents]
+            why = _unreached(item, sum(hits for hits, _ in counts), sum(true_hits for _, true_hits in counts))
+            unknown_names = [agent.met_names.lacks(item) for agent in self._agents]
             if why:
-                self._say(f"breakpoint {item.number} ({item}) {why}{f': {lacks[0]}' if all(lacks) else ''}")
+                detail = f": {unknown_names[0]}" if all(unknown_names) else ""
+                self._say(f"breakpoint {item.number} ({item}) {why}{detail}")
         self._out.flush()
 
     def _stopped(self, agent: _Agent, stop: Stop) -> None:
@@ -148,52 +150,42 @@ class _Agent:
         self._start_us = assembly.clock.now_us()
         self._with_name = False
         env = assembly.executive.env
-        self.met = MetNames()
-        assembly.bus.subscribe(self.met.take, *TRANSITION_TYPES)
+        self.met_names = MetNames()
+        assembly.bus.subscribe(self.met_names.take, *TRANSITION_TYPES)
         self._history = History(env.name, facts_of=partial(fact_slots, env))
         assembly.bus.subscribe(self._history.take, *TRANSITION_TYPES, PlannerCall, LogLine, InterfaceWrite)
         self._commands: dict[str, Callable[[str], None]] = {
-            "c": lambda _rest: self._ask("go-on"),
-            "s": lambda rest: self._ask("step", what=rest or STEPS[0]),
+            "c": lambda _: self._ask("go-on"),
+            "s": lambda unit: self._ask("step", what=unit or STEPS[0]),
             "b": self._break,
             "d": self._delete,
-            "w": lambda _rest: self._where(),
+            "w": lambda _: self._where(),
             "facts": self._facts,
-            "agenda": lambda _rest: self._agenda(),
-            "goals": lambda _rest: self._goals(),
+            "agenda": lambda _: self._agenda(),
+            "goals": lambda _: self._goals(),
             "why": self._why,
-            "assert": lambda rest: self._say(f"f-{self._ask('assert', fact=rest)}"),
+            "assert": lambda fact: self._say(f"f-{self._ask('assert', fact=fact)}"),
             "retract": self._retract,
             "modify": self._modify,
-            "q": lambda _rest: self._quit(),
-            "h": lambda _rest: self._say(HELP),
+            "q": lambda _: self._quit(),
+            "h": lambda _: self._say(HELP),
         }
-        self._commands |= {
-            long: self._commands[short]
-            for long, short in {
-                "continue": "c",
-                "step": "s",
-                "break": "b",
-                "delete": "d",
-                "where": "w",
-                "quit": "q",
-                "help": "h",
-            }.items()
-        }
+        for word in ("continue", "step", "break", "delete", "where", "quit", "help"):
+            self._commands[word] = self._commands[word[0]]
 
     def do(self, line: str) -> None:
         """Carry out a command."""
-        word, _, rest = line.partition(" ")
+        word, _, argument = line.partition(" ")
         if (command := self._commands.get(word)) is not None:
-            command(rest.strip())
+            command(argument.strip())
         elif (operation := operations().get(word)) is not None and operation.at_prompt:
-            self._say(json.dumps(self._ask(word, **operation.words(rest.strip()))))
+            self._say(json.dumps(self._ask(word, **operation.words(argument.strip()))))
         else:
             raise CxbridgeError(f"there is no command '{word}'", hint="h reports all")
 
-    def _ask(self, name: str, **given: Any) -> Any:
+    def _ask(self, name: str, **arguments: Any) -> Any:
         """Carry out an operation on the facts of this agent."""
-        return carry_out(self._context, name, **{"env": self.assembly.executive.env.name, **given})
+        return carry_out(self._context, name, **{"env": self.assembly.executive.env.name, **arguments})
 
     def print_stop(self, stop: Stop, *, with_name: bool) -> None:
         seconds = (stop.time_us - self._start_us) / MICROSECONDS
@@ -224,29 +216,29 @@ class _Agent:
         rows = self._ask("break-add", specs=[spec]) if spec else self._ask("break-list")
         self._say(*(f"{row['number']}  {row['spec']}" for row in rows))
 
-    def _delete(self, rest: str) -> None:
-        for word in rest.split():
+    def _delete(self, numbers: str) -> None:
+        for word in numbers.split():
             self._ask("break-remove", numbers=[_number(word)])
 
     def _facts(self, template: str) -> None:
-        fact_rows = self._ask("facts", template=template, limit=_MAX_SHOWN + 1)
-        self._list([f"f-{index} {text}" for index, text in fact_rows])
+        facts = self._ask("facts", template=template, limit=_MAX_ROWS + 1)
+        self._list([f"f-{index} {text}" for index, text in facts])
 
     def _agenda(self) -> None:
-        activations = self._ask("agenda", limit=_MAX_SHOWN + 1)
+        activations = self._ask("agenda", limit=_MAX_ROWS + 1)
         self._list([f"{salience:6} {rule}: {basis}" for salience, rule, basis in activations])
 
     def _list(self, lines: Sequence[str]) -> None:
-        self._say(*lines[:_MAX_SHOWN])
-        if len(lines) > _MAX_SHOWN:
-            self._say(f"... more than {_MAX_SHOWN}")
+        self._say(*lines[:_MAX_ROWS])
+        if len(lines) > _MAX_ROWS:
+            self._say(f"... more than {_MAX_ROWS}")
 
     def _goals(self) -> None:
         goals = self.assembly.executive.goals.open.values()
         self._say(*(line.text for line in goal_lines(goals, modes=True)))
 
-    def _why(self, rest: str) -> None:
-        kind, _, name = rest.rpartition(" ")
+    def _why(self, question: str) -> None:
+        kind, _, name = question.rpartition(" ")
         if not name or kind not in ("", "rule", "goal"):
             raise CxbridgeError("why takes a name", hint="why [rule|goal] NAME")
         now_us = self.assembly.clock.now_us()
@@ -260,12 +252,12 @@ class _Agent:
         )
         self._say(*explain(evidence, name, kind).lines)
 
-    def _retract(self, rest: str) -> None:
-        for word in rest.split():
-            self._ask("retract", index=_index(word))
+    def _retract(self, indices: str) -> None:
+        for word in indices.split():
+            self._ask("retract", index=_number(word.removeprefix("f-")))
 
-    def _modify(self, rest: str) -> None:
-        word, _, slots = rest.partition(" ")
+    def _modify(self, arguments: str) -> None:
+        word, _, slots = arguments.partition(" ")
         try:
             _, values = parse_fact(f"(fact {slots.strip()})")
         except FactSyntaxError:
@@ -273,27 +265,26 @@ class _Agent:
                 f"'{slots}' names no slots",
                 hint="modify INDEX (SLOT VALUE)..., e.g. modify 12 (mode FINISHED)",
             ) from None
-        self._say(f"f-{self._ask('modify', index=_index(word), slots=values)}")
+        index = _number(word.removeprefix("f-"))
+        self._say(f"f-{self._ask('modify', index=index, slots=values)}")
 
 
-def _unreached(item: Breakpoint, met: int, reached: int) -> str:
-    """Return why a breakpoint has not stopped the run; empty if it may have."""
-    if not met:
+def _unreached(item: Breakpoint, hits: int, true_hits: int) -> str:
+    """Return why a breakpoint has not stopped the run; empty if it may have.
+
+    :param true_hits: the number of hits with a true condition.
+    """
+    if not hits:
         return "was never reached"
-    if not reached:
-        return f"was reached {_times(met)}, its condition was never true"
-    if not any(item.is_due(count) for count in range(1, reached + 1)):
-        return f"was reached {_times(reached)}, not as often as it wants"
+    if not true_hits:
+        return f"was reached {_times(hits)}, its condition was never true"
+    if not any(item.is_due(hit) for hit in range(1, true_hits + 1)):
+        return f"was reached {_times(true_hits)}, not as often as it wants"
     return ""
 
 
 def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
-
-
-def _index(word: str) -> int:
-    """Return a fact's index, with or without ``f-``."""
-    return _number(word.removeprefix("f-"))
 
 
 def _number(word: str) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,36 +21,46 @@ _Features = Annotated[list[str], typer.Argument(metavar="FEATURE...", help="name
 _Logger = Annotated[str, typer.Argument(metavar="LOGGER", help="its name")]
 
 
+def _say_rows(rows: list[dict[str, Any]], line: Callable[[dict[str, Any]], str], *, as_json: bool) -> None:
+    """Print a listing.
+
+    :param line: returns the text of a row.
+    """
+    if as_json:
+        say_json(rows, indent=2)
+        return
+    for row in rows:
+        say(line(row))
+
+
 @app.command("features")
-def list_features(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
+def list_features(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
     """List the features: whether environments may request them, and which have them.
 
     Example: cxbridge env features
     """
-    rows = ask_daemon(url, "feature-list")
-    if as_json:
-        say_json(rows, indent=2)
-        return 0
-    width = max((len(info["name"]) for info in rows), default=0)
-    for info in rows:
+    features = ask_daemon(url, "feature-list")
+    width = max((len(info["name"]) for info in features), default=0)
+
+    def line(info: dict[str, Any]) -> str:
         state = "offered" if info["offered"] else "withdrawn"
-        say(f"{info['name']:{width}}  {state:9}  {' '.join(info['environments'])}".rstrip())
-    return 0
+        return f"{info['name']:{width}}  {state:9}  {' '.join(info['environments'])}".rstrip()
+
+    _say_rows(features, line, as_json=as_json)
 
 
 @app.command()
-def offer(features: _Features, url: Connect = DEFAULT_URL) -> int:
+def offer(features: _Features, url: Connect = DEFAULT_URL) -> None:
     """Offer features to environments again that were withdrawn.
 
     Example: cxbridge env offer navgraph
     """
     for name in features:
         ask_daemon(url, "feature-offer", feature=name)
-    return 0
 
 
 @app.command()
-def withdraw(features: _Features, url: Connect = DEFAULT_URL) -> int:
+def withdraw(features: _Features, url: Connect = DEFAULT_URL) -> None:
     """Offer features no more: environments that request them get FALSE.
 
     Refused while an environment has one: 'cxbridge env feature ENV FEATURE --remove' first.
@@ -58,25 +69,22 @@ def withdraw(features: _Features, url: Connect = DEFAULT_URL) -> int:
     """
     for name in features:
         ask_daemon(url, "feature-withdraw", feature=name)
-    return 0
 
 
 @app.command("loggers")
-def list_loggers(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
+def list_loggers(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
     """List the loggers of an environment, in the order in which they get a line.
 
     Example: cxbridge env loggers executive
     """
-    loggers = ask_daemon(url, "env-loggers", env=env)
-    if as_json:
-        say_json(loggers, indent=2)
-        return 0
-    for info in loggers:
+
+    def line(info: dict[str, Any]) -> str:
         notes = [f"{info['level']} and above"]
         notes += [f"with '{info['contains']}'"] if info["contains"] else []
         notes += ["replaces"] if info["replaces"] else []
-        say(f"{info['priority']:5}  {info['name']}  as {info['component']}: {', '.join(notes)}")
-    return 0
+        return f"{info['priority']:5}  {info['name']}  as {info['component']}: {', '.join(notes)}"
+
+    _say_rows(ask_daemon(url, "env-loggers", env=env), line, as_json=as_json)
 
 
 @app.command("add-logger")
@@ -96,7 +104,7 @@ def add_logger(
         str, typer.Option("--as", metavar="COMPONENT", help="of the log; LOGGER|ENV by default")
     ] = "",
     url: Connect = DEFAULT_URL,
-) -> int:
+) -> None:
     """Give an environment another logger, above or below those that it has.
 
     Example: cxbridge env add-logger executive alarms --level error
@@ -112,37 +120,34 @@ def add_logger(
         replaces=replace,
         component=component,
     )
-    return 0
 
 
 @app.command("remove-logger")
-def remove_logger(env: _Env, logger: _Logger, url: Connect = DEFAULT_URL) -> int:
+def remove_logger(env: _Env, logger: _Logger, url: Connect = DEFAULT_URL) -> None:
     """Take a logger away from an environment.
 
     Example: cxbridge env remove-logger executive alarms
     """
     ask_daemon(url, "env-logger-remove", env=env, logger=logger)
-    return 0
 
 
 @app.command("list")
-def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
+def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
     """List the environments.
 
     Example: cxbridge env list
     """
     environments = ask_daemon(url, "env-list")
-    if as_json:
-        say_json(environments, indent=2)
-        return 0
     width = max(len(info["name"]) for info in environments)
-    for info in environments:
+
+    def line(info: dict[str, Any]) -> str:
         notes = [f"{info['facts']} facts", f"agenda {info['agenda']}", f"log {info['log_level']}"]
         notes += [f"watch {' '.join(info['watch'])}"] if info["watch"] else []
         notes += ["ended"] if info["ended"] else []
         features = f"  [{' '.join(info['features'])}]" if info["features"] else ""
-        say(f"{info['name']:{width}}  {', '.join(notes)}{features}")
-    return 0
+        return f"{info['name']:{width}}  {', '.join(notes)}{features}"
+
+    _say_rows(environments, line, as_json=as_json)
 
 
 @app.command()
@@ -152,23 +157,21 @@ def create(
         str, typer.Option("--log", metavar="COMPONENT", help="under which it logs; 'CLIPS (ENV)' by default")
     ] = "",
     url: Connect = DEFAULT_URL,
-) -> int:
+) -> None:
     """Create an environment; its rules run in each loop, after the executive's.
 
     Example: cxbridge env create scratch
     """
     ask_daemon(url, "env-create", env=env, log=log_as)
-    return 0
 
 
 @app.command()
-def destroy(env: _Env, url: Connect = DEFAULT_URL) -> int:
+def destroy(env: _Env, url: Connect = DEFAULT_URL) -> None:
     """Destroy an environment that was created so.
 
     Example: cxbridge env destroy scratch
     """
     ask_daemon(url, "env-destroy", env=env)
-    return 0
 
 
 @app.command()
@@ -200,7 +203,7 @@ def feature(
     features: Annotated[list[str], typer.Argument(metavar="FEATURE...")],
     remove: Annotated[bool, typer.Option("--remove", help="take them away from it")] = False,
     url: Connect = DEFAULT_URL,
-) -> int:
+) -> None:
     """Give an environment features, as (ff-feature-request ...) does.
 
     Calls of functions of a feature that was taken away fail; it can be given again.
@@ -209,7 +212,6 @@ def feature(
     """
     for name in features:
         ask_daemon(url, "env-feature-remove" if remove else "env-feature", env=env, feature=name)
-    return 0
 
 
 @app.command()
@@ -219,13 +221,12 @@ def watch(
     names: Annotated[list[str] | None, typer.Argument(metavar="[NAME...]", show_default=False)] = None,
     off: Annotated[bool, typer.Option("--off", help="do not watch")] = False,
     url: Connect = DEFAULT_URL,
-) -> int:
+) -> None:
     """Watch facts or rules, all or those named: watched facts and firings are recorded.
 
     Example: cxbridge env watch executive rules
     """
     ask_daemon(url, "env-watch", env=env, item=item, names=names or [], on=not off)
-    return 0
 
 
 @app.command()
@@ -233,13 +234,12 @@ def log(
     env: _Env,
     level: Annotated[str, typer.Argument(metavar="debug|info|warn|error")],
     url: Connect = DEFAULT_URL,
-) -> int:
+) -> None:
     """Let an environment log only lines of this level and above.
 
     Example: cxbridge env log executive warn
     """
     ask_daemon(url, "env-log", env=env, level=level)
-    return 0
 
 
 @app.command()
@@ -248,34 +248,28 @@ def facts(
     template: Annotated[str, typer.Argument(metavar="[TEMPLATE]", show_default=False)] = "",
     url: Connect = DEFAULT_URL,
     as_json: AsJson = False,
-) -> int:
+) -> None:
     """List facts, at most 1000.
 
     Example: cxbridge env facts executive goal
     """
-    fact_rows = ask_daemon(url, "facts", env=env, template=template)
-    if as_json:
-        say_json([{"index": index, "text": text} for index, text in fact_rows], indent=2)
-    else:
-        for index, text in fact_rows:
-            say(f"f-{index} {text}")
-    return 0
+    rows = [
+        {"index": index, "text": text} for index, text in ask_daemon(url, "facts", env=env, template=template)
+    ]
+    _say_rows(rows, lambda fact: f"f-{fact['index']} {fact['text']}", as_json=as_json)
 
 
 @app.command()
-def agenda(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
+def agenda(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
     """List what would fire, in order, at most 1000.
 
     Example: cxbridge env agenda executive
     """
-    activations = ask_daemon(url, "agenda", env=env)
-    if as_json:
-        rows = [{"salience": salience, "rule": rule, "facts": basis} for salience, rule, basis in activations]
-        say_json(rows, indent=2)
-    else:
-        for salience, rule, basis in activations:
-            say(f"{salience:6} {rule}: {basis}")
-    return 0
+    rows = [
+        {"salience": salience, "rule": rule, "facts": basis}
+        for salience, rule, basis in ask_daemon(url, "agenda", env=env)
+    ]
+    _say_rows(rows, lambda row: f"{row['salience']:6} {row['rule']}: {row['facts']}", as_json=as_json)
 
 
 @app.command("eval")
@@ -284,7 +278,7 @@ def evaluate(
     expression: Annotated[str, typer.Argument(metavar="EXPR", help="e.g. '(get-strategy)'")],
     url: Connect = DEFAULT_URL,
     as_json: AsJson = False,
-) -> int:
+) -> None:
     """Evaluate an expression of CLIPS; prints its output, and its value.
 
     Example: cxbridge env eval executive '(get-strategy)'
@@ -292,35 +286,32 @@ def evaluate(
     value = ask_daemon(url, "env-eval", env=env, expression=expression)
     if as_json:
         say_json(value, indent=2)
-        return 0
+        return
     for line in (*value["output"], *filter(None, [value["text"]])):
         say(line)
-    return 0
 
 
 @app.command("assert")
 def assert_fact(
     env: _Env, fact: Annotated[str, typer.Argument(metavar="(FACT)")], url: Connect = DEFAULT_URL
-) -> int:
+) -> None:
     """Assert a fact; prints its index.
 
     Example: cxbridge env assert executive '(hello world)'
     """
     say(f"f-{ask_daemon(url, 'assert', env=env, fact=fact)}")
-    return 0
 
 
 @app.command()
 def retract(
     env: _Env, indices: Annotated[list[str], typer.Argument(metavar="INDEX...")], url: Connect = DEFAULT_URL
-) -> int:
+) -> None:
     """Retract facts.
 
     Example: cxbridge env retract executive f-12
     """
     for word in indices:
         ask_daemon(url, "retract", env=env, index=fact_index(word))
-    return 0
 
 
 @app.command()
@@ -329,7 +320,7 @@ def modify(
     index: Annotated[str, typer.Argument(metavar="INDEX")],
     slots: Annotated[list[str], typer.Argument(metavar="SLOT=VALUE...", help="VALUE as CLIPS writes it")],
     url: Connect = DEFAULT_URL,
-) -> int:
+) -> None:
     """Change slots of a fact; prints its new index.
 
     Example: cxbridge env modify executive f-12 mode=FINISHED outcome=COMPLETED
@@ -341,7 +332,6 @@ def modify(
             raise typer.BadParameter(f"'{word}' is not SLOT=VALUE", param_hint="SLOT=VALUE...")
         changes[slot] = value
     say(f"f-{ask_daemon(url, 'modify', env=env, index=fact_index(index), slots=changes)}")
-    return 0
 
 
 def fact_index(word: str) -> int:

@@ -1,4 +1,4 @@
-"""``cxbridge format``: indents CLIPS files."""
+"""``cxbridge format``: indents CLIPS files by their parentheses."""
 
 from __future__ import annotations
 
@@ -37,19 +37,18 @@ def format(  # noqa: A001 - the name of the command
         if not is_balanced(text):
             say(f"{path}: parentheses or quotes do not match, left as it is", err=True)
             continue
-        new = layout(text)
-        if new == text:
-            continue
-        changed += 1
-        say(f"{path}: {'would change' if check else 'changed'}")
-        if not check:
-            write_file(path, new.encode())
+        formatted = layout(text)
+        if formatted != text:
+            changed += 1
+            say(f"{path}: {'would change' if check else 'changed'}")
+            if not check:
+                write_file(path, formatted.encode())
     return int(check and changed > 0)
 
 
-def _clips_files(named: list[Path]) -> list[Path]:
+def _clips_files(paths: list[Path]) -> list[Path]:
     clips_files: list[Path] = []
-    for path in named:
+    for path in paths:
         if path.is_dir():
             clips_files += sorted(path.rglob("*.clp"))
         elif path.is_file():

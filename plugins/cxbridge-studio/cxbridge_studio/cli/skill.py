@@ -56,27 +56,28 @@ def monitor(
 def _print_lines(
     board: BlackBoard, skiller: str, count: int | None, deadline: Deadline, *, as_json: bool
 ) -> bool:
-    """Print a line for each change; returns whether there were ``count``."""
+    """Print a line for each change, and return whether ``count`` lines were printed."""
     from cxbridge.blackboard.following import Feed
     from cxbridge.skiller.calls import OWNER, TYPE
 
     printed, previous_line = 0, ""
     with Feed(board, OWNER) as feed:
-        news: InterfaceChange | None = feed.now(feed.open(TYPE, skiller))
-        while news is not None:
-            line = _monitor_line(news, as_json=as_json)
+        change: InterfaceChange | None = feed.now(feed.open(TYPE, skiller))
+        while change is not None:
+            line = _monitor_line(change, as_json=as_json)
+            # A Skiller also writes fields that the line does not show.
             if line != previous_line:
                 previous_line, printed = line, printed + 1
                 say(line, flush=True)
             if printed == count:
                 return True
-            news = feed.next(deadline)
+            change = feed.next(deadline)
     return False
 
 
 @dataclass(frozen=True, kw_only=True)
 class _SkillFiles:
-    """Where skills and interface definitions lie."""
+    """The folders of skills and interface definitions."""
 
     space: Annotated[str, typer.Option(help="the skill space, without --connect")] = "test"
     skill_dirs: Annotated[
@@ -121,7 +122,7 @@ def graph(
     colour: Annotated[bool | None, typer.Option("--color/--no-color", show_default=False)] = None,
     *,
     files: _SkillFiles,
-) -> int:
+) -> None:
     """Draw the state machine of a skill: from the skill files, or as a running Skiller shows it.
 
     Exit status: 0 done; 2 bad usage, no such skill, no server, or no graphviz.
@@ -154,16 +155,15 @@ def graph(
         say_text(text, end="" if text.endswith("\n") else "\n")
     else:
         write_file(output, text if output.suffix == ".dot" else render(text, output.suffix))
-    return 0
 
 
-def _monitor_line(news: InterfaceChange, *, as_json: bool) -> str:
+def _monitor_line(change: InterfaceChange, *, as_json: bool) -> str:
     """Return the state of a Skiller, for people or programs."""
     from cxbridge.interfaces.assignments import plain
 
-    if news.kind == "writer removed":
+    if change.kind == "writer removed":
         return json.dumps({"status": "gone"}) if as_json else "the Skiller is gone"
-    values = {name: plain(value) for name, value in news.values.items()}
+    values = {name: plain(value) for name, value in change.values.items()}
     if as_json:
         return json.dumps(values, ensure_ascii=False)
     error = f"  [{values['error']}]" if values["error"] else ""

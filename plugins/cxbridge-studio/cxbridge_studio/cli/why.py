@@ -74,8 +74,8 @@ def why(
     run: Annotated[
         Path | None, typer.Option("--run", metavar="FILE", help="Ask a recording.", show_default=False)
     ] = None,
-    at: Annotated[
-        str, typer.Option(metavar="SECONDS|end", help="When: seconds since the start of the run.")
+    moment: Annotated[
+        str, typer.Option("--at", metavar="SECONDS|end", help="When: seconds since the start of the run.")
     ] = _END,
     env: Annotated[
         str | None,
@@ -103,36 +103,36 @@ def why(
     if scenario is None and agent.fawkes_dir is None:
         agent.check_unused()
     if scenario is None and run is None and agent.fawkes_dir is None:
-        return _ask_daemon(url, kind, name, rules, at, env, as_json=as_json)
+        return _ask_daemon(url, kind, name, rules, moment, env, as_json=as_json)
     options = RunOptions(scenario=scenario, **vars(agent))
-    with _evidence(options, run, _seconds(at), env) as evidence:
-        answer = explain(evidence, name, kind, rules)
-    _show(answer.lines, answer.plain, as_json=as_json)
+    with _evidence(options, run, _seconds(moment), env) as evidence:
+        explanation = explain(evidence, name, kind, rules)
+    _print(explanation.lines, explanation.plain, as_json=as_json)
     return 0
 
 
 def _ask_daemon(
-    url: str, kind: str, name: str, rules: int, at: str, env: str | None, *, as_json: bool
+    url: str, kind: str, name: str, rules: int, moment: str, env: str | None, *, as_json: bool
 ) -> int:
     """Ask a daemon; return 3 if it does not reply in time."""
     from cxbridge.daemon.client import ask_why
 
-    if at != _END:
+    if moment != _END:
         raise CxbridgeError(
-            f"--at {at}: a daemon reports now only", hint="name a scenario, or --run a recording"
+            f"--at {moment}: a daemon reports now only", hint="name a scenario, or --run a recording"
         )
     if env not in (None, _EXECUTIVE):
         raise CxbridgeError(f"a daemon has no CLIPS environment '{env}'", hint=f"it has one: {_EXECUTIVE}")
     with connect(url, None) as board:
-        answer = ask_why(board, name, kind, rules, _PATIENCE_S)
-    if answer is None:
+        explanation = ask_why(board, name, kind, rules, _PATIENCE_S)
+    if explanation is None:
         say(f"the daemon did not answer within {_PATIENCE_S:g} s", err=True)
         return TIMED_OUT
-    _show(answer["lines"], answer["data"], as_json=as_json)
+    _print(explanation["lines"], explanation["data"], as_json=as_json)
     return 0
 
 
-def _show(lines: Sequence[str], data: object, *, as_json: bool) -> None:
+def _print(lines: Sequence[str], data: object, *, as_json: bool) -> None:
     if as_json:
         say_json(data, indent=2)
     else:
@@ -177,13 +177,14 @@ def _words(words: list[str]) -> tuple[str, str, Path | None]:
     return kind, words[0], Path(words[1]) if len(words) > 1 else None
 
 
-def _seconds(at: str) -> float | None:
-    if at == _END:
+def _seconds(moment: str) -> float | None:
+    """Return the seconds of the option ``--at``; None for the end of the run."""
+    if moment == _END:
         return None
     try:
-        seconds = float(at)
+        seconds = float(moment)
     except ValueError:
         seconds = -1.0
-    if not 0 <= seconds < float("inf"):
-        raise CxbridgeError(f"--at cannot be '{at}'", hint="seconds since the start of the run, or end")
+    if not 0 <= seconds < float("inf"):  # false for NaN, too
+        raise CxbridgeError(f"--at cannot be '{moment}'", hint="seconds since the start of the run, or end")
     return seconds

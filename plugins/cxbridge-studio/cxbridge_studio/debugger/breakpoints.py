@@ -91,11 +91,11 @@ class Breakpoint:
     def has_transition(self, event: Transition) -> bool:
         """Return whether the breakpoint matches a transition."""
         if isinstance(event, GoalTransition):
-            kind, names, state = "goal", (event.goal, event.goal_class), event.mode
+            kind, names, state = "goal", [event.goal, event.goal_class], event.mode
         elif isinstance(event, PlanActionTransition):
-            kind, names, state = "action", (event.action,), event.state
+            kind, names, state = "action", [event.action], event.state
         else:
-            names = (event.skill_string, skill_name(event.skill_string))
+            names = [event.skill_string, skill_name(event.skill_string)]
             kind, state = "skill", event.status
         return (
             self.kind == kind

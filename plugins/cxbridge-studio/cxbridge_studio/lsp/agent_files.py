@@ -45,7 +45,7 @@ class AgentFiles(Struct, frozen=True):
         for folder in (*self.paths.before, self.paths.cx, *self.paths.clips_dirs):
             yield from files_below(folder, (".clp",))
 
-    def others(self) -> Iterator[Path]:
+    def named_files(self) -> Iterator[Path]:
         """Yield the interfaces, skills and protobuf messages that the agent can name."""
         for folder in self.paths.interface_dirs:
             yield from sorted(folder.glob("*.xml"))

@@ -50,11 +50,11 @@ def context_at(file: SourceFile, offset: int) -> Context | None:
     placed = file.piece_at(offset)
     start = placed.start if placed is not None else file.text.rfind("\n", 0, offset) + 1
     text = file.text[start:offset]
-    last = next((match for match in HIDDEN.finditer(text) if match.end() == len(text)), None)
-    if last is not None and last[0].startswith(";"):
+    hidden = next((match for match in HIDDEN.finditer(text) if match.end() == len(text)), None)
+    if hidden is not None and hidden[0].startswith(";"):
         return None
-    if last is not None and last["unclosed"]:
-        word, text = last[0][1:], text[: last.start()]
+    if hidden is not None and hidden["unclosed"]:  # the cursor is in a string
+        word, text = hidden[0][1:], text[: hidden.start()]
     else:
         match = _WORD.search(text)
         word = match[0] if match else ""
@@ -62,15 +62,10 @@ def context_at(file: SourceFile, offset: int) -> Context | None:
     opened = open_lists(text)
     at_head = bool(opened) and not text[opened[-1] + 1 :].strip()
     lists = opened[:-1] if at_head else opened
-    heads = tuple(_head(text, at) for at in reversed(lists))
+    heads = tuple(match[1] if (match := _HEAD.match(text, start)) else "" for start in reversed(lists))
     template, begin = _template(text, heads, lists)
     in_condition = bool(heads) and heads[-1] == "defrule" and "=>" not in blank(text)
     return Context(word, heads, at_head, in_condition, template, text, text[begin:] if template else "")
-
-
-def _head(text: str, at: int) -> str:
-    match = _HEAD.match(text, at)
-    return match[1] if match else ""
 
 
 def _template(text: str, heads: tuple[str, ...], lists: list[int]) -> tuple[str, int]:
@@ -79,7 +74,8 @@ def _template(text: str, heads: tuple[str, ...], lists: list[int]) -> tuple[str,
     for depth, head in enumerate(heads):
         parent_head = heads[depth + 1] if depth + 1 < len(heads) else ""
         if head in _CHANGES:
-            return _of_variable(text, starts[depth]), starts[depth]
+            match = _CHANGED.match(text, starts[depth])
+            return template_of_fact(text, match[1]) if match else "", starts[depth]
         has_facts = parent_head in _WITH_FACTS or parent_head in CONDITIONS
         if has_facts and head not in CONDITIONS and head not in _NO_FACTS:
             return (head, starts[depth]) if _is_fact(text, parent_head, starts[depth]) else ("", 0)
@@ -93,12 +89,6 @@ def _is_fact(text: str, parent_head: str, start: int) -> bool:
     return "=>" not in blank(text[:start])
 
 
-def _of_variable(text: str, start: int) -> str:
-    """Return the template of the fact that a ``modify`` changes."""
-    match = _CHANGED.match(text, start)
-    return template_of_fact(text, match[1]) if match else ""
-
-
 def template_of_fact(text: str, variable: str) -> str:
     """Return the template of a variable's fact, judged by the text before; empty if unknown."""
     name = re.escape(variable)
@@ -107,7 +97,7 @@ def template_of_fact(text: str, variable: str) -> str:
         rf"\(bind\s+{name}\s+\(assert\s+\(\s*([^\s()]+)",
         rf"\(\s*{name}\s+([^\s()?]+)\s*\)",  # member of a query
     )
-    return next((str(matches[-1]) for way in patterns if (matches := re.findall(way, text))), "")
+    return _last_group(patterns, text)
 
 
 def message_type(text: str, variable: str) -> str:
@@ -117,4 +107,9 @@ def message_type(text: str, variable: str) -> str:
         rf"\(bind\s+{name}\s+\(pb-create\s+\"([^\"]+)\"",
         rf"\(protobuf-msg\b[^\n]*\(type\s+\"([^\"]+)\"\)[^\n]*\(ptr\s+{name}\s*\)",
     )
-    return next((str(matches[-1]) for way in patterns if (matches := re.findall(way, text))), "")
+    return _last_group(patterns, text)
+
+
+def _last_group(patterns: tuple[str, ...], text: str) -> str:
+    """Return the group of the last match of the first pattern that matches; empty without a match."""
+    return next((str(matches[-1]) for pattern in patterns if (matches := re.findall(pattern, text))), "")

@@ -1,4 +1,4 @@
-"""Hover texts: definition, documentation and uses of a name."""
+"""Hover texts: the definition, documentation and uses of a name, as Markdown."""
 
 from __future__ import annotations
 
@@ -26,19 +26,17 @@ def describe(session: Session, file: SourceFile, mention: Mention) -> str:
     """Return the hover text of a name as Markdown; empty if nothing is known."""
     name = mention.name
     definitions = session.preferred(session.model.definitions(name), file.path)
-    parts: list[str] = []
-    if definitions:
-        parts += _definition(definitions[-1], name)
+    paragraphs: list[str] = []
+    if definitions:  # of several, the last definition replaces the earlier ones in CLIPS
+        paragraphs += _definition(definitions[-1], name)
     elif name.kind is NameKind.FUNCTION:
-        parts += _builtin(session, name)
+        paragraphs += _builtin(session, name)
     elif name.kind in (NameKind.TEMPLATE, NameKind.SLOT):
-        parts += _template_of_clips(session, name)
+        paragraphs += _template_of_clips(session, name)
+    elif name.kind is NameKind.GOAL_CLASS:  # classes have no definition
+        paragraphs.append(f"goal class **{name.text}**")
     uses = _uses(session, name)
-    if not parts and name.kind is not NameKind.GOAL_CLASS:
-        return ""
-    if not parts:
-        parts.append(f"goal class **{name.text}**")
-    return "\n\n".join([*parts, uses] if uses else parts)
+    return "\n\n".join([*paragraphs, uses] if uses else paragraphs) if paragraphs else ""
 
 
 def _definition(definition: FileMention, name: Name) -> Iterator[str]:
@@ -99,17 +97,17 @@ def _construct(definition: FileMention) -> Iterator[str]:
     if placed.piece.keyword == "defrule":
         text = text.partition("=>")[0].rstrip()
     nodes = read(text, close=True)
-    written = _documentation(nodes[0]) if nodes and file.path.endswith(".clp") else ""
+    documentation = _documentation(nodes[0]) if nodes and file.path.endswith(".clp") else ""
     if placed.piece.keyword in ("deffunction", "defmethod") and nodes:
         text = _head(nodes[0])
     yield _code(file, text)
-    yield "\n\n".join(filter(None, (written, comment_above(file.text, placed.start))))
+    yield "\n\n".join(filter(None, (documentation, comment_above(file.text, placed.start))))
 
 
 def _head(function: SyntaxNode) -> str:
     """Return a function without its body."""
-    last = next((node for node in function.arguments if node.items is not None), None)
-    return function.source[function.start : last.end] + " ...)" if last else function.text
+    parameters = next((node for node in function.arguments if node.items is not None), None)
+    return function.source[function.start : parameters.end] + " ...)" if parameters else function.text
 
 
 def _documentation(construct: SyntaxNode) -> str:
@@ -163,7 +161,7 @@ def _words_of_field(file: SourceFile, mention: Mention) -> str:
 
 
 def _builtin(session: Session, name: Name) -> Iterator[str]:
-    info = session.function(name.text)
+    info = session.knowledge.functions.get(name.text)
     if info is None:
         return
     if not info.is_python:
@@ -218,8 +216,8 @@ def _trailing_comment(file: SourceFile, offset: int) -> str:
 
 def _code(file: SourceFile, text: str) -> str:
     rows = text.splitlines()
-    shown = "\n".join([*rows[:_MAX_ROWS], "..."] if len(rows) > _MAX_ROWS else rows)
-    return _fence(_LANGUAGES.get(Path(file.path).suffix, ""), shown)
+    visible_rows = [*rows[:_MAX_ROWS], "..."] if len(rows) > _MAX_ROWS else rows
+    return _fence(_LANGUAGES.get(Path(file.path).suffix, ""), "\n".join(visible_rows))
 
 
 def _fence(language: str, text: str) -> str:

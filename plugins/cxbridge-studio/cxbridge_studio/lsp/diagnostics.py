@@ -1,4 +1,8 @@
-"""Diagnostics from the text of a file, updated while typing."""
+"""Finds mistakes in the text of a file, while the user types.
+
+The complete check loads the saved files into CLIPS, in another process. For changed files, these findings
+replace those of the check that need only the text; their codes are the same.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge_studio.agent.unclosed import describe_unclosed
 from cxbridge_studio.check.checks.domain import DOMAIN, DUBIOUS
-from cxbridge_studio.check.checks.domain_doubts import EFFECT, OBJECT
+from cxbridge_studio.check.doubts import EFFECT, OBJECT
 from cxbridge_studio.check.findings import Severity
 from cxbridge_studio.check.pddl_files import findings_of
 from cxbridge_studio.lsp.session import AgentDefinitions, Session
@@ -73,22 +77,22 @@ def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
     """Yield undefined names; none before all files are read."""
     if not session.is_indexed or not session.knowledge.is_complete:
         return
-    known = session.definitions(file.path)
+    definitions = session.definitions(file.path)
     for placed in file.pieces:
         if not placed.piece.closed:
             continue  # the nesting of lists is ambiguous
         for number, mention in enumerate(placed.piece.mentions):
-            found = None
+            problem = None
             if mention.name.kind is NameKind.SLOT:
-                found = _slot(session, known, mention)
+                problem = _slot_problem(session, definitions, mention)
             elif mention.name.kind is NameKind.FUNCTION and mention.use is Use.CALLED:
-                found = _function(session, known, mention)
+                problem = _function_problem(session, definitions, mention)
             elif mention.name.kind is NameKind.GLOBAL and mention.use is not Use.DEFINED:
-                found = _global(known, mention)
+                problem = _global_problem(definitions, mention)
             elif mention.name.kind is NameKind.TEMPLATE and mention.use in _FACT_USES:
-                found = _template(session, known, placed, number)
-            if found is not None:
-                code, message, hint = found
+                problem = _template_problem(session, definitions, placed, number)
+            if problem is not None:
+                code, message, hint = problem
                 start, end = placed.start + mention.start, placed.start + mention.end
                 yield LiveFinding(code, start, end, message, hint)
 
@@ -96,24 +100,25 @@ def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
 _Problem = tuple[str, str, str]  # code, message and hint
 
 
-def _template(session: Session, known: AgentDefinitions, placed: PlacedPiece, number: int) -> _Problem | None:
+def _template_problem(
+    session: Session, definitions: AgentDefinitions, placed: PlacedPiece, number: int
+) -> _Problem | None:
     mention = placed.piece.mentions[number]
     name = mention.name.text
-    if name in known.slots or name in session.knowledge.templates or name == "object":
+    if name in definitions.slots or name in session.knowledge.templates or name == "object":
         return None
-    after = placed.piece.mentions[number + 1 : number + 2]
-    slots = [each for each in after if each.name.kind is NameKind.SLOT and each.name.owner == name]
-    if not slots and mention.use is not Use.QUERIED:
-        return None  # an ordered fact needs no deftemplate
-    functions = session.knowledge.functions.keys() | known.names(NameKind.FUNCTION)
-    if mention.use is Use.QUERIED or slots[0].name.text in functions:
-        return None  # CLIPS accepts any name in a query; and (assert (total (+ 1 2))) is ordered, too
-    return TEMPLATE, f"there is no deftemplate '{name}'", did_you_mean(name, known.slots)
+    following = placed.piece.mentions[number + 1 : number + 2]
+    slots = [each for each in following if each.name.kind is NameKind.SLOT and each.name.owner == name]
+    if not slots or mention.use is Use.QUERIED:
+        return None  # an ordered fact needs no deftemplate, and CLIPS accepts any name in a query
+    if slots[0].name.text in session.knowledge.functions.keys() | definitions.names(NameKind.FUNCTION):
+        return None  # (assert (total (+ 1 2))) is ordered, too
+    return TEMPLATE, f"there is no deftemplate '{name}'", did_you_mean(name, definitions.slots)
 
 
-def _slot(session: Session, known: AgentDefinitions, mention: Mention) -> _Problem | None:
+def _slot_problem(session: Session, definitions: AgentDefinitions, mention: Mention) -> _Problem | None:
     name, owner = mention.name.text, mention.name.owner
-    slots = known.slots.get(owner, set()) | set(session.knowledge.templates.get(owner, ()))
+    slots = definitions.slots.get(owner, set()) | set(session.knowledge.templates.get(owner, ()))
     if not slots or name in slots or mention.use is Use.DEFINED:
         return None
     hint = did_you_mean(name, slots) or f"it has: {', '.join(sorted(slots))}"
@@ -121,33 +126,31 @@ def _slot(session: Session, known: AgentDefinitions, mention: Mention) -> _Probl
     return code, f"the deftemplate '{owner}' has no slot '{name}'", hint
 
 
-def _function(session: Session, known: AgentDefinitions, mention: Mention) -> _Problem | None:
+def _function_problem(session: Session, definitions: AgentDefinitions, mention: Mention) -> _Problem | None:
     name = mention.name.text
-    functions = known.names(NameKind.FUNCTION) | session.knowledge.functions.keys()
+    functions = definitions.names(NameKind.FUNCTION) | session.knowledge.functions.keys()
     if name in functions:
         return None
     return FUNCTION, f"there is no function '{name}'", did_you_mean(name, functions)
 
 
-def _global(known: AgentDefinitions, mention: Mention) -> _Problem | None:
+def _global_problem(definitions: AgentDefinitions, mention: Mention) -> _Problem | None:
     name = mention.name.text
-    known_globals = known.names(NameKind.GLOBAL)
-    if name in known_globals:
+    globals_ = definitions.names(NameKind.GLOBAL)
+    if name in globals_:
         return None
-    return GLOBAL, f"there is no global variable ?*{name}*", did_you_mean(name, known_globals)
+    return GLOBAL, f"there is no global variable ?*{name}*", did_you_mean(name, globals_)
 
 
 def _pddl(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
     """Yield the findings of the check for a domain, or for a problem with its domain."""
     as_fawkes = session.knowledge.reads_as_fawkes
     for finding in findings_of(Path(file.path), file.text, fawkes_compat=as_fawkes):
-        place = finding.place
-        if Path(place.file) == Path(file.path):
-            offset = file.lines.place(place.line or 1, place.column or 1)
-            code = finding.code
-            yield LiveFinding(
-                code.name, offset, _word_end(file, offset), finding.message, finding.hint, code.severity.value
-            )
+        place, code = finding.place, finding.code
+        if Path(place.file) == Path(file.path):  # a problem also has the findings of its domain
+            start = file.lines.place(place.line or 1, place.column or 1)
+            end, severity = _word_end(file, start), code.severity.value
+            yield LiveFinding(code.name, start, end, finding.message, finding.hint, severity)
 
 
 def _word_end(file: SourceFile, start: int) -> int:

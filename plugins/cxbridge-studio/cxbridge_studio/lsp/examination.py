@@ -11,7 +11,7 @@ import msgspec
 from cxbridge.spawning import python_command
 from cxbridge_studio.lsp.knowledge import AgentKnowledge, decode
 
-_LAST_WORDS = 300  # characters of a crash's output that are shown
+_MAX_ERROR_LENGTH = 300  # the last characters of a crash's output
 
 
 class Examinations:
@@ -28,19 +28,19 @@ class Examinations:
         self._done = done
         self._task: asyncio.Task[None] | None = None
         self._process: asyncio.subprocess.Process | None = None
-        self._again = False
+        self._is_requested_again = False
 
     def request(self) -> None:
         """Begin an examination, or repeat the running examination when it ends."""
         if self._task is not None and not self._task.done():
-            self._again = True
+            self._is_requested_again = True
             return
         self._task = asyncio.get_running_loop().create_task(self._run())
 
     async def _run(self) -> None:
-        self._again = True
-        while self._again:
-            self._again = False
+        self._is_requested_again = True
+        while self._is_requested_again:
+            self._is_requested_again = False
             self._done(await self._examine())
 
     async def _examine(self) -> AgentKnowledge:
@@ -54,7 +54,7 @@ class Examinations:
         try:
             return decode(output)
         except msgspec.DecodeError:
-            error_output = errors.decode("utf-8", "replace").strip()[-_LAST_WORDS:]
+            error_output = errors.decode("utf-8", "replace").strip()[-_MAX_ERROR_LENGTH:]
             return AgentKnowledge(error=f"the check ended with status {process.returncode}: {error_output}")
 
     async def close(self) -> None:

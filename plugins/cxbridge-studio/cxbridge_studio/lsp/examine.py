@@ -63,22 +63,21 @@ def firings(run: Path) -> dict[str, int]:
 
 def _templates(agent: Agent) -> Iterator[tuple[str, list[str]]]:
     for name in sorted(agent.deftemplates):
-        slots = agent.env.eval(f"(deftemplate-slot-names {name})")
-        yield name, [str(slot) for slot in slots] if isinstance(slots, tuple) else []
+        yield name, agent.words_of(f"(deftemplate-slot-names {name})")
 
 
 def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
     """Yield the functions of CLIPS, the host and the requested features, then those of other features."""
-    written = {
+    defined = {
         construct.name
         for file in agent.files
         for construct in file.constructs
         if construct.kind in ("deffunction", "defgeneric")
     }
-    for names in map(agent.env.eval, _LISTS):  # the host defines some of CLIPS' functions as deffunctions
-        for name in names if isinstance(names, tuple) else ():
-            if without_module(str(name)) not in written:
-                yield without_module(str(name)), FunctionInfo()
+    for names in map(agent.words_of, _LISTS):  # the host defines some of CLIPS' functions as deffunctions
+        for name in map(without_module, names):
+            if name not in defined:
+                yield name, FunctionInfo()
     yield REWRITTEN_MODIFY, FunctionInfo()
     for feature in agent.manager.features:
         with suppress(CxbridgeError):  # a feature with missing dependencies has no known functions
@@ -91,19 +90,19 @@ def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
 
 def main() -> None:
     """Read the options from standard input and write the result to standard output."""
-    out = os.fdopen(os.dup(1), "wb")
+    output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # Output of checks and of CLIPS must not mix with the result.
     options = msgspec.json.decode(sys.stdin.buffer.read())
     recording = options.pop("recording", "")
     try:
-        findings = examine(run_options(options))
+        knowledge = examine(run_options(options))
     except CxbridgeError as error:
-        findings = AgentKnowledge(error=str(error))
+        knowledge = AgentKnowledge(error=str(error))
     if recording:
-        fired = firings(Path(recording))
-        findings = msgspec.structs.replace(findings, firings=fired, recording=Path(recording).name)
-    with out:
-        out.write(msgspec.json.encode(findings))
+        counts, name = firings(Path(recording)), Path(recording).name
+        knowledge = msgspec.structs.replace(knowledge, firings=counts, recording=name)
+    with output:
+        output.write(msgspec.json.encode(knowledge))
 
 
 if __name__ == "__main__":

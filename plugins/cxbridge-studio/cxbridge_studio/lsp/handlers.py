@@ -1,9 +1,10 @@
-"""Handlers of the protocol's requests and notifications."""
+"""Handlers of the protocol's requests and notifications: they convert between its types and the studio's."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from itertools import takewhile
 from pathlib import PurePath
 from typing import Any, Final
 
@@ -17,7 +18,6 @@ from cxbridge_studio.agent.names import Mention, NameKind, SourceFile
 from cxbridge_studio.lsp import navigation
 from cxbridge_studio.lsp.completion import complete
 from cxbridge_studio.lsp.describe import describe
-from cxbridge_studio.lsp.kinds import COMPLETION_KINDS, SYMBOL_KINDS
 from cxbridge_studio.lsp.positions import uri_of
 from cxbridge_studio.lsp.server import AgentServer
 from cxbridge_studio.lsp.symbols import OutlineSymbol, find, folds, outline
@@ -26,6 +26,44 @@ _TRIGGERS: Final = ["(", "?", "*", ":", "{", '"']
 _WORDS: Final = {".clp": re.compile(r"[^\s()\"&|~;]*\Z"), ".pddl": re.compile(r"[?:\w-]*\Z")}
 _WORD_ELSEWHERE: Final = re.compile(r"[\w/.-]*\Z")
 _WATCHED: Final = "**/*.{clp,pddl,yaml,yml,lua,xml,proto}"
+
+# The protocol's kinds for the kinds of names: editors show icons for them.
+_SYMBOL_KINDS: Final[Mapping[NameKind, lsp.SymbolKind]] = {
+    NameKind.RULE: lsp.SymbolKind.Event,
+    NameKind.TEMPLATE: lsp.SymbolKind.Struct,
+    NameKind.SLOT: lsp.SymbolKind.Field,
+    NameKind.FUNCTION: lsp.SymbolKind.Function,
+    NameKind.GLOBAL: lsp.SymbolKind.Variable,
+    NameKind.FACTS: lsp.SymbolKind.Object,
+    NameKind.MODULE: lsp.SymbolKind.Module,
+    NameKind.CLASS: lsp.SymbolKind.Class,
+    NameKind.ACTION: lsp.SymbolKind.Method,
+    NameKind.PARAMETER: lsp.SymbolKind.TypeParameter,
+    NameKind.PREDICATE: lsp.SymbolKind.Property,
+    NameKind.OBJECT_TYPE: lsp.SymbolKind.Class,
+    NameKind.CONSTANT: lsp.SymbolKind.Constant,
+    NameKind.SKILL: lsp.SymbolKind.Function,
+    NameKind.ARGUMENT: lsp.SymbolKind.TypeParameter,
+    NameKind.INTERFACE: lsp.SymbolKind.Interface,
+    NameKind.FIELD: lsp.SymbolKind.Field,
+    NameKind.MESSAGE: lsp.SymbolKind.Method,
+    NameKind.PROTO_MESSAGE: lsp.SymbolKind.Struct,
+    NameKind.PROTO_FIELD: lsp.SymbolKind.Field,
+    NameKind.FILE: lsp.SymbolKind.File,
+}
+_COMPLETION_KINDS: Final[Mapping[NameKind, lsp.CompletionItemKind]] = {
+    NameKind.TEMPLATE: lsp.CompletionItemKind.Struct,
+    NameKind.SLOT: lsp.CompletionItemKind.Field,
+    NameKind.FIELD: lsp.CompletionItemKind.Field,
+    NameKind.FUNCTION: lsp.CompletionItemKind.Function,
+    NameKind.GLOBAL: lsp.CompletionItemKind.Variable,
+    NameKind.ACTION: lsp.CompletionItemKind.Method,
+    NameKind.SKILL: lsp.CompletionItemKind.Function,
+    NameKind.INTERFACE: lsp.CompletionItemKind.Interface,
+    NameKind.PROTO_MESSAGE: lsp.CompletionItemKind.Struct,
+    NameKind.PROTO_FIELD: lsp.CompletionItemKind.Field,
+    NameKind.FILE: lsp.CompletionItemKind.File,
+}
 
 
 def make_server(options: Mapping[str, Any] | None = None) -> AgentServer:
@@ -80,7 +118,7 @@ def _watched(ls: AgentServer, params: lsp.DidChangeWatchedFilesParams) -> None:
 # ---- requests about a position
 
 
-def _at(ls: AgentServer, uri: str, position: lsp.Position) -> tuple[SourceFile, Mention] | None:
+def _mention_at(ls: AgentServer, uri: str, position: lsp.Position) -> tuple[SourceFile, Mention] | None:
     file = ls.file(uri)
     mention = None if file is None else file.mention_at(ls.positions.offset(file, position))
     return None if file is None or mention is None else (file, mention)
@@ -91,25 +129,22 @@ def _locations(ls: AgentServer, mentions: Iterable[FileMention]) -> list[lsp.Loc
 
 
 def _hover(ls: AgentServer, params: lsp.HoverParams) -> lsp.Hover | None:
-    if (file_and_mention := _at(ls, params.text_document.uri, params.position)) is None:
+    if (file_and_mention := _mention_at(ls, params.text_document.uri, params.position)) is None:
         return None
     file, mention = file_and_mention
     text = describe(ls.session, file, mention)
-    shown = ls.positions.range(file, mention.start, mention.end)
-    return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text), shown) if text else None
+    hover_range = ls.positions.range(file, mention.start, mention.end)
+    return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text), hover_range) if text else None
 
 
 def _definition(ls: AgentServer, params: lsp.DefinitionParams) -> list[lsp.Location]:
-    file_and_mention = _at(ls, params.text_document.uri, params.position)
-    return (
-        []
-        if file_and_mention is None
-        else _locations(ls, navigation.definitions(ls.session, *file_and_mention))
-    )
+    if (file_and_mention := _mention_at(ls, params.text_document.uri, params.position)) is None:
+        return []
+    return _locations(ls, navigation.definitions(ls.session, *file_and_mention))
 
 
 def _references(ls: AgentServer, params: lsp.ReferenceParams) -> list[lsp.Location]:
-    if (file_and_mention := _at(ls, params.text_document.uri, params.position)) is None:
+    if (file_and_mention := _mention_at(ls, params.text_document.uri, params.position)) is None:
         return []
     declaration = params.context.include_declaration
     return _locations(ls, navigation.references(ls.session, file_and_mention[1], declaration=declaration))
@@ -126,18 +161,25 @@ def _completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.Completion
     replaced = ls.positions.range(file, offset - len(word[0] if word else ""), offset)
     items = [
         lsp.CompletionItem(
-            each.text,
-            kind=COMPLETION_KINDS.get(each.kind, lsp.CompletionItemKind.Value) if each.kind else None,
-            detail=each.detail or None,
-            text_edit=lsp.TextEdit(replaced, each.text),
+            proposal.text,
+            kind=_COMPLETION_KINDS.get(proposal.kind, lsp.CompletionItemKind.Value)
+            if proposal.kind
+            else None,
+            detail=proposal.detail or None,
+            # An edit, because editors split words such as ?fact:slot at other characters.
+            text_edit=lsp.TextEdit(replaced, proposal.text),
         )
-        for each in complete(ls.session, file, offset)
+        for proposal in complete(ls.session, file, offset)
     ]
     return lsp.CompletionList(is_incomplete=False, items=items)
 
 
+def _completion_kind(kind: NameKind | None) -> lsp.CompletionItemKind | None:
+    return None if kind is None else _COMPLETION_KINDS.get(kind, lsp.CompletionItemKind.Value)
+
+
 def _prepare_rename(ls: AgentServer, params: lsp.PrepareRenameParams) -> lsp.Range | None:
-    if (file_and_mention := _at(ls, params.text_document.uri, params.position)) is None:
+    if (file_and_mention := _mention_at(ls, params.text_document.uri, params.position)) is None:
         return None
     file, mention = file_and_mention
     try:
@@ -148,16 +190,17 @@ def _prepare_rename(ls: AgentServer, params: lsp.PrepareRenameParams) -> lsp.Ran
 
 
 def _rename(ls: AgentServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit | None:
-    if (file_and_mention := _at(ls, params.text_document.uri, params.position)) is None:
+    if (file_and_mention := _mention_at(ls, params.text_document.uri, params.position)) is None:
         return None
     try:
-        found = navigation.rename(ls.session, file_and_mention[1], params.new_name)
+        mentions = navigation.rename(ls.session, file_and_mention[1], params.new_name)
     except CxbridgeError as error:
         raise JsonRpcInvalidParams(str(error)) from None
     edits: dict[str, list[lsp.TextEdit]] = {}
-    for file, mention in found:
-        written = file.text[mention.start : mention.end].replace(mention.name.text, params.new_name)
-        edit = lsp.TextEdit(ls.positions.range(file, mention.start, mention.end), written)
+    for file, mention in mentions:
+        # A mention includes its marks, as in ?*NAME* and MODULE::NAME.
+        new_text = file.text[mention.start : mention.end].replace(mention.name.text, params.new_name)
+        edit = lsp.TextEdit(ls.positions.range(file, mention.start, mention.end), new_text)
         edits.setdefault(uri_of(file.path), []).append(edit)
     return lsp.WorkspaceEdit(changes=edits)
 
@@ -174,11 +217,11 @@ def _symbol(ls: AgentServer, file: SourceFile, symbol: OutlineSymbol) -> lsp.Doc
     name = symbol.mention.name
     return lsp.DocumentSymbol(
         name.text,
-        SYMBOL_KINDS.get(name.kind, lsp.SymbolKind.Object),
+        _SYMBOL_KINDS.get(name.kind, lsp.SymbolKind.Object),
         ls.positions.range(file, symbol.start, symbol.end),
         ls.positions.range(file, symbol.mention.start, symbol.mention.end),
         detail=name.kind.value,
-        children=[_symbol(ls, file, part) for part in symbol.parts],
+        children=[_symbol(ls, file, child) for child in symbol.children],
     )
 
 
@@ -187,7 +230,7 @@ def _workspace_symbols(ls: AgentServer, params: lsp.WorkspaceSymbolParams) -> li
         lsp.WorkspaceSymbol(
             ls.positions.location(file, mention.start, mention.end),
             mention.name.text,
-            SYMBOL_KINDS.get(mention.name.kind, lsp.SymbolKind.Object),
+            _SYMBOL_KINDS.get(mention.name.kind, lsp.SymbolKind.Object),
         )
         for file, mention in find(ls.session, params.query)
     ]
@@ -201,16 +244,16 @@ def _folding(ls: AgentServer, params: lsp.FoldingRangeParams) -> list[lsp.Foldin
 def _code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
     """Return the number of firings of each rule in the last recording."""
     file = ls.file(params.text_document.uri)
-    known = ls.session.knowledge
-    if file is None or not known.recording:
+    knowledge = ls.session.knowledge
+    if file is None or not knowledge.recording:
         return []
     lenses = []
     for symbol in outline(file):
         if symbol.mention.name.kind is NameKind.RULE:
-            count = known.firings.get(symbol.mention.name.text, 0)
+            count = knowledge.firings.get(symbol.mention.name.text, 0)
             times = {0: "never fired", 1: "fired once"}.get(count, f"fired {count} times")
             symbol_range = ls.positions.range(file, symbol.mention.start, symbol.mention.end)
-            lenses.append(lsp.CodeLens(symbol_range, lsp.Command(f"{times} in {known.recording}", "")))
+            lenses.append(lsp.CodeLens(symbol_range, lsp.Command(f"{times} in {knowledge.recording}", "")))
     return lenses
 
 
@@ -219,19 +262,19 @@ def _formatting(ls: AgentServer, params: lsp.DocumentFormattingParams) -> list[l
     file = ls.file(params.text_document.uri)
     if file is None or not file.path.endswith(".clp"):
         return []
+    # Not the whole text: an editor would lose the cursor and the folded regions.
     old, new = file.text.splitlines(keepends=True), layout(file.text).splitlines(keepends=True)
     if old == new:
         return []
-    first = 0
-    while first < min(len(old), len(new)) and old[first] == new[first]:
-        first += 1
-    last = 0
-    while last < min(len(old), len(new)) - first and old[-1 - last] == new[-1 - last]:
-        last += 1
-    start = len("".join(old[:first]))
-    end = len(file.text) - len("".join(old[len(old) - last :]))
-    text = "".join(new[first : len(new) - last])
-    return [lsp.TextEdit(ls.positions.range(file, start, end), text)]
+    first = _common_length(old, new)
+    last = _common_length(reversed(old[first:]), reversed(new[first:]))
+    start, end = len("".join(old[:first])), len("".join(old[: len(old) - last]))
+    return [lsp.TextEdit(ls.positions.range(file, start, end), "".join(new[first : len(new) - last]))]
+
+
+def _common_length(first: Iterable[str], second: Iterable[str]) -> int:
+    """Return the number of equal lines at the start of two texts."""
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(first, second, strict=False)))
 
 
 _HANDLERS: Final[Mapping[str, Any]] = {

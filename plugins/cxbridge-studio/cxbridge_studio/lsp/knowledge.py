@@ -1,4 +1,7 @@
-"""Results of examining an agent: functions and deftemplates in CLIPS, and the findings of the check."""
+"""The result of examining an agent: functions and deftemplates in CLIPS, and the findings of the check.
+
+The examining process sends it to the server as JSON.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from typing import Any, Final
 import msgspec
 from msgspec import Struct, field
 
-UNBOUNDED: Final = 65535
+UNBOUNDED: Final = 65535  # CLIPS' maximum number of arguments of a function without a limit
 
 
 class FunctionInfo(Struct, frozen=True):

@@ -65,17 +65,17 @@ def references(session: Session, mention: Mention, *, declaration: bool = True) 
     return [each for each in mentions if declaration or each.mention.use is not Use.DEFINED]
 
 
-def rename(session: Session, mention: Mention, new: str) -> list[FileMention]:
+def rename(session: Session, mention: Mention, new_name: str) -> list[FileMention]:
     """Return the mentions to rename.
 
     :raises CxbridgeError: if the name cannot be renamed, or the new name is invalid.
     """
     name = mention.name
     check_renamable(session, mention)
-    if not _NEW_NAME.fullmatch(new):
-        raise CxbridgeError(f"'{new}' cannot be the name of a {name.kind.value}")
-    if session.model.is_defined(Name(name.kind, new, name.owner)):
-        raise CxbridgeError(f"there is a {name.kind.value} '{new}' already")
+    if not _NEW_NAME.fullmatch(new_name):
+        raise CxbridgeError(f"'{new_name}' cannot be the name of a {name.kind.value}")
+    if session.model.is_defined(Name(name.kind, new_name, name.owner)):
+        raise CxbridgeError(f"there is a {name.kind.value} '{new_name}' already")
     return references(session, mention)
 
 

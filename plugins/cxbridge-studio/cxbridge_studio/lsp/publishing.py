@@ -32,8 +32,8 @@ class FindingsOfFiles:
     def __init__(self, session: Session) -> None:
         self._session = session
         self.changed: set[str] = set()
-        self._began: set[str] = set()
-        self._checked: dict[str, list[Mapping[str, Any]]] = {}
+        self._changed_since_begin: set[str] = set()
+        self._checked: dict[str, list[Mapping[str, Any]]] = {}  # findings of the check, by file
 
     @property
     def paths(self) -> set[str]:
@@ -41,16 +41,16 @@ class FindingsOfFiles:
 
     def begin(self) -> None:
         """Note the start of a check, which sees the files on the disk."""
-        self._began = set()
+        self._changed_since_begin = set()
 
     def change(self, path: str) -> None:
         """Note a change of a file's text."""
         self.changed.add(path)
-        self._began.add(path)
+        self._changed_since_begin.add(path)
 
     def finish(self, unsaved: set[str]) -> None:
         """Take the findings from the session's knowledge."""
-        self.changed = self._began | unsaved
+        self.changed = self._changed_since_begin | unsaved  # the check has read other texts of these files
         self._checked = {}
         for finding in self._session.knowledge.findings:
             if finding["file"]:
@@ -59,6 +59,7 @@ class FindingsOfFiles:
 
     def diagnostics(self, file: SourceFile, positions: Positions) -> list[Diagnostic]:
         is_changed = file.path in self.changed
+        # By code and line: the check and the text report the same mistake in slightly different places.
         unique_diagnostics: dict[tuple[str, int], Diagnostic] = {}
         for finding in self._checked.get(file.path, ()):
             if not (is_changed and finding["code"] in LIVE):

@@ -128,7 +128,7 @@ class AgentServer(LanguageServer):
         else:
             await self._read((*agent.library, *agent.clips()))
             self.session.library = {str(path.resolve()) for path in agent.library}
-            await self._read(agent.others())
+            await self._read(agent.named_files())
         self.session.is_indexed = True
         self.publish()
 

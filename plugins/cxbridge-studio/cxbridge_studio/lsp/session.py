@@ -10,12 +10,13 @@ from typing import Final
 
 from cxbridge_studio.agent.model import SUFFIXES, AgentModel, FileMention
 from cxbridge_studio.agent.names import Name, NameKind, SourceFile
-from cxbridge_studio.lsp.knowledge import NOTHING, AgentKnowledge, FunctionInfo
+from cxbridge_studio.lsp.knowledge import NOTHING, AgentKnowledge
 
 _SCENARIO_FILES: Final = ("scenario.yaml", "cfg/config.yaml", "config.yaml")
 _SKIPPED: Final = frozenset({"node_modules", "__pycache__", "build", "site"})
-_LARGEST_FILE: Final = 1 << 20  # bytes of the largest file that is read
-_MAX_FILES: Final = 5000  # files of a workspace that are read
+# A workspace may be a whole checkout: the limits keep reading short.
+_MAX_FILE_SIZE: Final = 1 << 20  # bytes
+_MAX_FILES: Final = 5000
 
 
 @dataclass
@@ -72,15 +73,12 @@ class Session:
     def _counts(self, path: str) -> bool:
         return not path.endswith(".clp") or self.is_of_agent(path)
 
-    def preferred(self, found: Iterable[FileMention], near: str) -> list[FileMention]:
-        """Return the mentions in the agent's files if `near` is one of them; else all mentions."""
-        every = list(found)
+    def preferred(self, mentions: Iterable[FileMention], near: str) -> list[FileMention]:
+        """Return the mentions in the agent's files if `near` is such a file; else all mentions."""
+        all_mentions = list(mentions)
         if near in self.loaded:
-            return [each for each in every if self._counts(each.file.path)] or every
-        return every
-
-    def function(self, name: str) -> FunctionInfo | None:
-        return self.knowledge.functions.get(name)
+            return [each for each in all_mentions if self._counts(each.file.path)] or all_mentions
+        return all_mentions
 
 
 class AgentDefinitions:
@@ -109,7 +107,7 @@ class AgentDefinitions:
 
 def files_below(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterator[Path]:
     """Yield the agent files below a folder, without hidden folders and large files."""
-    wanted = frozenset(suffixes)
+    allowed_suffixes = frozenset(suffixes)
     pending = [folder]
     count = 0
     while pending and count < _MAX_FILES:
@@ -122,7 +120,11 @@ def files_below(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterator[Pa
                 continue
             if entry.is_dir() and not entry.is_symlink():
                 pending.append(entry)
-            elif entry.suffix in wanted and entry.is_file() and entry.stat().st_size <= _LARGEST_FILE:
+            elif (
+                entry.suffix in allowed_suffixes
+                and entry.is_file()
+                and entry.stat().st_size <= _MAX_FILE_SIZE
+            ):
                 count += 1
                 yield entry.resolve()
 
@@ -132,8 +134,8 @@ def find_scenario(root: Path) -> Path | None:
     for name in _SCENARIO_FILES:
         if (root / name).is_file():
             return root / name if name != _SCENARIO_FILES[0] else root
-    below = sorted(root.glob("*/scenario.yaml"))
-    return below[0].parent if len(below) == 1 else None
+    scenarios = sorted(root.glob("*/scenario.yaml"))
+    return scenarios[0].parent if len(scenarios) == 1 else None
 
 
 def last_recording(root: Path) -> Path | None:

@@ -1,8 +1,9 @@
-"""Document outline, workspace symbols and folding ranges."""
+"""Document outline, workspace symbols and folding ranges of an agent's files."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 from typing import Final
 
 from msgspec import Struct
@@ -13,10 +14,11 @@ from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFi
 from cxbridge_studio.agent.top_level import open_lists
 from cxbridge_studio.lsp.session import Session
 
-_PARTS: Final = frozenset(
+# Names within a definition: a search for symbols leaves them out, since there are too many.
+_INNER_KINDS: Final = frozenset(
     {NameKind.SLOT, NameKind.PARAMETER, NameKind.FIELD, NameKind.MESSAGE, NameKind.ARGUMENT}
 )
-_MOST: Final = 200  # symbols in the answer to a search
+_MAX_RESULTS: Final = 200  # symbols in the result of a search
 
 
 class OutlineSymbol(Struct, frozen=True):
@@ -25,12 +27,13 @@ class OutlineSymbol(Struct, frozen=True):
     :param mention: the defining mention.
     :param start: start of the definition.
     :param end: end of the definition.
+    :param children: the definitions within it, such as slots.
     """
 
     mention: Mention
     start: int
     end: int
-    parts: tuple[OutlineSymbol, ...] = ()
+    children: tuple[OutlineSymbol, ...] = ()
 
 
 def outline(file: SourceFile) -> list[OutlineSymbol]:
@@ -39,28 +42,25 @@ def outline(file: SourceFile) -> list[OutlineSymbol]:
 
 def _symbols(placed: PlacedPiece) -> Iterator[OutlineSymbol]:
     defined = [mention for mention in placed.mentions if mention.use is Use.DEFINED]
-    defined_mention = next((each for each in defined if each.name == placed.piece.name), None)
-    if defined_mention is None:
-        yield from (OutlineSymbol(each, each.start, each.end) for each in defined)
-        return
-    parts = tuple(
-        OutlineSymbol(each, each.start, each.end) for each in defined if each is not defined_mention
-    )
-    yield OutlineSymbol(defined_mention, placed.start, placed.end, parts)
+    main = next((mention for mention in defined if mention.name == placed.piece.name), None)
+    inner = tuple(OutlineSymbol(each, each.start, each.end) for each in defined if each is not main)
+    if main is None:
+        yield from inner
+    else:
+        yield OutlineSymbol(main, placed.start, placed.end, inner)
 
 
 def find(session: Session, query: str) -> list[FileMention]:
     """Return the names in all files that contain the letters of a query in order."""
     lower_query = query.lower()
-    symbols: list[FileMention] = []
-    for file in session.model.files:
-        for placed in file.pieces:
-            for mention in placed.piece.defined:
-                if mention.name.kind not in _PARTS and _matches(lower_query, mention.name.text.lower()):
-                    symbols.append(FileMention(file, mention.moved(placed.start)))
-                    if len(symbols) == _MOST:
-                        return symbols
-    return symbols
+    symbols = (
+        FileMention(file, mention.moved(placed.start))
+        for file in session.model.files
+        for placed in file.pieces
+        for mention in placed.piece.defined
+        if mention.name.kind not in _INNER_KINDS and _matches(lower_query, mention.name.text.lower())
+    )
+    return list(islice(symbols, _MAX_RESULTS))
 
 
 def _matches(lower_query: str, text: str) -> bool:
@@ -70,22 +70,21 @@ def _matches(lower_query: str, text: str) -> bool:
 
 def folds(file: SourceFile) -> list[tuple[int, int]]:
     """Return first and last line, from 1, of the lists and comments that span several lines."""
-    lines = file.lines
-    last_lines: dict[int, int] = {}
+    ranges: list[tuple[int, int]] = []
     if file.path.endswith((".clp", ".pddl")):
-        for start, end in _lists(file):
-            first, last = lines.at(start), lines.at(end)
-            if last > first:
-                last_lines.setdefault(first, last)
-    first = 0
+        ranges += [(file.lines.at(start), file.lines.at(end)) for start, end in _lists(file)]
+    comment_start = 0
     for number, row in enumerate([*file.text.split("\n"), ""], 1):
         is_comment = row.startswith((";", "#", "--"))
-        if is_comment and not first:
-            first = number
-        elif not is_comment and first:
-            if number - 1 > first:
-                last_lines.setdefault(first, number - 1)
-            first = 0
+        if is_comment and not comment_start:
+            comment_start = number
+        elif not is_comment and comment_start:
+            ranges.append((comment_start, number - 1))
+            comment_start = 0
+    last_lines: dict[int, int] = {}
+    for first, last in ranges:  # editors take one range for each first line
+        if last > first:
+            last_lines.setdefault(first, last)
     return sorted(last_lines.items())
 
 

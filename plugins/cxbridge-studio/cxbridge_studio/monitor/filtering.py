@@ -1,4 +1,4 @@
-"""The filter of goals and rows, and the text of durations."""
+"""Filters the goals and rows of the monitor by a text, and formats durations."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _HOUR_S: Final = 3600
 
 def duration_text(seconds: float) -> str:
     """Return a duration as text: ``5.3 s``, ``2 min 05.3 s``, ``1 h 02 min 05 s``."""
-    seconds = round(seconds, 1)
+    seconds = round(seconds, 1)  # first: 59.96 s is a minute
     if seconds < _MINUTE_S:
         return f"{seconds:.1f} s"
-    hours, rest = divmod(seconds, _HOUR_S)
-    minutes, rest = divmod(rest, _MINUTE_S)
+    hours, seconds = divmod(seconds, _HOUR_S)
+    minutes, seconds = divmod(seconds, _MINUTE_S)
     if hours:
-        return f"{hours:.0f} h {minutes:02.0f} min {rest:02.0f} s"
-    return f"{minutes:.0f} min {rest:04.1f} s"
+        return f"{hours:.0f} h {minutes:02.0f} min {seconds:02.0f} s"
+    return f"{minutes:.0f} min {seconds:04.1f} s"
 
 
 def has_words(words: str, cells: Iterable[str]) -> bool:
@@ -37,19 +37,19 @@ def filter_goals(goals: Sequence[GoalRow], words: str) -> Sequence[GoalRow]:
     if not words:
         return goals
     by_id = {(goal.env, goal.id): goal for goal in goals}
-    shown_goals = goal_forest(goals).with_those_above(
-        key for key, goal in by_id.items() if has_words(words, goal[1:])
-    )
-    return [goal for key, goal in by_id.items() if key in shown_goals]
+    matching = (key for key, goal in by_id.items() if has_words(words, goal[1:]))
+    selected = goal_forest(goals).with_those_above(matching)
+    return [goal for key, goal in by_id.items() if key in selected]
 
 
 def goal_forest(goals: Iterable[GoalRow]) -> Forest[tuple[str, str]]:
     """Return the forest of goals, by environment and id."""
-    parents = {
-        (goal.env, goal.id): None if (above := parent_id(goal.parent)) is None else (goal.env, above)
-        for goal in goals
-    }
-    return Forest(parents)
+    return Forest(
+        {
+            (goal.env, goal.id): None if (parent := parent_id(goal.parent)) is None else (goal.env, parent)
+            for goal in goals
+        }
+    )
 
 
 def page(rows: Iterable[tuple[str, ...]], words: str, noun: str) -> Table:
@@ -57,12 +57,6 @@ def page(rows: Iterable[tuple[str, ...]], words: str, noun: str) -> Table:
 
     :param noun: the noun for the rows in the note.
     """
-    shown: list[tuple[str, ...]] = []
-    remaining = 0
-    for row in rows:
-        if has_words(words, row):
-            if len(shown) < MAX_ROWS:
-                shown.append(row)
-            else:
-                remaining += 1
-    return Table(shown, f"{remaining} more {noun}: / finds them" if remaining else "")
+    matching = [row for row in rows if has_words(words, row)]
+    further = len(matching) - MAX_ROWS
+    return Table(matching[:MAX_ROWS], f"{further} more {noun}: / finds them" if further > 0 else "")

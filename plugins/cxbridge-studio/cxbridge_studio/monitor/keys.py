@@ -13,17 +13,17 @@ class KeyBinding(NamedTuple):
     :param keys: textual's names of the keys, separated by commas.
     :param action: textual's name of the action.
     :param label: the label in the last line of the screen; empty to hide the key there.
-    :param about: the description in the list of keys.
-    :param shown: the key as displayed.
-    :param where: ``live``, ``recorded`` or ``both``.
+    :param description: the description in the list of keys; empty if another row describes the key, too.
+    :param display: the key as displayed.
+    :param source: ``live``, ``recorded`` or ``both``.
     """
 
     keys: str
     action: str
     label: str
-    about: str
-    shown: str
-    where: str = "both"
+    description: str
+    display: str
+    source: str = "both"
 
 
 KEYS: Final = (
@@ -66,14 +66,15 @@ KEYS: Final = (
 SCRUBBING: Final = frozenset({"left", "right", "shift+left", "shift+right", "home", "end", "space"})
 
 
-def help_text(where: str, panes: str, commands: str) -> str:
+def help_text(source: str, panes: str, commands: str) -> str:
     """Return the list of keys.
 
-    :param where: ``live`` or ``recorded``.
+    :param source: ``live`` or ``recorded``.
     :param panes: the names of the panes, in the order of their digits.
     :param commands: the list of commands.
     """
-    lines = [f"{key.shown:10} {key.about}" for key in KEYS if key.about and key.where in {where, "both"}]
+    keys = [key for key in KEYS if key.description and key.source in {source, "both"}]
+    lines = [f"{key.display:10} {key.description}" for key in keys]
     lines += [
         f"{'1 2 3 ...':10} {panes}",
         f"{'Tab':10} the next part of the screen",

@@ -80,17 +80,18 @@ class HelpScreen(ModalScreen[None]):
             yield Static(self._text, markup=False)
 
 
-def key_bindings(where: str) -> list[BindingType]:
+def key_bindings(source: str) -> list[BindingType]:
     """Return the key bindings for a kind of source."""
     return [
         Binding(
             key.keys,
             key.action,
-            key.label or key.about,
+            key.label or key.description,
             show=bool(key.label),
-            key_display=key.shown if key.label else None,
+            key_display=key.display if key.label else None,
+            # Priority: tables and trees would take the arrow keys.
             priority=not SCRUBBING.isdisjoint(key.keys.split(",")),
         )
         for key in KEYS
-        if key.where in {where, "both"}
+        if key.source in {source, "both"}
     ]

@@ -1,4 +1,8 @@
-"""The monitor's source for a daemon."""
+"""The monitor's source for a daemon: reads its state by requests over the blackboard, and sends commands.
+
+Each request costs the daemon time in its loop, so expensive data are requested for the shown pane alone, in
+pieces, and with pauses.
+"""
 
 from __future__ import annotations
 
@@ -35,11 +39,11 @@ ANSWER_S: Final = 5.0  # timeout of a daemon's reply, in seconds
 
 MAX_GOALS: Final = 1000  # limit of requested goals
 
-_FEWEST_GOALS: Final = 50
-_RATE_LOOKS: Final = 20  # looks over which the loop rate is averaged
-_LOOK_S: Final = 0.25
-_REST: Final = 5.0  # the monitor waits this many times as long as the daemon has worked for it
-_LEAST_REST_S: Final = 1.0  # seconds between two expensive looks at least
+_MIN_GOALS: Final = 50  # below this number of goals, a reply that is too long has another reason
+_RATE_SNAPSHOTS: Final = 20  # snapshots over which the loop rate is averaged
+_SEARCH_S: Final = 0.25  # seconds of searching facts in one snapshot
+_PAUSE_FACTOR: Final = 5.0  # the pause between two searches, as a multiple of the time of a search
+_MIN_PAUSE_S: Final = 1.0
 _STORY_S: Final = 2.0  # seconds between two stories of the run
 
 _ACTION_SLOTS: Final = ("goal-id", "id", "action-name", "param-values", "state")
@@ -76,21 +80,21 @@ class DaemonSource:
         self.name = name
         self._connect = connect
         self._board: BlackBoard | None = None
-        self._shown: Interface | None = None
+        self._interface: Interface | None = None  # whose fields are shown
         self._log: deque[LogRow] = deque(maxlen=MAX_LINES)
         self._last_line = 0
         self._started_us: object = None
-        self._most_goals = MAX_GOALS
+        self._max_goals = MAX_GOALS
         self._search = _FactSearch()
-        self._told: Sequence[str] = ()
+        self._last_story: Sequence[str] = ()
         self._next_story_s = 0.0
-        self._loops: deque[tuple[float, int]] = deque(maxlen=_RATE_LOOKS)
+        self._loops: deque[tuple[float, int]] = deque(maxlen=_RATE_SNAPSHOTS)
         self._commands: dict[str, Callable[[str, ViewQuery], str]] = {
             **dict.fromkeys(("pause", "resume", "reset"), self._command),
-            "step": lambda rest, _query: self._ask("step", what=rest or "rule") or "",
-            "break": lambda rest, _query: self._break(rest),
-            "delete": lambda rest, _query: self._ask("break-remove", numbers=_indices(rest)) or "",
-            "assert": lambda rest, query: f"f-{self._ask('assert', env=query.env, fact=rest)}",
+            "step": lambda unit, _query: self._ask("step", what=unit or "rule") or "",
+            "break": lambda spec, _query: self._break(spec),
+            "delete": lambda numbers, _query: self._ask("break-remove", numbers=_indices(numbers)) or "",
+            "assert": lambda fact, query: f"f-{self._ask('assert', env=query.env, fact=fact)}",
             "retract": self._retract,
             "modify": self._modify,
             "eval": self._eval,
@@ -112,38 +116,37 @@ class DaemonSource:
         :raises CxbridgeError: if it cannot be reached, or the server is not a daemon.
         """
         try:
-            return self._look(self._reach(), query)
+            return self._snapshot(self._connected_board(), query)
         except CxbridgeError:
-            self.close()
+            self.close()  # the next snapshot connects again
             raise
 
-    def _reach(self) -> BlackBoard:
+    def _connected_board(self) -> BlackBoard:
         if self._board is None:
             self._board = self._connect()
         if not self._board.connected:
             raise BlackBoardError("the daemon is gone")
         return self._board
 
-    def _look(self, board: BlackBoard, query: ViewQuery) -> MonitorSnapshot:
+    def _snapshot(self, board: BlackBoard, query: ViewQuery) -> MonitorSnapshot:
         status = read_status(board)
         if status["started_us"] != self._started_us:  # a restarted daemon numbers its log from 1 again
             self._started_us, self._last_line, self._search = status["started_us"], 0, _FactSearch()
             self._log.clear()
             self._loops.clear()
-        missing = ""
+        problem = ""
         try:
             state = self._state(query.words)
-        except BlackBoardError as error:
-            state, missing = _NO_GOALS, error.message
+        except BlackBoardError as error:  # the executive is not running: the blackboard is still shown
+            state, problem = _NO_GOALS, error.message
         for number, level, component, text in state["log"]:
             self._log.append(LogRow(number, level, f"{level} {component}: {text}"))
             self._last_line = number
-        where = state["where"]
+        stop = state["where"]
+        head = (status["state"].lower(), *self._times(status, state), problem, status["error"])
         return MonitorSnapshot(
-            head=" · ".join(
-                filter(None, (status["state"].lower(), *self._times(status, state), missing, status["error"]))
-            ),
-            stop="" if where is None else stop_text(where),
+            head=" · ".join(filter(None, head)),
+            stop="" if stop is None else stop_text(stop),
             goals=[_goal_row(**row) for row in state["goals"]],
             more_goals=state["more_goals"],
             actions=page(
@@ -165,11 +168,11 @@ class DaemonSource:
                 "interfaces",
             ),
             fields=self._fields(board, query),
-            facts=_noted(self._facts, query) if query.pane == "facts" and not missing else Table(),
-            agenda=_noted(self._agenda, query) if query.pane == "agenda" and not missing else Table(),
+            facts=_or_note(self._facts, query) if query.pane == "facts" and not problem else Table(),
+            agenda=_or_note(self._agenda, query) if query.pane == "agenda" and not problem else Table(),
             breakpoints=Table([(str(row["number"]), row["spec"]) for row in state["breakpoints"]]),
             log=tuple(self._log),
-            story=self._story(board) if query.pane == "story" and not missing else (),
+            story=self._story(board) if query.pane == "story" and not problem else (),
             environments=state["environments"],
         )
 
@@ -188,31 +191,32 @@ class DaemonSource:
 
     def _story(self, board: BlackBoard) -> Sequence[str]:
         """Return the daemon's story of the run, some seconds old at most, or the reason without one."""
-        now = time.monotonic()
-        if now >= self._next_story_s:
-            self._next_story_s = now + _STORY_S
+        now_s = time.monotonic()
+        if now_s >= self._next_story_s:
+            self._next_story_s = now_s + _STORY_S
             try:
-                answer = ask_why(board, "", "run", 0, ANSWER_S)
+                explanation = ask_why(board, "", "run", 0, ANSWER_S)
             except CxbridgeError as error:
-                self._told = (error.message, error.hint or "")
+                self._last_story = (error.message, error.hint or "")
             else:
-                self._told = self._told if answer is None else answer["lines"]
-        return self._told
+                self._last_story = self._last_story if explanation is None else explanation["lines"]
+        return self._last_story
 
     def _ask(self, verb: str, **arguments: Any) -> Any:
-        return request(self._reach(), verb, ANSWER_S, **arguments)
+        return request(self._connected_board(), verb, ANSWER_S, **arguments)
 
     def _state(self, words: str) -> Mapping[str, Any]:
         """Return the daemon's report, with fewer goals if the reply is too long."""
         while True:
             try:
                 state: Mapping[str, Any] = self._ask(
-                    "state", since=self._last_line, goals=self._most_goals, words=words
+                    "state", since=self._last_line, goals=self._max_goals, words=words
                 )
             except CxbridgeError as error:
-                if "too long" not in error.message or self._most_goals <= _FEWEST_GOALS:
+                # A reply is a field of RequestInterface, which has a fixed length.
+                if "too long" not in error.message or self._max_goals <= _MIN_GOALS:
                     raise
-                self._most_goals //= 2
+                self._max_goals //= 2
             else:
                 return state
 
@@ -220,24 +224,24 @@ class DaemonSource:
         if not query.interface or query.pane != "interfaces":
             self._hide()
             return Table()
-        if self._shown is None or self._shown.uid != query.interface or not self._shown.valid:
+        if self._interface is None or self._interface.uid != query.interface or not self._interface.valid:
             self._hide()
             try:
-                self._shown = board.open_for_reading(*parse_uid(query.interface), owner=OWNER)
+                self._interface = board.open_for_reading(*parse_uid(query.interface), owner=OWNER)
             except (InterfaceError, UnknownTypeError, VersionMismatchError) as error:
                 return Table(note=str(error))
-        self._shown.read()
-        return Table([(name, shown(value)) for name, value in self._shown.as_dict().items()])
+        self._interface.read()
+        return Table([(name, shown(value)) for name, value in self._interface.as_dict().items()])
 
     def _hide(self) -> None:
         """Close the shown interface."""
-        interface, self._shown = self._shown, None
+        interface, self._interface = self._interface, None
         if interface is not None and interface.valid:
             with suppress(CxbridgeError):
                 interface.close()
 
     def _facts(self, query: ViewQuery) -> Table:
-        return self._search.look(query, lambda **given: self._ask("find-facts", **given))
+        return self._search.find(query, lambda **arguments: self._ask("find-facts", **arguments))
 
     def _agenda(self, query: ViewQuery) -> Table:
         rows = self._ask("agenda", env=query.env, limit=MAX_ROWS + 1)
@@ -251,17 +255,17 @@ class DaemonSource:
 
         :raises CxbridgeError: if the command is unknown, fails or is refused.
         """
-        word, _, rest = command.strip().partition(" ")
+        word, _, argument = command.strip().partition(" ")
         action = self._commands.get(word)
         if action is None:
             raise CxbridgeError(f"there is no command '{word}'", hint=HELP)
-        answer_text = action(word if word in {"pause", "resume", "reset"} else rest.strip(), query)
+        message = action(word if word in {"pause", "resume", "reset"} else argument.strip(), query)
         if word in {"assert", "retract", "modify"}:
-            self._search = _FactSearch()
-        return answer_text
+            self._search = _FactSearch()  # shows the change without a pause
+        return message
 
     def _command(self, verb: str, _query: ViewQuery) -> str:
-        if not command(self._reach(), verb.capitalize(), ANSWER_S):
+        if not command(self._connected_board(), verb.capitalize(), ANSWER_S):
             raise CxbridgeError(f"the daemon did not {verb} within {ANSWER_S:g} s")
         return ""
 
@@ -272,13 +276,13 @@ class DaemonSource:
             )
         return ", ".join(f"breakpoint {row['number']}" for row in self._ask("break-add", specs=[spec]))
 
-    def _retract(self, rest: str, query: ViewQuery) -> str:
-        for index in _indices(rest):
+    def _retract(self, indices: str, query: ViewQuery) -> str:
+        for index in _indices(indices):
             self._ask("retract", env=query.env, index=index)
         return ""
 
-    def _modify(self, rest: str, query: ViewQuery) -> str:
-        word, _, slots = rest.partition(" ")
+    def _modify(self, arguments: str, query: ViewQuery) -> str:
+        word, _, slots = arguments.partition(" ")
         (index,) = _indices(word)
         try:
             values = parse_fact(f"(fact {slots.strip()})")[1]
@@ -286,23 +290,21 @@ class DaemonSource:
             raise CxbridgeError(f"'{slots}' names no slots", hint="modify INDEX (SLOT VALUE)...") from None
         return f"f-{self._ask('modify', env=query.env, index=index, slots=dict(values))}"
 
-    def _eval(self, rest: str, query: ViewQuery) -> str:
-        value = self._ask("env-eval", env=query.env, expression=rest)
+    def _eval(self, expression: str, query: ViewQuery) -> str:
+        value = self._ask("env-eval", env=query.env, expression=expression)
         return "; ".join(filter(None, (*value["output"], value["text"]))) or "it has no value"
 
-    def _send(self, rest: str, query: ViewQuery) -> str:
+    def _send(self, text: str, query: ViewQuery) -> str:
         """Send a message to the shown interface, whichever program writes it."""
         if not query.interface:
             raise CxbridgeError("to which interface?", hint="choose one on the blackboard")
         try:
-            name, *arguments = shlex.split(rest)
+            name, *arguments = shlex.split(text)
         except ValueError as error:
             raise CxbridgeError(f"that cannot be sent: {error or 'which message?'}") from None
-        with self._reach().open_for_reading(*parse_uid(query.interface), owner=OWNER) as interface:
-            known = interface.MESSAGES
-            message = interface.create_message(
-                name if name in known or name.endswith("Message") else f"{name}Message"
-            )
+        with self._connected_board().open_for_reading(*parse_uid(query.interface), owner=OWNER) as interface:
+            is_full_name = name in interface.MESSAGES or name.endswith("Message")
+            message = interface.create_message(name if is_full_name else f"{name}Message")
             assign(message, arguments)
             return f"sent, message {interface.msgq_enqueue(message)}"
 
@@ -312,46 +314,47 @@ class _FactSearch:
 
     def __init__(self) -> None:
         self._query: tuple[str, str] | None = None
-        self._last = Table()
-        self._next_s = 0.0
+        self._last_result = Table()
+        self._next_search_s = 0.0
         self._begin()
 
     def _begin(self) -> None:
-        self._found: list[tuple[str, ...]] = []
-        self._after: int | None = 0
+        self._rows: list[tuple[str, ...]] = []
+        self._position: int | None = 0  # the index after which the search continues; None at its end
         self._spent_s = 0.0
         self._is_over = False
 
-    def look(self, query: ViewQuery, ask: Callable[..., Mapping[str, Any]]) -> Table:
-        """Return the facts found so far."""
-        begun = time.monotonic()
+    def find(self, query: ViewQuery, ask: Callable[..., Mapping[str, Any]]) -> Table:
+        """Search on for a while, and return the facts found so far, or else the last result."""
+        begin_s = time.monotonic()
         if (query.env, query.words) != self._query:
-            self._query, self._last = (query.env, query.words), Table()
+            self._query, self._last_result = (query.env, query.words), Table()
             self._begin()
-        elif self._is_over and begun >= self._next_s:
+        elif self._is_over and begin_s >= self._next_search_s:
             self._begin()
         if self._is_over:
-            return self._last
-        while self._after is not None and len(self._found) <= MAX_ROWS:
-            answer = ask(env=query.env, words=query.words, after=self._after, limit=MAX_ROWS + 1)
-            self._found += [(f"f-{index}", text) for index, text in answer["facts"]]
-            self._after = answer["after"]
-            if time.monotonic() - begun > _LOOK_S:
+            return self._last_result
+        while self._position is not None and len(self._rows) <= MAX_ROWS:
+            reply = ask(env=query.env, words=query.words, after=self._position, limit=MAX_ROWS + 1)
+            self._rows += [(f"f-{index}", text) for index, text in reply["facts"]]
+            self._position = reply["after"]
+            if time.monotonic() - begin_s > _SEARCH_S:
                 break
-        self._spent_s += time.monotonic() - begun
-        more = len(self._found) > MAX_ROWS
-        if self._after is None or more:
-            note = f"the first {MAX_ROWS}: / finds others" if more else ""
-            self._last, self._is_over = Table(self._found[:MAX_ROWS], note), True
-            self._next_s = time.monotonic() + max(_LEAST_REST_S, _REST * self._spent_s)
-        elif len(self._found) > len(self._last.rows):
-            return Table(list(self._found), "looking ...")
-        return self._last
+        self._spent_s += time.monotonic() - begin_s
+        is_cut = len(self._rows) > MAX_ROWS
+        if self._position is None or is_cut:
+            note = f"the first {MAX_ROWS}: / finds others" if is_cut else ""
+            self._last_result, self._is_over = Table(self._rows[:MAX_ROWS], note), True
+            self._next_search_s = time.monotonic() + max(_MIN_PAUSE_S, _PAUSE_FACTOR * self._spent_s)
+        elif len(self._rows) > len(self._last_result.rows):
+            return Table(list(self._rows), "looking ...")
+        return self._last_result
 
 
-def _noted(look: Callable[[ViewQuery], Table], query: ViewQuery) -> Table:
+def _or_note(read: Callable[[ViewQuery], Table], query: ViewQuery) -> Table:
+    """Return a table, or the error of its request as a note; a lost connection is the snapshot's error."""
     try:
-        return look(query)
+        return read(query)
     except (BlackBoardError, NoAnswerError):
         raise
     except CxbridgeError as error:

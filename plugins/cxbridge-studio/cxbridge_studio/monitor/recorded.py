@@ -1,4 +1,7 @@
-"""The monitor's source for a recorded run."""
+"""The monitor's source for a recorded run: scrubs, plays and shows the run at a moment.
+
+The recording is read in slices between two keys, so that a long recording is shown at once.
+"""
 
 from __future__ import annotations
 
@@ -33,8 +36,8 @@ _FIRST_S: Final = 0.5  # seconds of reading before the first screen
 _SLICE_S: Final = 0.15  # seconds of reading between two keys, so that the screen stays responsive
 _FASTEST: Final = 1024.0  # times the recorded speed
 _SLOWEST: Final = 1 / 16
-_SLOW_S: Final = 0.3  # seconds between two looks while the recording stands still
-_FAST_S: Final = 0.05  # seconds between two looks while it plays or loads
+_SLOW_S: Final = 0.3  # seconds between two snapshots while the recording stands still
+_FAST_S: Final = 0.05  # seconds between two snapshots while it plays or loads
 _EVENTS_EACH_SIDE: Final = MAX_ROWS // 4
 
 HELP: Final = "event N, transition N, begin, end, jump SECONDS, play, speed N"
@@ -60,23 +63,24 @@ class RecordedSource:
                 file=path,
                 hint="'cxbridge trace info' lists its contents",
             )
-        self._follows = True
+        self._follows_end = True  # until the user moves: new events of the file are shown
         self._speed = 1.0
-        self._since: tuple[float, int] | None = None
-        self._told: tuple[int, Sequence[str]] = (-1, ())
+        # While playing: the seconds at which playing began, and the time of the run then.
+        self._play_start: tuple[float, int] | None = None
+        self._last_story: tuple[int, Sequence[str]] = (-1, ())  # with the moment that it is about
         self._commands: dict[str, Callable[[str], str]] = {
-            "event": lambda rest: self._move(lambda scrubber: scrubber.go(scrubber.at + _whole(rest))),
-            "transition": lambda rest: self._move(lambda scrubber: scrubber.go_transitions(_whole(rest))),
-            "begin": lambda _rest: self._move(lambda scrubber: scrubber.go(0)),
-            "end": self._end,
+            "event": lambda count: self._move(lambda scrubber: scrubber.go(scrubber.at + _integer(count))),
+            "transition": lambda count: self._move(lambda scrubber: scrubber.go_transitions(_integer(count))),
+            "begin": lambda _: self._move(lambda scrubber: scrubber.go(0)),
+            "end": lambda _: self._move(lambda scrubber: scrubber.go(len(scrubber.events))),
             "jump": self._jump,
-            "play": lambda _rest: self._play(),
+            "play": lambda _: self._play(),
             "speed": self._set_speed,
         }
 
     @property
     def period_s(self) -> float:
-        return _FAST_S if self._since is not None or self._scrubber.is_loading else _SLOW_S
+        return _FAST_S if self._play_start is not None or self._scrubber.is_loading else _SLOW_S
 
     def close(self) -> None:
         """Do nothing: the file is already closed."""
@@ -85,39 +89,34 @@ class RecordedSource:
 
     def do(self, command: str, query: ViewQuery) -> str:  # noqa: ARG002 - the protocol's signature
         """Carry out a command of :data:`HELP`."""
-        word, _, rest = command.strip().partition(" ")
+        word, _, argument = command.strip().partition(" ")
         action = self._commands.get(word)
         if action is None:
             raise CxbridgeError(f"a recording knows no '{word}'", hint=HELP)
-        return action(rest.strip())
+        return action(argument.strip())
 
     def _move(self, move: Callable[[Scrubber], None]) -> str:
-        self._since, self._follows = None, False
+        self._play_start, self._follows_end = None, False
         move(self._scrubber)
         return ""
 
-    def _end(self, _rest: str) -> str:
-        return self._move(lambda scrubber: scrubber.go(len(scrubber.events)))
-
-    def _jump(self, rest: str) -> str:
-        seconds = _number(rest.removesuffix("s").strip())
+    def _jump(self, text: str) -> str:
+        seconds = _number(text.removesuffix("s").strip())
         return self._move(lambda scrubber: scrubber.go_time(round(seconds * MICROSECONDS)))
 
     def _play(self) -> str:
-        if self._since is not None:
-            self._since = None
-            return ""
-        self._follows = False
-        if self._scrubber.at >= len(self._scrubber.events):
+        """Play from the moment, or from the start if it is the end; while playing, stop."""
+        if self._play_start is None and self._scrubber.at >= len(self._scrubber.events):
             self._scrubber.go(0)
-        self._since = self._now(), self._scrubber.now_us
+        is_playing, self._follows_end = self._play_start is not None, False
+        self._play_start = None if is_playing else (self._now(), self._scrubber.now_us)
         return ""
 
-    def _set_speed(self, rest: str) -> str:
-        speed = {"+": self._speed * 2, "-": self._speed / 2}.get(rest)
-        self._speed = min(max(_number(rest) if speed is None else speed, _SLOWEST), _FASTEST)
-        if self._since is not None:
-            self._since = self._now(), self._scrubber.now_us
+    def _set_speed(self, text: str) -> str:
+        speed = {"+": self._speed * 2, "-": self._speed / 2}.get(text)
+        self._speed = min(max(_number(text) if speed is None else speed, _SLOWEST), _FASTEST)
+        if self._play_start is not None:  # the new speed counts from here
+            self._play_start = self._now(), self._scrubber.now_us
         return f"speed {self._speed:g}"
 
     # -- reading
@@ -127,22 +126,21 @@ class RecordedSource:
         scrubber = self._scrubber
         if scrubber.is_loading:
             scrubber.load(_SLICE_S)
-        if self._since is not None:
-            begun, from_us = self._since
-            scrubber.go_time(from_us + round((self._now() - begun) * self._speed * MICROSECONDS))
+        if self._play_start is not None:
+            start_s, start_us = self._play_start
+            scrubber.go_time(start_us + round((self._now() - start_s) * self._speed * MICROSECONDS))
             if scrubber.at >= len(scrubber.events) and not scrubber.is_loading:
-                self._since = None
-        elif self._follows:
+                self._play_start = None
+        elif self._follows_end:
             scrubber.go(scrubber.transitions[-1] if scrubber.transitions else len(scrubber.events))
-        goals = self._goals()
-        chosen = filter_goals(goals, query.words)
         return MonitorSnapshot(
             head=self._head(),
-            stop=self._happened(),
+            stop=self._last_event_text(),
+            # A recording without times has its events instead.
             progress=scrubber.now_us / scrubber.end_us
             if scrubber.end_us
             else scrubber.at / len(scrubber.events),
-            goals=chosen,
+            goals=filter_goals(self._goals(), query.words),
             actions=page(self._actions(), query.words, "plan-actions"),
             skills=page(self._skills(), query.words, "Skillers"),
             interfaces=page(self._interfaces(), query.words, "interfaces"),
@@ -158,11 +156,13 @@ class RecordedSource:
     def _story(self) -> Sequence[str]:
         """Return the story of the run up to the moment; while the recording plays, the story before."""
         scrubber = self._scrubber
-        if self._told[0] != scrubber.at and (self._since is None or not self._told[1]):
-            at_end = scrubber.at == len(scrubber.events) and not scrubber.is_loading
-            at_s = None if at_end else scrubber.now_us / MICROSECONDS
-            self._told = scrubber.at, _story_of(KeptRun(scrubber.run, scrubber.events), at_s)
-        return self._told[1]
+        moment, story = self._last_story
+        if moment != scrubber.at and (self._play_start is None or not story):
+            is_at_end = scrubber.at == len(scrubber.events) and not scrubber.is_loading
+            at_s = None if is_at_end else scrubber.now_us / MICROSECONDS
+            story = _story_of(LoadedRun(scrubber.run, scrubber.events), at_s)
+            self._last_story = scrubber.at, story
+        return story
 
     def _head(self) -> str:
         scrubber = self._scrubber
@@ -173,11 +173,11 @@ class RecordedSource:
         ]
         if scrubber.is_loading:
             words.append("reading")
-        if self._since is not None:
+        if self._play_start is not None:
             words.append(f"playing x{self._speed:g}")
         return " · ".join(words)
 
-    def _happened(self) -> str:
+    def _last_event_text(self) -> str:
         """Return the last transition before the moment, or else the last event."""
         scrubber = self._scrubber
         if not scrubber.at:
@@ -214,10 +214,8 @@ class RecordedSource:
 
     def _interfaces(self) -> Iterator[tuple[str, ...]]:
         for uid, write in sorted(self._scrubber.state.interfaces.items()):
-            yield uid, f"at {duration_text(self._since_begin(write.time_us))}", ""
-
-    def _since_begin(self, time_us: int) -> float:
-        return (time_us - self._scrubber.start_us) / MICROSECONDS
+            seconds = (write.time_us - self._scrubber.start_us) / MICROSECONDS
+            yield uid, f"at {duration_text(seconds)}", ""
 
     def _fields(self, uid: str) -> Table:
         write = self._scrubber.state.interfaces.get(uid)
@@ -238,7 +236,7 @@ class RecordedSource:
             (f"{scrubber.times[number] / MICROSECONDS:.3f}", event.KIND.name, event_text(event))
             for number, event in enumerate(scrubber.events[first : scrubber.at + _EVENTS_EACH_SIDE], first)
         ]
-        return Table(rows, at=scrubber.at - first - 1 if scrubber.at else None)
+        return Table(rows, selected=scrubber.at - first - 1 if scrubber.at else None)
 
     def _log(self) -> list[LogRow]:
         scrubber = self._scrubber
@@ -252,7 +250,7 @@ class RecordedSource:
         return rows
 
 
-class KeptRun(Run):
+class LoadedRun(Run):
     """A recording whose events are in memory.
 
     :param run: the recording.
@@ -317,5 +315,5 @@ def _number(text: str) -> float:
     return number
 
 
-def _whole(text: str) -> int:
+def _integer(text: str) -> int:
     return int(_number(text))

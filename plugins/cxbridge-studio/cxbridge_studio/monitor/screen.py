@@ -1,4 +1,8 @@
-"""The screen of ``cxbridge monitor``."""
+"""The screen of ``cxbridge monitor``.
+
+A second thread reads snapshots from the source and carries out commands, because a daemon may be slow to
+reply and a recording slow to read. The thread and the screen exchange values through deques.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from typing import ClassVar, Final, TypeVar
 
 from textual import events
@@ -39,11 +44,11 @@ from cxbridge_studio.monitor.layout import (
 from cxbridge_studio.monitor.snapshot import MonitorSnapshot, MonitorSource, ViewQuery
 from cxbridge_studio.monitor.widgets import Aside, GoalTree, KeyLine, LogLines, Rows, bar
 
-_LONGEST: Final = 2000  # characters of a note
-_SAID_S: Final = 5.0  # seconds for which an answer is shown
+_MAX_NOTE: Final = 2000  # characters of a note
+_MESSAGE_S: Final = 5.0  # seconds for which the message of a command is shown
 _PATIENCE_S: Final = 1.0  # seconds for the reading thread to end
-_SILENCE_S: Final = 2.0  # seconds without an answer after which the screen says so
-_DELIVERY_S: Final = 0.03  # seconds between two looks at the thread's results
+_SILENCE_S: Final = 2.0  # seconds without a snapshot after which the screen says so
+_DELIVERY_S: Final = 0.03  # seconds between two deliveries of the thread's results
 _Widget = TypeVar("_Widget", bound=Widget)
 
 
@@ -60,21 +65,21 @@ class MonitorApp(App[None]):
     def __init__(self, source: MonitorSource) -> None:
         super().__init__()
         self._source = source
-        self._where = "live" if source.is_live else "recorded"
+        self._source_kind = "live" if source.is_live else "recorded"
         self._panes = LIVE_PANES if source.is_live else RECORDED_PANES
-        self._todo: deque[str] = deque()
-        self._seen: deque[MonitorSnapshot | str] = deque(maxlen=1)
-        self._notices: deque[str] = deque()
+        self._pending_commands: deque[str] = deque()
+        self._results: deque[MonitorSnapshot | str] = deque(maxlen=1)  # the latest snapshot, or its error
+        self._new_messages: deque[str] = deque()
         self._view_query = ViewQuery(pane=self._panes[0])
         self._wake = threading.Event()
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="monitor", daemon=True)
         self.snapshot = MonitorSnapshot("...")
         self._texts: dict[str, str] = {}
-        self._said = ""
-        self._trouble = ""
-        self._seen_s = time.monotonic()
-        # Returns whether a signal has requested the end; called at each look.
+        self._message = ""
+        self._error = ""
+        self._last_result_s = time.monotonic()
+        # Returns whether a signal has requested the end; called at each delivery.
         self.is_end_requested: Callable[[], bool] = lambda: False
 
     def compose(self) -> ComposeResult:
@@ -133,15 +138,14 @@ class MonitorApp(App[None]):
     def _watch(self) -> None:
         while not self._over.is_set():
             try:
-                while self._todo:
-                    answer_text = self._do(self._todo.popleft())
-                    if answer_text:
-                        self._notices.append(answer_text)
-                self._seen.append(self._source.look(self._view_query))
+                while self._pending_commands:
+                    message = self._do(self._pending_commands.popleft())
+                    self._new_messages += [message] if message else []
+                self._results.append(self._source.look(self._view_query))
             except CxbridgeError as error:
-                self._seen.append(error.message)
+                self._results.append(error.message)
             except Exception as error:  # noqa: BLE001 - shown, since a frozen screen explains nothing
-                self._seen.append(f"a fault of cxbridge: {type(error).__name__}: {error}")
+                self._results.append(f"a fault of cxbridge: {type(error).__name__}: {error}")
             self._wake.wait(self._source.period_s)
             self._wake.clear()
         self._source.close()
@@ -160,24 +164,23 @@ class MonitorApp(App[None]):
             self.exit()
         elif self.screen_stack:  # else the screen is already removed,
             with suppress(NoMatches):  # or is being removed
-                self._show_news()
+                self._show_results()
 
-    def _show_news(self) -> None:
-        while self._notices:
-            self._said = self._notices.popleft()
-            self._show_said()
-            self.set_timer(_SAID_S, self._forget_said)
-        if self._seen:
-            seen = self._seen.popleft()
-            self._seen_s = time.monotonic()
-            if isinstance(seen, str):
-                self._trouble = seen
-                self._show_head(seen)
+    def _show_results(self) -> None:
+        while self._new_messages:
+            self._message = self._new_messages.popleft()
+            self._show_message()
+            self.set_timer(_MESSAGE_S, self._clear_message)
+        if self._results:
+            result = self._results.popleft()
+            self._last_result_s = time.monotonic()
+            self._error = result if isinstance(result, str) else ""
+            if isinstance(result, str):
+                self._show_head(result)
             else:
-                self._trouble = ""
-                self.show(seen)
-        elif (silence_s := time.monotonic() - self._seen_s) > _SILENCE_S:
-            self._show_head(f"{self._trouble or 'no answer'}, for {silence_s:.0f} s")
+                self.show(result)
+        elif (silence_s := time.monotonic() - self._last_result_s) > _SILENCE_S:
+            self._show_head(f"{self._error or 'no answer'}, for {silence_s:.0f} s")
 
     def show(self, snapshot: MonitorSnapshot) -> None:
         self.snapshot = snapshot
@@ -189,7 +192,7 @@ class MonitorApp(App[None]):
         if self._view_query.env != "executive":
             words.append(f"environment: {self._view_query.env}")
         self._show_head(" · ".join(words))
-        self._show_said()
+        self._show_message()
         self._find("#goals", GoalTree).show(snapshot.goals)
         self._find("#aside", Aside).show(snapshot)
         pane = self._pane_shown
@@ -199,9 +202,7 @@ class MonitorApp(App[None]):
         if pane == "story":
             self._write("story-text", "\n".join(map(visible, snapshot.story)))
             return
-        table = getattr(snapshot, pane)
-        rows = self._find(f"#{pane}", Rows)
-        rows.show(table)
+        self._find(f"#{pane}", Rows).show(getattr(snapshot, pane))
         if pane == "interfaces":
             self._find("#fields", Rows).show(snapshot.fields)
         self._show_note(pane)
@@ -224,16 +225,16 @@ class MonitorApp(App[None]):
         table = getattr(self.snapshot, pane)
         notes = [table.note, self.snapshot.fields.note if pane == "interfaces" else ""]
         chosen = self._find("#fields" if pane == "interfaces" else f"#{pane}", Rows).chosen
-        notes.insert(0, " ".join(chosen)[:_LONGEST] if chosen else "")
+        notes.insert(0, " ".join(chosen)[:_MAX_NOTE] if chosen else "")
         self._write(f"{pane}-note", "\n".join(filter(None, notes)))
 
-    def _forget_said(self) -> None:
-        self._said = ""  # the next look clears it
+    def _clear_message(self) -> None:
+        self._message = ""  # the next snapshot replaces the text
 
-    def _show_said(self) -> None:
+    def _show_message(self) -> None:
         """Show the last message, or the stop of the rules, or the position in a recording."""
         snapshot = self.snapshot
-        text = self._said or snapshot.stop or "; ".join(snapshot.notes)
+        text = self._message or snapshot.stop or "; ".join(snapshot.notes)
         if snapshot.progress is not None:
             width = max(10, self.size.width // 4)
             text = f"{bar(snapshot.progress, width)} {text}"
@@ -245,21 +246,15 @@ class MonitorApp(App[None]):
 
     # -- selection; widgets still send events while the screen is being removed: is_running is false then
 
-    def _want(self, **changes: str) -> None:
-        """Change the query and look at once."""
-        query = self._view_query
-        self._view_query = ViewQuery(
-            changes.get("pane", query.pane),
-            changes.get("interface", query.interface),
-            changes.get("env", query.env),
-            changes.get("words", query.words),
-        )
+    def _change_query(self, **changes: str) -> None:
+        """Change the query and read a snapshot at once."""
+        self._view_query = replace(self._view_query, **changes)
         self._wake.set()
 
     def on_tabbed_content_tab_activated(self, _event: TabbedContent.TabActivated) -> None:
         """Show the content of the pane."""
         if self.is_running:
-            self._want(pane=self._pane_shown)
+            self._change_query(pane=self._pane_shown)
             self.show(self.snapshot)
 
     def on_data_table_row_highlighted(self, event: Rows.RowHighlighted) -> None:
@@ -269,7 +264,7 @@ class MonitorApp(App[None]):
         table = event.data_table
         if isinstance(table, Rows) and table.id == "interfaces" and table.chosen is not None:
             if table.chosen[0] != self._view_query.interface:
-                self._want(interface=table.chosen[0])
+                self._change_query(interface=table.chosen[0])
         elif table.id in {self._pane_shown, "fields"}:
             self._show_note(self._pane_shown)
 
@@ -278,9 +273,8 @@ class MonitorApp(App[None]):
         if not self.is_running:
             return
         goal = self._find("#goals", GoalTree).chosen
-        self._write(
-            "legend", LEGEND if goal is None else one_line(goal_line("", goal.id, goal, modes=True).text)
-        )
+        text = LEGEND if goal is None else one_line(goal_line("", goal.id, goal, modes=True).text)
+        self._write("legend", text)
 
     # -- keys
 
@@ -302,19 +296,19 @@ class MonitorApp(App[None]):
 
     def action_do(self, command: str) -> None:
         """Queue a command for the watching thread."""
-        self._said = ""
-        self._todo.append(command)
+        self._message = ""
+        self._pending_commands.append(command)
         self._wake.set()
 
     def action_help(self) -> None:
         commands = live.HELP if self._source.is_live else recorded.HELP
-        self.push_screen(HelpScreen(help_text(self._where, ", ".join(self._panes), commands)))
+        self.push_screen(HelpScreen(help_text(self._source_kind, ", ".join(self._panes), commands)))
 
     def action_next_environment(self) -> None:
-        names = list(self.snapshot.environments)
+        names, env = list(self.snapshot.environments), self._view_query.env
         if names:
-            at = names.index(self._view_query.env) if self._view_query.env in names else -1
-            self._want(env=names[(at + 1) % len(names)])
+            index = names.index(env) if env in names else -1
+            self._change_query(env=names[(index + 1) % len(names)])
 
     def action_breakpoint(self) -> None:
         """Open the prompt for a breakpoint at the selection."""
@@ -357,22 +351,18 @@ class MonitorApp(App[None]):
         was_command = self._is_typing and not self._find("#prompt", Input).has_class("filter")
         self._leave_prompt()
         if not was_command:
-            self._want(words="")
-            self._said = ""
+            self._change_query(words="")
+            self._message = ""
 
     def _leave_prompt(self) -> None:
         self._find("#prompt", Input).remove_class("shown")
         if self._is_typing:
-            self._focus_pane()
-
-    def _focus_pane(self) -> None:
-        name = self._pane_shown
-        self._find(f"#{name}", Widget).focus()
+            self._find(f"#{self._pane_shown}", Widget).focus()
 
     def on_input_changed(self, event: Input.Changed) -> None:
         """Apply the filter while typing."""
         if event.input.has_class("filter") and event.input.has_class("shown"):
-            self._want(words=event.value.strip().lower())
+            self._change_query(words=event.value.strip().lower())
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         """Carry out the command, or keep the filter."""

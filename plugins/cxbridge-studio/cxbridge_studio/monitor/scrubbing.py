@@ -1,4 +1,7 @@
-"""A recorded run that can be viewed at any moment."""
+"""A recorded run whose state is known at any moment.
+
+States are stored at intervals: the state at a moment is the stored state before it, and the events since.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +18,12 @@ from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Run
 
-# maximum number of loaded events
-MAX_EVENTS: Final = 1_000_000
+MAX_EVENTS: Final = 1_000_000  # loaded events: about 1 GB of memory
 
 # The number of events between stored states, which limits the time of going back.
 STRIDE: Final = 10_000
 
-_AT_ONCE: Final = 500  # events read between two looks at the clock
+_BATCH: Final = 500  # events read between two queries of the clock
 
 
 class Scrubber:
@@ -36,9 +38,9 @@ class Scrubber:
         self._reader: Iterator[Event] | None = iter(run)
         self._stride = stride
         self._clock = SteadyClock(run.start_us)
-        self._kept = [RunState()]
-        self._ahead = RunState()
-        self._skills: dict[tuple[str, str], tuple[str, str]] = {}
+        self._stored_states = [RunState()]
+        self._state_at_end = RunState()  # after all loaded events
+        self._statuses: dict[tuple[str, str], tuple[str, str]] = {}  # by environment and Skiller
         self.events: list[Event] = []
         self.times = array("q")  # microseconds since the start of the run, never decreasing
         # The numbers of events after which the last event is a transition.
@@ -73,13 +75,13 @@ class Scrubber:
 
         Unreadable parts are reported in `notes`; the events before them are kept.
         """
-        until = now() + seconds
-        while self._reader is not None and now() < until:
-            self._load_some(self._reader)
+        end_s = now() + seconds
+        while self._reader is not None and now() < end_s:
+            self._load_batch(self._reader)
 
-    def _load_some(self, reader: Iterator[Event]) -> None:
+    def _load_batch(self, reader: Iterator[Event]) -> None:
         try:
-            for _ in range(_AT_ONCE):
+            for _ in range(_BATCH):
                 event = next(reader, None)
                 if event is None:
                     self._end()
@@ -101,29 +103,30 @@ class Scrubber:
         number = len(self.events)
         self.events.append(event)
         self.times.append(self._clock.at(event.time_us))
-        self._ahead.take(event)
+        self._state_at_end.take(event)
         if isinstance(event, LogLine):
             self.log_lines.append(number)
         elif isinstance(event, TRANSITION_TYPES) and self._is_new(event):
             self.transitions.append(number + 1)
         if len(self.events) % self._stride == 0:
-            self._kept.append(self._ahead.copy())
+            self._stored_states.append(self._state_at_end.copy())
 
     def _is_new(self, event: Event) -> bool:
         """Return whether an event is news; a Skiller repeats its status."""
         if not isinstance(event, SkillStatus):
             return True
         key, status = (event.env, event.skiller), (event.skill_string, event.status)
-        same = self._skills.get(key) == status
-        self._skills[key] = status
-        return not same
+        previous = self._statuses.get(key)
+        self._statuses[key] = status
+        return status != previous
 
     def go(self, at: int) -> None:
         """Go to the moment after ``at`` events, limited to the run."""
         at = max(0, min(at, len(self.events)))
         nearest = at // self._stride
+        # Forward within a stride, the present state is nearer than the stored one.
         if at < self.at or nearest > self.at // self._stride:
-            self.state = self._kept[nearest].copy()
+            self.state = self._stored_states[nearest].copy()
             self.at = nearest * self._stride
         take = self.state.take
         for event in self.events[self.at : at]:
@@ -139,10 +142,9 @@ class Scrubber:
         passed = bisect_right(steps, self.at)
         if count < 0 and passed and steps[passed - 1] < self.at:
             count += 1  # back to the last transition before the present moment
-        target_count = passed + count - 1
-        self.go(
-            0 if target_count < 0 else steps[target_count] if target_count < len(steps) else len(self.events)
-        )
+        target = passed + count - 1
+        end = len(self.events)
+        self.go(0 if target < 0 else steps[target] if target < len(steps) else end)
 
     def go_time(self, time_us: int) -> None:
         """Go to the moment after all events up to a time, in microseconds since the first event."""

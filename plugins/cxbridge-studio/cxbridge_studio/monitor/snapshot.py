@@ -44,12 +44,12 @@ class Table:
     """Rows of text, all of the same length.
 
     :param note: a remark, such as the number of further rows.
-    :param at: the index of the selected row, or None.
+    :param selected: the index of the selected row, or None.
     """
 
     rows: Sequence[tuple[str, ...]] = ()
     note: str = ""
-    at: int | None = None
+    selected: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,8 @@
-"""Widgets of the monitor's screen: the tree of goals, tables, the log."""
+"""Widgets of the monitor's screen: the tree of goals, tables, the log.
+
+The monitor shows a new snapshot several times a second. Each widget changes only the differences, so that
+the cursor and the scroll position stay, and the terminal does not flicker.
+"""
 
 from __future__ import annotations
 
@@ -30,8 +34,8 @@ _GUIDE: Final = 2  # columns per level of the tree
 _ARROW: Final = 2  # columns of the tree's arrow
 _ICON: Final = 2  # columns of the outcome's icon
 _STATE: Final = 12  # columns of the state
-_LEAST_TITLE: Final = 8  # columns of a title however deep its level
-_LONGEST: Final = 200  # characters of a line
+_MIN_TITLE: Final = 8  # columns of a title however deep its level
+_MAX_LENGTH: Final = 200  # characters of a cell
 _LEVELS: Final = {"D": "dim", "I": "", "W": "yellow", "E": "red"}
 
 GoalKey = tuple[str, str]  # environment and id of a goal; an empty id means the environment
@@ -99,13 +103,14 @@ class GoalTree(Tree[GoalKey]):
     def _measure(self, rows: Mapping[GoalKey, GoalRow]) -> None:
         """Compute the width of titles, so that all states are in one visible column."""
         forest = goal_forest(rows.values())
-        below = 1 if len({env for env, _ in rows}) > 1 else 0
-        indents = {key: (depth + below + 1) * _GUIDE for key, depth in forest.walk()}
+        env_levels = 1 if len({env for env, _ in rows}) > 1 else 0  # the environments are nodes, too
+        indents = {key: (depth + env_levels + 1) * _GUIDE for key, depth in forest.walk()}
         titles = {key: len(one_line(goal_title(goal.id, goal.goal_class))) for key, goal in rows.items()}
         column = max((indents[key] + titles[key] for key in rows), default=0)
         room = self.size.width - _ARROW - _ICON - _STATE
         column = min(column, room) if room > 0 else column
-        widths = {key: max(_LEAST_TITLE, column - indents[key]) for key in rows}
+        widths = {key: max(_MIN_TITLE, column - indents[key]) for key in rows}
+        # Negative: a leaf, which has no arrow and gets blanks in its place.
         self._widths = {key: width if key in forest.children else -width for key, width in widths.items()}
 
     def _goal_label(self, key: GoalKey, goal: GoalRow) -> Text:
@@ -155,29 +160,30 @@ class Rows(DataTable[Text]):
         return self._shown[self.cursor_row] if 0 <= self.cursor_row < len(self._shown) else None
 
     def show(self, table: Table) -> None:
-        rows, previous = list(table.rows), self._shown
-        if rows == previous:
-            self._mark(table.at)
+        rows, previous_rows = list(table.rows), self._shown
+        if rows == previous_rows:
+            self._select(table.selected)
             return
         chosen, scrolled = self.chosen, self.scroll_y
         self._shown = rows
-        if len(rows) == len(previous):
-            for number, (row, old) in enumerate(zip(rows, previous, strict=True)):
-                for column, (cell, other) in enumerate(zip(row, old, strict=True)):
-                    if cell != other:
+        if len(rows) == len(previous_rows):
+            for number, (row, previous_row) in enumerate(zip(rows, previous_rows, strict=True)):
+                for column, (cell, previous_cell) in enumerate(zip(row, previous_row, strict=True)):
+                    if cell != previous_cell:
                         self.update_cell_at(Coordinate(number, column), _cell(cell), update_width=True)
         else:
             self.clear()
             self.add_rows([_cell(cell) for cell in row] for row in rows)
             self.scroll_to(y=scrolled, animate=False, immediate=True)
-        if table.at is not None:
-            self._mark(table.at)
+        if table.selected is not None:
+            self._select(table.selected)
         elif chosen is not None and rows:
-            at = next((n for n, row in enumerate(rows) if row[0] == chosen[0]), self.cursor_row)
-            at = self.cursor_row if rows[min(self.cursor_row, len(rows) - 1)][0] == chosen[0] else at
-            self.move_cursor(row=min(at, len(rows) - 1), scroll=False)
+            # The cursor follows its row; of rows with the same first cell, it stays at the present one.
+            cursor = min(self.cursor_row, len(rows) - 1)
+            numbers = [number for number, row in enumerate(rows) if row[0] == chosen[0]]
+            self.move_cursor(row=cursor if cursor in numbers or not numbers else numbers[0], scroll=False)
 
-    def _mark(self, row: int | None) -> None:
+    def _select(self, row: int | None) -> None:
         """Move the cursor to a row, centred in the view."""
         if row is not None and row != self.cursor_row:
             self.move_cursor(row=row, scroll=False)
@@ -199,11 +205,11 @@ class LogLines(RichLog):
         last = rows[-1] if rows else None
         if last == self._last:
             return
-        at = -1 if self._last is None else _place(rows, self._last)
-        if self._last is not None and at < 0:
+        written = rows.index(self._last) if self._last in rows else -1
+        if self._last is not None and written < 0:
             self.clear()
         self._last = last
-        for row in rows[at + 1 :]:
+        for row in rows[written + 1 :]:
             self.write(Text(indented(row.text), style=_LEVELS.get(row.level, "")))
 
 
@@ -241,15 +247,11 @@ class Aside(Vertical):
             self._log.show(snapshot.log)
 
 
-def _place(rows: Sequence[LogRow], row: LogRow) -> int:
-    return next((at for at in range(len(rows) - 1, -1, -1) if rows[at] == row), -1)
-
-
 def _cell(text: str) -> Text:
     """Return a one-line cell for a text of any length."""
-    line = " ".join(text[:_LONGEST].splitlines())
-    more = " ..." if len(text) > _LONGEST else ""
-    return Text(one_line(line) + more, style=_COLOURS.get(text, ""), no_wrap=True)
+    line = " ".join(text[:_MAX_LENGTH].splitlines())
+    ellipsis = " ..." if len(text) > _MAX_LENGTH else ""
+    return Text(one_line(line) + ellipsis, style=_COLOURS.get(text, ""), no_wrap=True)
 
 
 def bar(progress: float, width: int) -> str:
@@ -260,7 +262,3 @@ def bar(progress: float, width: int) -> str:
     inner = max(1, width - 2)
     position = min(inner - 1, int(progress * inner))
     return "[" + "=" * position + "|" + "-" * (inner - 1 - position) + "]"
-
-
-def plain(widget: Any) -> str:
-    return str(widget.render())

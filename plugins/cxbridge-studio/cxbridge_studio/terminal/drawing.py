@@ -1,4 +1,4 @@
-"""The display of a running skill on the terminal: its machine, the current state, the path to it."""
+"""Draws a running skill for the terminal: its state machine, the active state, the path to that state."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from cxbridge_studio.terminal.machinegraph import MachineState, MachineTransitio
 
 _COLOURS = {"S_RUNNING": "yellow", "S_FINAL": "green", "S_FAILED": "red", "S_INACTIVE": "dim"}
 _KINDS = {"start": "bold", "final": "green", "failed": "red", "end": "cyan"}
-_HERE, _BEEN, _NOT_YET = "\N{BLACK CIRCLE}", "\N{WHITE CIRCLE}", " "
+_ACTIVE, _VISITED, _UNVISITED = "\N{BLACK CIRCLE}", "\N{WHITE CIRCLE}", " "
 _ARROW = "\N{RIGHTWARDS ARROW}"
-_MAX_WAY = 12  # states of the way that fit into a line
+_MAX_PATH = 12  # states of a path that fit into a line
 
 
 def view(values: Mapping[str, Any], graph: str, uses: Mapping[str, list[str]]) -> RenderableType:
@@ -29,15 +29,15 @@ def view(values: Mapping[str, Any], graph: str, uses: Mapping[str, list[str]]) -
     """
     values = {name: one_line(value) if isinstance(value, str) else value for name, value in values.items()}
     graph = visible(graph)
-    parts: list[RenderableType] = [_head(values)]
+    rows: list[RenderableType] = [_head(values)]
     if graph:
         try:
             machine = parse_graph(graph)
         except SkillerError as error:
-            parts.append(Text(f"(not a state machine, or too big to be shown: {error.message})", style="dim"))
+            rows.append(Text(f"(not a state machine, or too big to be shown: {error.message})", style="dim"))
         else:
-            parts += _machine(machine, uses)
-    return Group(*parts)
+            rows += _machine(machine, uses)
+    return Group(*rows)
 
 
 def _head(values: Mapping[str, Any]) -> Text:
@@ -52,31 +52,31 @@ def _head(values: Mapping[str, Any]) -> Text:
 
 
 def _machine(machine: StateMachine, uses: Mapping[str, list[str]]) -> list[RenderableType]:
-    names = {state.node: state.name for _, part in machine.walk() for state in part.states}
+    names = {state.node: state.name for _, inner in machine.walk() for state in inner.states}
+    transitions = machine_transitions(machine)
     title = Text.assemble("\n", (machine.name, "bold underline"))
     if uses.get(machine.name):
         title.append(f"  uses {', '.join(uses[machine.name])}", style="dim")
     table = Table(box=None, padding=(0, 2, 0, 0), show_header=False)
-    for depth, part in machine.walk():
-        been = {end for item in part.way() for end in (item.source, item.target)}
+    for depth, inner in machine.walk():
+        visited = {node for item in inner.taken() for node in (item.source, item.target)}
         if depth:
-            table.add_row(Text(f"{'  ' * depth}{part.name}", style="underline"), Text())
-        for state in part.states:
-            table.add_row(
-                _state(state, depth, been=state.node in been),
-                _exits([item for item in machine_transitions(machine) if item.source == state.node], names),
-            )
-    return [title, table, *_way(machine, names)]
+            table.add_row(Text(f"{'  ' * depth}{inner.name}", style="underline"), Text())
+        for state in inner.states:
+            # A transition may leave an inner machine, so those of all machines are searched.
+            exits = [item for item in transitions if item.source == state.node]
+            table.add_row(_state(state, depth, is_visited=state.node in visited), _exits(exits, names))
+    return [title, table, *_paths(machine, names)]
 
 
 def machine_transitions(machine: StateMachine) -> list[MachineTransition]:
     """Return the transitions of a machine and its inner machines."""
-    return [item for _, part in machine.walk() for item in part.transitions]
+    return [item for _, inner in machine.walk() for item in inner.transitions]
 
 
-def _state(state: MachineState, depth: int, *, been: bool) -> Text:
-    mark = _HERE if state.active else _BEEN if been else _NOT_YET
-    style = "reverse bold" if state.active else _KINDS.get(state.kind, "" if been else "dim")
+def _state(state: MachineState, depth: int, *, is_visited: bool) -> Text:
+    mark = _ACTIVE if state.active else _VISITED if is_visited else _UNVISITED
+    style = "reverse bold" if state.active else _KINDS.get(state.kind, "" if is_visited else "dim")
     text = Text.assemble("  " * depth, f"{mark} ", (state.name, style))
     if state.note:
         text.append(f" ({state.note})", style="dim")
@@ -87,22 +87,20 @@ def _exits(transitions: list[MachineTransition], names: Mapping[str, str]) -> Te
     lines = []
     for item in transitions:
         target = names.get(item.target, item.target)
-        taken = f" [{','.join(map(str, item.steps))}]" if item.steps else ""
+        steps = f" [{','.join(map(str, item.steps))}]" if item.steps else ""
         label = f"  {item.label}" if item.label else ""
-        lines.append(Text(f"{_ARROW} {target}{taken}{label}", style="yellow" if item.steps else "dim"))
+        lines.append(Text(f"{_ARROW} {target}{steps}{label}", style="yellow" if item.steps else "dim"))
     return Text("\n").join(lines)
 
 
-def _way(machine: StateMachine, names: Mapping[str, str]) -> list[RenderableType]:
+def _paths(machine: StateMachine, names: Mapping[str, str]) -> list[RenderableType]:
     """Return a line with the last steps of each machine's path."""
     lines: list[RenderableType] = []
-    for _, part in machine.walk():
-        way = part.way()
-        if way:
-            shown = way[-_MAX_WAY:]
-            first = names.get(shown[0].source, shown[0].source)
-            line = Text(f"way: {'... ' if len(way) > _MAX_WAY else ''}{first}", style="yellow")
-            for item in shown:
-                line.append(f" {_ARROW} {names.get(item.target, item.target)}")
-            lines.append(line)
+    for _, inner in machine.walk():
+        taken = inner.taken()
+        if taken:
+            nodes = [taken[-_MAX_PATH:][0].source, *(item.target for item in taken[-_MAX_PATH:])]
+            ellipsis = "... " if len(taken) > _MAX_PATH else ""
+            path = f" {_ARROW} ".join(names.get(node, node) for node in nodes)
+            lines.append(Text(f"way: {ellipsis}{path}", style="yellow"))
     return lines

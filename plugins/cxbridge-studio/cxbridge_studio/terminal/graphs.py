@@ -1,4 +1,4 @@
-"""Graphs of skills: from a running Skiller, from skill files, and as pictures."""
+"""Graphs of skills in the dot language: from a running Skiller, from skill files, and as pictures."""
 
 from __future__ import annotations
 
@@ -36,7 +36,9 @@ def fetch_graph(
     coloured: bool | None = None,
     timeout_s: float = 5.0,
 ) -> str:
-    """Fetch a graph from a Skiller, and restore the displayed graph.
+    """Fetch a graph from a Skiller, and restore the graph that the Skiller showed before.
+
+    A Skiller shows one graph to all its viewers: SkillerDebugInterface has one field for it.
 
     :param subject: a skill, ``ACTIVE``, or one of :data:`OVERVIEWS`.
     :param direction: one of :data:`DIRECTIONS`; None: unchanged.
@@ -56,17 +58,17 @@ def fetch_graph(
             message_fields |= {} if direction is None else {"graph_dir": DIRECTIONS[direction]}
             message_fields |= {} if coloured is None else {"graph_colored": coloured}
         try:
-            _ask(interface, message_fields)
-            news = _wait(feed, interface, message_fields, Deadline(timeout_s))
+            _select(interface, message_fields)
+            change = _wait(feed, interface, message_fields, Deadline(timeout_s))
         finally:
-            back = {name: _plain(previous_values[name]) for name in reversed(message_fields)}
-            back["graph_fsm"] = back["graph_fsm"] or "ACTIVE"
-            _ask(interface, back)
-    if news is None:
+            previous_fields = {name: _plain(previous_values[name]) for name in reversed(message_fields)}
+            previous_fields["graph_fsm"] = previous_fields["graph_fsm"] or "ACTIVE"
+            _select(interface, previous_fields)
+    if change is None:
         raise SkillerError(
             f"the Skiller did not show '{subject}' within {timeout_s:g} s", hint="is it stopped?"
         )
-    graph = str(news.values["graph"])
+    graph = str(change.values["graph"])
     if not graph:
         raise SkillerError(
             f"the Skiller has no graph of '{subject}'", hint="'cxbridge skill list' shows the skills it knows"
@@ -79,7 +81,7 @@ def _plain(value: Any) -> Any:
     return getattr(value, "name", value)
 
 
-def _ask(interface: Interface, message_fields: dict[str, Any]) -> None:
+def _select(interface: Interface, message_fields: dict[str, Any]) -> None:
     """Send the messages that select the graph."""
     kinds = {"graph_fsm": "SetGraph", "graph_dir": "SetGraphDirection", "graph_colored": "SetGraphColored"}
     for name, value in message_fields.items():
@@ -91,12 +93,13 @@ def _ask(interface: Interface, message_fields: dict[str, Any]) -> None:
 def _wait(
     feed: Feed, interface: Interface, expected_fields: dict[str, Any], deadline: Deadline
 ) -> InterfaceChange | None:
-    news: InterfaceChange | None = feed.now(interface)
-    while news is not None and any(
-        _plain(news.values[name]) != value for name, value in expected_fields.items()
+    """Return the first change with these fields; None after the deadline."""
+    change: InterfaceChange | None = feed.now(interface)
+    while change is not None and any(
+        _plain(change.values[name]) != value for name, value in expected_fields.items()
     ):
-        news = feed.next(deadline)
-    return news
+        change = feed.next(deadline)
+    return change
 
 
 def draw_graph(
@@ -125,12 +128,12 @@ def draw_graph(
             return skiller.engine.overview(subject)
         skill, graph = skiller.engine.graph(subject, direction, coloured=coloured, always=True)
         if not skill:
-            known = ", ".join(sorted(skiller.skills))
+            is_skill = subject in skiller.skills
             raise SkillerError(
                 f"skill '{subject}' has no state machine"
-                if subject in skiller.skills
+                if is_skill
                 else f"there is no skill '{subject}' in the skill space '{space}'",
-                hint=f"its skills are: {known}",
+                hint=f"its skills are: {', '.join(sorted(skiller.skills))}",
             )
         return graph
 

@@ -1,4 +1,4 @@
-"""``cxbridge skill monitor`` on a terminal."""
+"""``cxbridge skill monitor`` on a terminal: draws the state of a Skiller again at each change."""
 
 from __future__ import annotations
 
@@ -41,22 +41,24 @@ def show(
                 live.update(view(values, graph, uses), refresh=True)
             if changes == count:
                 return True
-            news = feed.next(deadline)
-            if news is None:
+            change = feed.next(deadline)
+            if change is None:
                 return False
-            if news.uid.startswith(f"{TYPE}::"):
-                graph = _graph(news)
+            if change.uid.startswith(f"{TYPE}::"):
+                graph = _graph(change)
             else:
-                values = _values(news)
+                values = _values(change)
 
 
-def _values(news: InterfaceChange) -> dict[str, object]:
-    return {} if news.kind == "writer removed" else {key: plain(item) for key, item in news.values.items()}
+def _values(change: InterfaceChange) -> dict[str, object]:
+    if change.kind == "writer removed":
+        return {}
+    return {key: plain(item) for key, item in change.values.items()}
 
 
-def _graph(news: InterfaceChange) -> str:
+def _graph(change: InterfaceChange) -> str:
     """Return the graph of a machine, regardless of the graphs that other viewers request."""
-    return "" if news.values["graph_fsm"] in OVERVIEWS else str(news.values["graph"])
+    return "" if change.values["graph_fsm"] in OVERVIEWS else str(change.values["graph"])
 
 
 def _uses(board: BlackBoard, skiller: str) -> dict[str, list[str]]:

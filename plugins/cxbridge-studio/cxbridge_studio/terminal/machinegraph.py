@@ -1,6 +1,7 @@
-"""Graphs of SkillerDebugInterface as values: states, transitions, and the taken path.
+"""Parses the graphs of SkillerDebugInterface: states, transitions, and the steps that took them.
 
-Parses the subset of the dot language that Skillers write, cxbridge's and Fawkes'.
+The parser takes the subset of the dot language that Skillers write, cxbridge's and Fawkes': the interface has
+no other description of a state machine.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass, field
 from cxbridge.errors import SkillerError
 
 _TOKEN = re.compile(r'"((?:\\.|[^"\\])*)"|(->|[{}\[\];,=])|([^\s"{}\[\];,=]+)', re.DOTALL)
+# Fawkes' fsmgrapher draws final states in this shape, green after success and red after a failure.
 _END_SHAPE = "doubleoctagon"
 _END_COLOURS = {"#6fdd6f": "final", "#ff8080": "failed"}
 
@@ -59,17 +61,16 @@ class StateMachine:
     transitions: list[MachineTransition] = field(default_factory=list)
     inner: list[StateMachine] = field(default_factory=list)
 
-    def way(self) -> list[MachineTransition]:
+    def taken(self) -> list[MachineTransition]:
         """Return the taken transitions in order, with repetitions."""
-        taken = [(step, item) for item in self.transitions for step in item.steps]
-        return [item for _, item in sorted(taken, key=lambda pair: pair[0])]
+        steps = [(step, item) for item in self.transitions for step in item.steps]
+        return [item for _, item in sorted(steps, key=lambda pair: pair[0])]
 
     def walk(self) -> Iterator[tuple[int, StateMachine]]:
         """Yield this machine and its inner machines, with their depth."""
         yield 0, self
         for machine in self.inner:
-            for depth, within in machine.walk():
-                yield depth + 1, within
+            yield from ((depth + 1, inner) for depth, inner in machine.walk())
 
 
 def parse_graph(text: str) -> StateMachine:
@@ -103,14 +104,15 @@ class _DotReader:
 
     def expect(self, word: str) -> None:
         """Skip a required token."""
-        found = self.word()
-        if found != word:
-            raise SkillerError(f"this is not a graph of a state machine: '{found}' where '{word}' should be")
+        token = self.word()
+        if token != word:
+            raise SkillerError(f"this is not a graph of a state machine: '{token}' where '{word}' should be")
 
     def _accept(self, word: str) -> bool:
-        there = self._at < len(self._tokens) and self._tokens[self._at] == (2, word)
-        self._at += there
-        return there
+        """Skip a mark if it is the next token, and return whether it was; in quotes, it is a name."""
+        is_next = self._at < len(self._tokens) and self._tokens[self._at] == (2, word)
+        self._at += is_next
+        return is_next
 
     def body(self, machine: StateMachine) -> None:
         """Parse up to the closing brace."""
@@ -133,21 +135,20 @@ class _DotReader:
                 self._node(machine, name, self._attributes())
             self._accept(";")
 
-    def _node(self, machine: StateMachine, name: str, attr: dict[str, str]) -> None:
+    def _node(self, machine: StateMachine, name: str, attributes: dict[str, str]) -> None:
         if name == "graph":
-            machine.name = _plain(attr.get("label", machine.name))
-        elif name not in ("node", "edge"):
-            machine.states.append(_state(name, attr))
+            machine.name = _plain(attributes.get("label", machine.name))
+        elif name not in ("node", "edge"):  # statements with defaults for all nodes or edges
+            machine.states.append(_state(name, attributes))
 
     def _attributes(self) -> dict[str, str]:
-        attr: dict[str, str] = {}
-        if not self._accept("["):
-            return attr
-        while not self._accept("]"):
-            name = self.word()
-            attr[name] = self.word() if self._accept("=") else ""
-            self._accept(",")
-        return attr
+        attributes: dict[str, str] = {}
+        if self._accept("["):
+            while not self._accept("]"):
+                name = self.word()
+                attributes[name] = self.word() if self._accept("=") else ""
+                self._accept(",")
+        return attributes
 
 
 def _plain(label: str) -> str:
@@ -156,18 +157,15 @@ def _plain(label: str) -> str:
     return " ".join(re.sub(r"\\(.)", r"\1", text).split())
 
 
-def _state(node: str, attr: dict[str, str]) -> MachineState:
-    name, _, note = attr.get("label", node).partition("\\n(")
-    kind = ""
-    if attr.get("shape") == _END_SHAPE:
-        kind = _END_COLOURS.get(attr.get("color", ""), "end")
-    elif attr.get("penwidth") == "4.0":
-        kind = "start"
-    return MachineState(
-        _plain(name), node, attr.get("active") == "true", kind, _plain(note.removesuffix(")"))
-    )
+def _state(node: str, attributes: dict[str, str]) -> MachineState:
+    name, _, note = attributes.get("label", node).partition("\\n(")
+    kind = "start" if attributes.get("penwidth") == "4.0" else ""  # only the start state has a thick line
+    if attributes.get("shape") == _END_SHAPE:
+        kind = _END_COLOURS.get(attributes.get("color", ""), "end")
+    is_active = attributes.get("active") == "true"
+    return MachineState(_plain(name), node, is_active, kind, _plain(note.removesuffix(")")))
 
 
-def _transition(source: str, target: str, attr: dict[str, str]) -> MachineTransition:
-    steps = tuple(int(step) for step in attr.get("taillabel", "").split(",") if step.isdecimal())
-    return MachineTransition(source, target, _plain(attr.get("label", "")), steps)
+def _transition(source: str, target: str, attributes: dict[str, str]) -> MachineTransition:
+    steps = tuple(int(step) for step in attributes.get("taillabel", "").split(",") if step.isdecimal())
+    return MachineTransition(source, target, _plain(attributes.get("label", "")), steps)

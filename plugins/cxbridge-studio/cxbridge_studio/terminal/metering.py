@@ -1,4 +1,4 @@
-"""The write rates of interfaces, and plots of field values over time."""
+"""Measures the write rates of interfaces, and draws plots of field values with characters."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from math import floor, isfinite, log10, sqrt
+from math import floor, isfinite, log10
+from statistics import fmean, pstdev
 from typing import Final
 
 OWNER = "cxbridge bb"
@@ -46,28 +47,26 @@ class RateMeter:
 
     def __init__(self, window: int = WINDOW) -> None:
         self._times: deque[float] = deque(maxlen=max(2, window))
-        self._news = 0
+        self._new_writes = 0
 
-    def note(self, time_s: float) -> None:
+    def add(self, time_s: float) -> None:
         """Record a write."""
         self._times.append(time_s)
-        self._news += 1
+        self._new_writes += 1
 
-    def news(self) -> int:
+    def new_writes(self) -> int:
         """Return the number of writes since the last call."""
-        news, self._news = self._news, 0
-        return news
+        count, self._new_writes = self._new_writes, 0
+        return count
 
     def rate(self) -> Rate | None:
         """Return the rate; None before the second write."""
-        times = list(self._times)
-        gaps = [later - earlier for earlier, later in pairwise(times)]
-        if not gaps:
+        intervals = [later - earlier for earlier, later in pairwise(self._times)]
+        if not intervals:
             return None
-        mean = sum(gaps) / len(gaps)
-        deviation = sqrt(sum((gap - mean) ** 2 for gap in gaps) / len(gaps))
+        mean = fmean(intervals)
         hz = 1 / mean if mean > 0 else float("inf")
-        return Rate(hz, min(gaps), max(gaps), deviation, len(times))
+        return Rate(hz, min(intervals), max(intervals), pstdev(intervals, mean), len(self._times))
 
 
 def amount(size: float) -> str:
@@ -93,33 +92,33 @@ def drawing(points: Sequence[tuple[float, float]], width: int, height: int, span
     inner = max(4, width - margin - 2)
     cells = [[0] * inner for _ in range(height)]
     end_s = points[-1][0] if points else 0.0
-    previous_point: tuple[int, int] | None = None
+    previous_dot: tuple[int, int] | None = None
     for time_s, value in points:
+        # A cell has two columns and four rows of dots.
         x = round((time_s - end_s + span_s) / span_s * (2 * inner - 1))
-        y = round((high - value) / (high - low) * (4 * height - 1))
+        y = round((high - value) / span * (4 * height - 1))
         if x < 0:
             continue
-        for dot in _way(previous_point, (x, y)):
-            cells[dot[1] // 4][dot[0] // 2] |= _DOTS[dot[0] % 2][dot[1] % 4]
-        previous_point = x, y
+        for dot_x, dot_y in _step(previous_dot, (x, y)):
+            cells[dot_y // 4][dot_x // 2] |= _DOTS[dot_x % 2][dot_y % 4]
+        previous_dot = x, y
     for row, label in enumerate(labels):
-        shown = label if row in {0, height // 2, height - 1} else ""
-        yield f"{shown:>{margin}} ┤" + "".join(chr(_BLANK + cell) for cell in cells[row]).rstrip(chr(_BLANK))
+        axis_label = label if row in {0, height // 2, height - 1} else ""
+        characters = "".join(chr(_BLANK + cell) for cell in cells[row]).rstrip(chr(_BLANK))
+        yield f"{axis_label:>{margin}} ┤{characters}"
     begin, end = f"-{span_s:g} s", "now"
     yield f"{'':{margin}} └{'─' * inner}"
     yield f"{'':{margin}}  {begin}{end:>{max(1, inner - len(begin))}}"
 
 
-def _way(previous_point: tuple[int, int] | None, here: tuple[int, int]) -> Iterator[tuple[int, int]]:
-    """Yield the dots of a step: first horizontal at the old value, then vertical to the new one."""
-    x, y = here
-    if previous_point is not None:
-        for along in range(previous_point[0] + 1, x):
-            yield along, previous_point[1]
-        first, last = sorted((previous_point[1], y))
-        for between in range(first, last + 1):
-            yield x, between
-    yield here
+def _step(previous_dot: tuple[int, int] | None, dot: tuple[int, int]) -> Iterator[tuple[int, int]]:
+    """Yield the dots of a step: horizontal at the old value, since a field keeps it, then vertical."""
+    x, y = dot
+    if previous_dot is not None:
+        previous_x, previous_y = previous_dot
+        yield from ((between, previous_y) for between in range(previous_x + 1, x))
+        yield from ((x, between) for between in range(min(previous_y, y), max(previous_y, y) + 1))
+    yield dot
 
 
 def _bounds(values: Sequence[float]) -> tuple[float, float]:
@@ -128,8 +127,8 @@ def _bounds(values: Sequence[float]) -> tuple[float, float]:
         return 0.0, 1.0
     low, high = min(values), max(values)
     if low == high:
-        more = abs(low) / 10 or 1.0
-        return low - more, high + more
+        margin = abs(low) / 10 or 1.0
+        return low - margin, high + margin
     return low, high
 
 

@@ -9,55 +9,12 @@ from typing import Final
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import Domain, parse_formula
 from cxbridge_studio.agent.names import NameKind, Use
+from cxbridge_studio.check import doubts
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.domain_calls import domain_calls, planner_goals
-from cxbridge_studio.check.doubts import DoubtKind, doubts, unachieved
-from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
+from cxbridge_studio.check.findings import Finding, SourcePlace
 
-PREDICATE: Final = Code(
-    "CX311",
-    Severity.WARNING,
-    "a predicate that is never true",
-    "No action has the predicate as an effect, and no rule makes such a fact: conditions that want it never "
-    "hold.",
-)
-ACTION: Final = Code(
-    "CX312",
-    Severity.WARNING,
-    "an action that can never be done",
-    "Its precondition wants a predicate that nothing makes true before it: neither a rule, nor an action "
-    "that can be done.",
-)
-EFFECT: Final = Code(
-    "CX313",
-    Severity.WARNING,
-    "an action that takes its own effect back",
-    "The action makes an atom true and false at the same time. In PDDL it is true then.",
-)
-OBJECT: Final = Code(
-    "CX314",
-    Severity.WARNING,
-    "an object without a type",
-    "All parameters of actions have a type, and the object has none: no action takes it.",
-)
-GOAL: Final = Code(
-    "CX315",
-    Severity.WARNING,
-    "a planner's goal that no action achieves",
-    "The formula of a planner's call wants a predicate that no action has as an effect and that no rule "
-    "makes: there is no plan.",
-)
-
-CODES: Final = (PREDICATE, ACTION, EFFECT, OBJECT, GOAL)
-
-# The code of each kind of doubt.
-BY_KIND: Final = {
-    DoubtKind.PREDICATE: PREDICATE,
-    DoubtKind.ACTION: ACTION,
-    DoubtKind.EFFECT: EFFECT,
-    DoubtKind.OBJECT: OBJECT,
-    DoubtKind.GOAL: GOAL,
-}
+CODES: Final = doubts.CODES
 
 _FACT: Final = "domain-fact"
 _FACT_KEY: Final = "domain/fact/"
@@ -69,9 +26,9 @@ def check(agent: Agent) -> Iterator[Finding]:
     predicates = _predicates_of_facts(agent)
     for domain in domains:
         # With several domains, rules for one domain make no facts of the others.
-        for doubt in doubts(domain, predicates if len(domains) == 1 else None):
+        for doubt in doubts.of_domain(domain, predicates if len(domains) == 1 else None):
             place = SourcePlace(domain.file, doubt.position.line, doubt.position.column)
-            yield Finding(BY_KIND[doubt.kind], place, doubt.message)
+            yield Finding(doubt.code, place, doubt.message)
     if len(domains) == 1 and predicates is not None:
         yield from _check_goals(agent, domains[0], predicates)
 
@@ -90,5 +47,5 @@ def _predicates_of_facts(agent: Agent) -> frozenset[str] | None:
 def _check_goals(agent: Agent, domain: Domain, predicates: frozenset[str]) -> Iterator[Finding]:
     for file, call, text in planner_goals(agent):
         with suppress(PddlError):  # the planner reports a formula with a mistake
-            for doubt in unachieved(domain, parse_formula(text), predicates) if text else ():
-                yield Finding(GOAL, file.place(call.arguments[1]), doubt.message)
+            for doubt in doubts.of_goal(domain, parse_formula(text), predicates) if text else ():
+                yield Finding(doubt.code, file.place(call.arguments[1]), doubt.message)

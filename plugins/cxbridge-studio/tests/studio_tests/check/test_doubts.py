@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_formula
-from cxbridge_studio.check.doubts import Doubt, DoubtKind, doubts, unachieved
+from cxbridge_studio.check import doubts
+from cxbridge_studio.check.doubts import Doubt
+from cxbridge_studio.check.findings import Code
 
 DOMAIN = """\
 (define (domain orchard) (:requirements :adl)
@@ -20,24 +22,24 @@ DOMAIN = """\
 """
 
 
-def found(text: str, *made: str) -> list[tuple[DoubtKind, int, str]]:
-    return [(kind, at.line, message) for kind, message, at in doubts(parse_domain(text), made)]
+def found(text: str, *made: str) -> list[tuple[Code, int, str]]:
+    return [(kind, at.line, message) for kind, message, at in doubts.of_domain(parse_domain(text), made)]
 
 
 def test_a_domain_that_means_what_it_says() -> None:
     assert found(DOMAIN, "ripe") == []
-    assert list(doubts(parse_domain(DOMAIN))) == []
+    assert list(doubts.of_domain(parse_domain(DOMAIN))) == []
 
 
 def test_a_predicate_that_nothing_makes_and_the_actions_that_wait_for_it() -> None:
     assert found(DOMAIN) == [
         (
-            DoubtKind.PREDICATE,
+            doubts.PREDICATE,
             3,
             "(ripe) is never true: no action has it as an effect, nothing else makes it",
         ),
-        (DoubtKind.ACTION, 5, "the action pick can never be done: nothing makes (ripe) true before it"),
-        (DoubtKind.ACTION, 8, "the action empty can never be done: nothing makes (full) true before it"),
+        (doubts.ACTION, 5, "the action pick can never be done: nothing makes (ripe) true before it"),
+        (doubts.ACTION, 8, "the action empty can never be done: nothing makes (full) true before it"),
     ]
 
 
@@ -53,24 +55,24 @@ def test_a_predicate_that_nothing_makes_and_the_actions_that_wait_for_it() -> No
 def test_an_action_that_takes_its_effect_back(old: str, new: str, is_doubtful: bool) -> None:
     text = DOMAIN.replace("(full ?b - basket)", "(full ?b - object)").replace(old, new)
     assert text != DOMAIN
-    assert [kind for kind, _, _ in found(text, "ripe")] == [DoubtKind.EFFECT] * is_doubtful
+    assert [kind for kind, _, _ in found(text, "ripe")] == [doubts.EFFECT] * is_doubtful
 
 
 def test_at_different_times_an_effect_may_be_taken_back() -> None:
     timed = """(define (domain d) (:predicates (free)) (:durative-action go :parameters ()
       :duration (= ?duration 2) :effect (and (at start (not (free))) (at end (free)))))"""
     assert found(timed) == []
-    assert [kind for kind, _, _ in found(timed.replace("at end", "at start"))] == [DoubtKind.EFFECT]
+    assert [kind for kind, _, _ in found(timed.replace("at end", "at start"))] == [doubts.EFFECT]
 
 
 def test_an_object_of_no_type() -> None:
     text = DOMAIN.replace("(:constants old - tree)", "(:constants old - tree young)")
-    assert found(text, "ripe") == [(DoubtKind.OBJECT, 2, "young has no type: no action takes it")]
+    assert found(text, "ripe") == [(doubts.OBJECT, 2, "young has no type: no action takes it")]
     assert found(text.replace("(?b - basket) :effect", "(?b) :effect"), "ripe") == []
 
 
 def test_goals_that_no_action_achieves() -> None:
     goal = parse_formula("(and (ripe old) (picked old) (or (ripe old)) (not (ripe old)) (unknown))")
     domain = parse_domain(DOMAIN)
-    assert [doubt.message for doubt in unachieved(domain, goal, ())] == ["no action achieves (ripe old)"]
-    assert list[Doubt](unachieved(domain, goal, {"ripe"})) == []
+    assert [doubt.message for doubt in doubts.of_goal(domain, goal, ())] == ["no action achieves (ripe old)"]
+    assert list[Doubt](doubts.of_goal(domain, goal, {"ripe"})) == []

@@ -26,7 +26,7 @@ SNAPSHOT = MonitorSnapshot(
     facts=Table([("f-1", "(a)"), ("f-2", "(b (n 1))")], "7 more facts: / finds them"),
     agenda=Table([("10", "talk", "f-1,*")]),
     breakpoints=Table([("3", "goal:TALK")]),
-    events=Table([("0.000", "goal", "root"), ("1.000", "rule", "talk")], at=1),
+    events=Table([("0.000", "goal", "root"), ("1.000", "rule", "talk")], selected=1),
     log=(LogRow(1, "W", "W Daemon: mind the [step]"),),
     environments=("executive", "second"),
     story=("kid (TALK) FAILED: no voice",),

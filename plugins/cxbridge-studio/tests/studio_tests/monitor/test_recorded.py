@@ -65,13 +65,13 @@ def test_the_story_of_a_moment_is_that_of_why(source):
 def test_moments(source):
     seen = at(source, "begin", pane="events")
     assert re.fullmatch(r"0\.0 s of 4\.0 s · event 0 of 1,024", seen.head)
-    assert (seen.stop, seen.progress, seen.goals, seen.events.at) == ("the begin", 0, [], None)
+    assert (seen.stop, seen.progress, seen.goals, seen.events.selected) == ("the begin", 0, [], None)
     seen = at(source, "transition 1", "event 2")
     assert [goal.id for goal in seen.goals] == ["gen1", "gen2", "RUN-gen3"]
     assert seen.environments == ["executive"]
     seen = at(source, "end", pane="events")
     assert [goal.id for goal in seen.goals] == ["gen1", "RUN-gen3"]
-    assert seen.events.rows[seen.events.at][1:] == ("fact", "<== f-2001  (goal (id gen2))")
+    assert seen.events.rows[seen.events.selected][1:] == ("fact", "<== f-2001  (goal (id gen2))")
     assert seen.progress == 1
     seen = at(source, "jump 2.6")
     assert [line.text for line in seen.log] == ["    2.500 CLIPS: mind the step"]

@@ -54,25 +54,25 @@ class TestMeters:
     def test_a_rate_needs_two_times(self):
         meter = RateMeter()
         assert meter.rate() is None
-        meter.note(1.0)
+        meter.add(1.0)
         assert meter.rate() is None
 
     def test_rate_gaps_and_deviation(self):
         meter = RateMeter()
         for time_s in (0.0, 0.1, 0.4):
-            meter.note(time_s)
+            meter.add(time_s)
         rate = meter.rate()
         assert rate is not None
         assert rate.hz == pytest.approx(5.0)
         assert rate.shortest_s == pytest.approx(0.1)
         assert rate.longest_s == pytest.approx(0.3)
         assert rate.deviation_s == pytest.approx(0.1)
-        assert (meter.news(), meter.news()) == (3, 0)
+        assert (meter.new_writes(), meter.new_writes()) == (3, 0)
 
     def test_the_window_slides(self):
         meter = RateMeter(window=3)
         for time_s in (0.0, 10.0, 10.5, 11.0):
-            meter.note(time_s)
+            meter.add(time_s)
         rate = meter.rate()
         assert rate is not None
         assert rate.hz == pytest.approx(2.0)
@@ -80,8 +80,8 @@ class TestMeters:
 
     def test_two_writes_at_one_time_are_no_division_by_zero(self):
         meter = RateMeter()
-        meter.note(1.0)
-        meter.note(1.0)
+        meter.add(1.0)
+        meter.add(1.0)
         rate = meter.rate()
         assert rate is not None
         assert rate.hz == float("inf")
