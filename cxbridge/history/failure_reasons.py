@@ -1,4 +1,4 @@
-"""Why goals fail or are rejected, in one line each, while a run goes on.
+"""Why goals fail or are rejected, in one line each, during a run.
 
 A reason costs little enough for each failed goal: a failed plan-action or sub-goal is remembered when its
 event comes, and facts are read only for the text of an error. ``cxbridge why`` of cxbridge-studio explains in

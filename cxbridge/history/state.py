@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
-from typing import Any
 
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.events import (
@@ -70,20 +69,22 @@ class RunState:
         self.rule: RuleFired | None = None
         """The rule that fired last."""
         self._goal_facts: dict[tuple[str, str], int] = {}
-        self._takers: dict[type[Event], Callable[[Any], None]] = {
-            GoalTransition: self._goal,
-            PlanActionTransition: self._action,
-            SkillStatus: self._skill,
-            InterfaceWrite: self._write,
-            RuleFired: self._rule,
-            FactChange: self._fact,
-        }
 
     def take(self, event: Event) -> None:
         """Process the next event."""
-        taker = self._takers.get(type(event))
-        if taker is not None:
-            taker(event)
+        match event:
+            case FactChange():
+                self._change_fact(event)
+            case GoalTransition() if not event.is_unnamed:
+                self.goals[event.env, event.goal] = event
+            case PlanActionTransition():
+                self.actions[event.env, event.goal, event.plan, event.action_id] = event
+            case SkillStatus():
+                self.skills[event.env, event.skiller] = event
+            case InterfaceWrite():
+                self.interfaces[event.uid] = event
+            case RuleFired():
+                self.rule = event
 
     def copy(self) -> RunState:
         """Return an independent copy."""
@@ -104,23 +105,7 @@ class RunState:
             return self._goal_facts.get((env, goal), 0) > 0
         return (env, goal) in self.goals
 
-    def _goal(self, event: GoalTransition) -> None:
-        if not event.is_unnamed:
-            self.goals[event.env, event.goal] = event
-
-    def _action(self, event: PlanActionTransition) -> None:
-        self.actions[event.env, event.goal, event.plan, event.action_id] = event
-
-    def _skill(self, event: SkillStatus) -> None:
-        self.skills[event.env, event.skiller] = event
-
-    def _write(self, event: InterfaceWrite) -> None:
-        self.interfaces[event.uid] = event
-
-    def _rule(self, event: RuleFired) -> None:
-        self.rule = event
-
-    def _fact(self, event: FactChange) -> None:
+    def _change_fact(self, event: FactChange) -> None:
         self.facts.take(event)
         if event.template == "goal":
             with suppress(FactSyntaxError, KeyError):  # a recording may contain any text

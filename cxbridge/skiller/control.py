@@ -75,10 +75,6 @@ class ExclusiveControl:
         serial: str = self._interface.exclusive_controller
         return serial
 
-    def is_held_by(self, message: Message) -> bool:
-        """Return whether the sender is the controller."""
-        return self.controller == serial_of(message)
-
     def may_execute(self, message: Message) -> bool:
         """Return whether the sender is the controller, or there is none."""
         return self.controller in ("", serial_of(message))
@@ -134,7 +130,7 @@ class ExclusiveControl:
         :returns: whether to write the interface.
         """
         thread = message.sender_thread_name
-        if self.is_held_by(message):
+        if self.controller == serial_of(message):
             self._log.debug(f"{thread} releases exclusive control")
             self._interface.exclusive_controller = ""
             return True

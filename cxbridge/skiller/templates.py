@@ -19,14 +19,10 @@ TERMINALS: Final = Path(__file__).with_name("templates.json")
 
 
 @cache
-def load_terminals() -> dict[str, str]:
-    """Return the regular expression of each terminal."""
-    return msgspec.json.decode(TERMINALS.read_bytes(), type=dict[str, str])
-
-
-@cache
-def _terminal(name: str) -> re.Pattern[str]:
-    return re.compile(load_terminals()[name])
+def _terminals() -> dict[str, re.Pattern[str]]:
+    """Return the regular expression of each terminal of the grammar."""
+    texts = msgspec.json.decode(TERMINALS.read_bytes(), type=dict[str, str])
+    return {name: re.compile(text) for name, text in texts.items()}
 
 
 class Replacement(Struct, frozen=True):
@@ -80,7 +76,7 @@ def parse_template(template: str) -> tuple[Part, ...]:
 def _scan(template: str) -> Iterator[tuple[int, Part]]:
     end = 0
     # a text that is no placeholder stays as it is, as in Fawkes
-    for match in _terminal("PLACEHOLDER").finditer(template):
+    for match in _terminals()["PLACEHOLDER"].finditer(template):
         if match.start() > end:
             yield end, template[end : match.start()]
         yield match.start(), _placeholder(match.group())
@@ -90,7 +86,7 @@ def _scan(template: str) -> Iterator[tuple[int, Part]]:
 
 
 def _placeholder(text: str) -> Placeholder:
-    name = _terminal("NAME").match(text, len("?("))
+    name = _terminals()["NAME"].match(text, len("?("))
     assert name is not None
     # Fawkes splits at every bar, even inside a pattern, so patterns cannot have alternatives
     pieces = text[name.end() : -len(")s")].split("|")
@@ -128,7 +124,7 @@ def _excerpt(text: str) -> str:
 
 def _reason(text: str) -> str:
     """Return why a text that starts with ``?(`` is not a placeholder."""
-    name = _terminal("NAME").match(text, len("?("))
+    name = _terminals()["NAME"].match(text, len("?("))
     if name is None:
         return "the name of a parameter is missing after '?('"
     suffix = text[name.end() :]

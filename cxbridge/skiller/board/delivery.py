@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,69 +17,6 @@ if TYPE_CHECKING:
 
 THREADS: Final = 8
 """The number of blocking executors above which further executors wait."""
-
-Failed = Callable[[str, "Message", BlackBoardError], None]
-"""Gets the executor, the undelivered message and the reason. Called in any thread."""
-
-
-class MessageDelivery:
-    """Delivers messages in order per executor.
-
-    :param failed: called for undelivered messages.
-    """
-
-    def __init__(self, failed: Failed) -> None:
-        self._failed = failed
-        self._lock = threading.Lock()
-        self._waiting: dict[str, deque[tuple[Interface, Message]]] = {}
-        self._pool: ThreadPoolExecutor | None = None
-        self._closed = False
-
-    def send(self, to: Interface, message: Message) -> bool:
-        """Send synchronously; return whether the message was delivered."""
-        try:
-            to.msgq_enqueue(message)
-        except BlackBoardError as error:
-            self._failed(to.id, message, error)
-            return False
-        return True
-
-    def post(self, to: Interface, message: Message) -> None:
-        """Send asynchronously, after earlier messages to the same executor.
-
-        :param to: an instance for exclusive use.
-        """
-        with self._lock:
-            if self._closed:
-                return
-            queue = self._waiting.get(to.id)
-            if queue is not None:
-                queue.append((to, message))
-                return
-            self._waiting[to.id] = deque([(to, message)])
-            if self._pool is None:
-                self._pool = ThreadPoolExecutor(THREADS, thread_name_prefix="skill-board")
-            # one job an executor at a time keeps its messages in order
-            self._pool.submit(self._work, to.id)
-
-    def _work(self, executor: str) -> None:
-        while True:
-            with self._lock:
-                queue = self._waiting[executor]
-                if not queue:
-                    del self._waiting[executor]
-                    return
-                to, message = queue.popleft()
-            if not self.send(to, message) and self._closed:
-                queue.clear()  # after closing, no thread retries for this executor
-
-    def close(self) -> None:
-        """Send the pending messages and refuse further ones."""
-        with self._lock:
-            self._closed = True
-            pool, self._pool = self._pool, None
-        if pool is not None:
-            pool.shutdown(wait=True)
 
 
 class Sender:
@@ -102,8 +38,11 @@ class Sender:
         self._owner = owner
         self._at_once = at_once
         self._failures: deque[tuple[str, Any, BlackBoardError]] = deque()
-        self._delivery = MessageDelivery(lambda *failure: self._failures.append(failure))
         self._instances: dict[str, Interface] = {}
+        self._lock = threading.Lock()  # guards the three below
+        self._waiting: dict[str, deque[tuple[Interface, Message]]] = {}
+        self._pool: ThreadPoolExecutor | None = None
+        self._closed = False
 
     def request(self, executor: str, number: int, call: SkillCall, parameters: str) -> None:
         """Send REQUEST.
@@ -144,8 +83,12 @@ class Sender:
             instance.close()
 
     def close(self) -> None:
-        """Deliver pending messages and release all resources."""
-        self._delivery.close()
+        """Deliver pending messages, refuse further ones, and release all resources."""
+        with self._lock:
+            self._closed = True
+            pool, self._pool = self._pool, None
+        if pool is not None:
+            pool.shutdown(wait=True)
         for instance in self._instances.values():
             instance.close()
         self._instances.clear()
@@ -163,7 +106,7 @@ class Sender:
             return  # reported by another event
         message: Message = reader.create_message(message_type, *ticket, *values)
         if self._at_once or executor in self.local:
-            self._delivery.send(reader, message)
+            self._deliver(reader, message)
             return
         try:
             instance = self._instances.get(executor)
@@ -174,4 +117,42 @@ class Sender:
         except BlackBoardError as error:
             self._failures.append((executor, message, error))
         else:
-            self._delivery.post(instance, message)
+            self._post(instance, message)
+
+    def _deliver(self, to: Interface, message: Message) -> bool:
+        """Deliver a message in this thread; return whether that succeeded."""
+        try:
+            to.msgq_enqueue(message)
+        except BlackBoardError as error:
+            self._failures.append((to.id, message, error))
+            return False
+        return True
+
+    def _post(self, to: Interface, message: Message) -> None:
+        """Deliver a message in another thread, after earlier messages to the same executor.
+
+        :param to: an instance for exclusive use.
+        """
+        with self._lock:
+            if self._closed:
+                return
+            queue = self._waiting.get(to.id)
+            if queue is not None:
+                queue.append((to, message))
+                return
+            self._waiting[to.id] = deque([(to, message)])
+            if self._pool is None:
+                self._pool = ThreadPoolExecutor(THREADS, thread_name_prefix="skill-board")
+            # one job an executor at a time keeps its messages in order
+            self._pool.submit(self._work, to.id)
+
+    def _work(self, executor: str) -> None:
+        while True:
+            with self._lock:
+                queue = self._waiting[executor]
+                if not queue:
+                    del self._waiting[executor]
+                    return
+                to, message = queue.popleft()
+            if not self._deliver(to, message) and self._closed:
+                queue.clear()  # after closing, no thread retries for this executor
