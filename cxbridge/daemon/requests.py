@@ -15,8 +15,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, EventBus, LogLine, SkillStatus
 from cxbridge.executive.host.values import show
 from cxbridge.history.forest import Forest, parent_id
-from cxbridge.history.keeping import cut
 from cxbridge.history.tree import plain_goal
+from cxbridge.history.truncation import cut
 from cxbridge.printing import one_line
 from cxbridge.rights import Right, Rights
 

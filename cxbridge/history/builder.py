@@ -22,7 +22,6 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.history.exchange import BoardExecutions
-from cxbridge.history.keeping import LONGEST, cut
 from cxbridge.history.model import (
     PLAN_ACTION,
     ActionAssignment,
@@ -39,6 +38,7 @@ from cxbridge.history.model import (
 )
 from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import unquote
+from cxbridge.history.truncation import MAX_TEXT, cut
 
 IDLE: Final = "S_INACTIVE"
 RUNNING: Final = "S_RUNNING"
@@ -72,7 +72,7 @@ class HistoryLimits:
     actions: int = 30_000
     calls: int = 10_000
     transitions: int = 300_000
-    text: int = LONGEST
+    text: int = MAX_TEXT
 
 
 UNLIMITED: Final = HistoryLimits(*[sys.maxsize] * 5)

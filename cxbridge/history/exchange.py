@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeAlias
 
 from cxbridge.events import Event, InterfaceMessage
-from cxbridge.history.keeping import cut
 from cxbridge.history.model import SkillExecution
+from cxbridge.history.truncation import cut
 
 _BOARD: Final = "SkillBoardInterface::"
 _EXECUTOR: Final = "SkillExecutorInterface::"

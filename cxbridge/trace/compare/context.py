@@ -10,7 +10,7 @@ from cxbridge.event_kinds import View
 from cxbridge.events import Event, GoalTransition, RuleFired
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.trace.compare.model import DifferenceContext, EventLine, GoalAtDifference
-from cxbridge.trace.compare.selection import Selection, with_kept
+from cxbridge.trace.compare.selection import Selection, with_content
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.listing import describe
 
@@ -47,7 +47,7 @@ def contexts_of(
     goals: dict[str, GoalTransition] = {}
     unfinished: list[int] = []
     number, start_us = 0, None
-    for event, content in with_kept(run, view, selection):
+    for event, content in with_content(run, view, selection):
         start_us = event.time_us if start_us is None else start_us
         # goals and rules count even if the selection leaves them out
         if type(event) is GoalTransition:

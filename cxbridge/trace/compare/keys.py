@@ -22,7 +22,7 @@ from cxbridge.events import (
 )
 from cxbridge.trace.compare.details import MissingDetails
 from cxbridge.trace.compare.names import MSGID, Namer, Names, interface_text, take_msgid, without_times_of_day
-from cxbridge.trace.compare.selection import Selection, with_kept
+from cxbridge.trace.compare.selection import Selection, with_content
 from cxbridge.trace.formats.base import Run
 
 Key: TypeAlias = tuple[Any, ...]
@@ -190,7 +190,7 @@ class Tokens:
         self.count = 0
         self.start_us = 0
         self.namer = Namer()
-        self._events = with_kept(run, view, selection)
+        self._events = with_content(run, view, selection)
         self._skillers = SkillerBacklog()
         self._makers = {
             kind: _KeyMaker(form, self.namer, (missing or {}).get(kind, frozenset()))

@@ -147,7 +147,7 @@ class Selection:
         return _SelectionReader(self, self._used).content
 
 
-def with_kept(
+def with_content(
     run: Iterable[Event], view: View, selection: Selection | None = None
 ) -> Iterator[tuple[Event, Event | None]]:
     """Yield all events of a run with their compared content, or None."""
@@ -159,7 +159,7 @@ def with_kept(
 
 
 def compared(run: Iterable[Event], view: View, selection: Selection | None = None) -> Iterator[Event]:
-    return (content for _, content in with_kept(run, view, selection) if content is not None)
+    return (content for _, content in with_content(run, view, selection) if content is not None)
 
 
 class _SelectionReader:

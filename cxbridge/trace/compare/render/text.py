@@ -24,7 +24,7 @@ from cxbridge.trace.formats.base import Run
 LISTED: Final = 10
 """The number of listed differences after the first."""
 
-LONGEST: Final = 400
+MAX_EVENT_TEXT: Final = 400
 """The maximal number of displayed characters of an event."""
 
 NOUNS: Final = {
@@ -143,10 +143,10 @@ def _side(side: Side) -> str:
 
 def short(text: str) -> str:
     """Shorten a long text in the middle; JSON contains it in full."""
-    if len(text) <= LONGEST:
+    if len(text) <= MAX_EVENT_TEXT:
         return text
     # the end is as telling as the start: the error of a goal is last
-    half = LONGEST // 2
+    half = MAX_EVENT_TEXT // 2
     return f"{text[:half]} ... {text[-half:]}"
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, Final
 
-from cxbridge.history.keeping import cut
+from cxbridge.history.truncation import cut
 from cxbridge_web.escaping import visible
 
 Moment = tuple[int, int]  # number of a run's event, and its microseconds since the first event

@@ -17,9 +17,9 @@ from typing import Any, Final
 
 from cxbridge.file_access import replacing
 from cxbridge.history.builder import ENDED, RUNNING
-from cxbridge.history.keeping import cut
 from cxbridge.history.linking import links
 from cxbridge.history.model import SkillExecution
+from cxbridge.history.truncation import cut
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.timeline.events import Events, Lanes, Moment, Track, Tracks
 from cxbridge_web.timeline.goals import OPEN, add_goals

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from cxbridge.events import Event, FactChange, InterfaceMessage, InterfaceWrite, Level, LogLine, RuleFired
 from cxbridge.history.builder import HistoryLimits, RunHistory
-from cxbridge.history.keeping import Kept, cut
+from cxbridge.history.truncation import TruncatedList, cut
 from cxbridge.trace.codec import plain_values
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.timeline.events import Moment
@@ -52,10 +52,10 @@ class TimelineData:
     """
 
     history: RunHistory
-    firings: Kept[tuple[Moment, str, str]]
-    log: dict[Level, Kept[tuple[Moment, str, str]]]
-    changes: Kept[tuple[Moment, str, dict[str, str]]]
-    messages: Kept[tuple[Moment, str, str]]
+    firings: TruncatedList[tuple[Moment, str, str]]
+    log: dict[Level, TruncatedList[tuple[Moment, str, str]]]
+    changes: TruncatedList[tuple[Moment, str, dict[str, str]]]
+    messages: TruncatedList[tuple[Moment, str, str]]
     interfaces: dict[str, dict[str, str]] = field(default_factory=dict)
     facts: dict[int, tuple[Moment, int]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -66,10 +66,10 @@ def read(run: Run, limits: TimelineLimits | None = None) -> TimelineData:
     limits = limits or TimelineLimits()
     data = TimelineData(
         RunHistory(limits, run.start_us),
-        Kept(limits.firings),
-        {level: Kept(limits.log) for level in Level},
-        Kept(limits.writes),
-        Kept(limits.writes),
+        TruncatedList(limits.firings),
+        {level: TruncatedList(limits.log) for level in Level},
+        TruncatedList(limits.writes),
+        TruncatedList(limits.writes),
     )
     fact_count = 0
     for event in run:
@@ -81,7 +81,7 @@ def read(run: Run, limits: TimelineLimits | None = None) -> TimelineData:
             data.facts[moment[1] // BIN_US] = moment, fact_count
         else:
             _add(data, event, moment)
-    kept: dict[str, Kept[Any]] = {
+    kept: dict[str, TruncatedList[Any]] = {
         f"log lines of level {level.value}": lines for level, lines in data.log.items()
     }
     kept |= {"interface writes": data.changes, "messages": data.messages, "firings": data.firings}
@@ -117,7 +117,7 @@ def _add(data: TimelineData, event: Event, moment: Moment) -> None:
             data.messages.add((moment, event.uid, cut(text)))
 
 
-def _note(noun: str, kept: Kept[Any]) -> str:
+def _note(noun: str, kept: TruncatedList[Any]) -> str:
     """Return a warning about a missing middle part."""
     return (
         f"{kept.lost} of {kept.total} {noun} are left out, from the middle of the run: "

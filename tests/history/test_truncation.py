@@ -5,12 +5,12 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.history.keeping import Kept, cut
+from cxbridge.history.truncation import TruncatedList, cut
 
 
 @given(st.integers(0, 40), st.integers(1, 20))
 def test_the_first_and_the_last_stay(count, limit):
-    kept = Kept[int](limit)
+    kept = TruncatedList[int](limit)
     for number in range(count):
         kept.add(number)
     items = kept.items()

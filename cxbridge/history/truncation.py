@@ -1,4 +1,4 @@
-"""Lists with a limit that count omitted items."""
+"""Truncation of long sequences and texts, with the number of the omitted items or characters."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Generic, TypeVar
 
 Item = TypeVar("Item")
 
-LONGEST = 2000
+MAX_TEXT = 2000
 """The maximal number of characters of a text on a page."""
 
 
-class Kept(Generic[Item]):
+class TruncatedList(Generic[Item]):
     """The first and last items of a sequence, without its middle.
 
     :param limit: the maximal number of items.
@@ -46,6 +46,6 @@ class Kept(Generic[Item]):
         return [*self._head, *self._tail]
 
 
-def cut(text: str, longest: int = LONGEST) -> str:
+def cut(text: str, max_length: int = MAX_TEXT) -> str:
     """Return a text; if it is too long, its start and length."""
-    return text if len(text) <= longest else f"{text[:longest]} … ({len(text)} characters)"
+    return text if len(text) <= max_length else f"{text[:max_length]} … ({len(text)} characters)"
