@@ -325,8 +325,6 @@ class _LuaCallReader:
     def _refuse_name(self, name: _Token) -> NoReturn:
         if name.text in _KEYWORDS:
             self._refuse_token(name, "a literal")
-        if self._next.kind == "symbol" and self._next.text in ".:[":
-            self._refuse(f"'{name.text[:20]}{self._next.text}' looks into a variable; {ONLY_FAWKES}", name.at)
         if self._next.kind == "text" or (self._next.kind == "symbol" and self._next.text in "({"):
             self._refuse(f"a call of '{name.text[:20]}' is not a literal; {ONLY_FAWKES}", name.at)
         self._refuse_token(name, "a literal")

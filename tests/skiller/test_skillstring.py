@@ -76,7 +76,7 @@ EVALUATED = [
     ("(say){}", 1, "'(' stands"),
     ("say{text=name}", 10, "'name' is a variable"),
     ("say(math.pi)", 5, "'math' is a variable"),
-    ("say{math.pi}", 5, "'math.' looks into a variable"),
+    ("say{math.pi}", 5, "'math' is a variable"),
     ("say{f()}", 5, "a call of 'f' is not a literal"),
     ("say{f{}}", 5, "a call of 'f' is not a literal"),
     ("say{function() end}", 5, "a function is not a literal"),
