@@ -1,4 +1,9 @@
-"""Builds the history of a run from its events in recorded order."""
+"""Builds the history of a run from its events in recorded order: goals, plan-actions, skills, planner calls.
+
+An id may be reused: a goal that is formulated again after its retraction is a new life, and a retried goal
+has new plan-actions with the ids of the former ones. Skills come from the executive's reads of a Skiller,
+from writes of its interface, or from the messages of a skill board; each skill counts once.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""Execution of a skill string by a Skiller."""
+"""A client's side of SkillerInterface: acquires control, sends a skill string, waits for its end.
+
+Each step is a generator that receives the changes of the interface and yields a time limit for the next
+change. So the same steps serve a blocking command (:meth:`SkillerCall.execute`) and a caller in a main loop
+(:meth:`SkillerCall.poll`).
+"""
 
 from __future__ import annotations
 

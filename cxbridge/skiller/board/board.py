@@ -1,4 +1,10 @@
-"""The skill board: masters of running actions and their executors. See docs/skill-board.md."""
+"""The skill board: masters of running actions and their executors; see docs/skill-board.md.
+
+New masters ask the idle executors that know their skills, in turn, so that each master has a request before
+any has two. An executor with an unanswered request is asked by no other master, as it answers only one. Each
+executor that becomes idle is asked, too: first for masters without an unanswered request, then for the
+oldest. The first answer is confirmed.
+"""
 
 from __future__ import annotations
 

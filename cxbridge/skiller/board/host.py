@@ -1,4 +1,9 @@
-"""The executor's side of the protocol. See docs/skill-board.md."""
+"""An executor's side of the skill board's protocol, which docs/skill-board.md describes.
+
+An idle executor answers REQUEST with RESPONSE and is then reserved, until CONFIRM makes it busy, or REJECT or
+the time idle again. A busy executor executes its skill one step a loop, sends FEEDBACK, and ends with FINISH.
+An executor serves one master at a time, the one of its ticket.
+"""
 
 from __future__ import annotations
 

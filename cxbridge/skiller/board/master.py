@@ -1,6 +1,8 @@
-"""The master of a running action: finds an executor and follows it to the end.
+"""The master of a running action: finds an executor and follows it to the end; see docs/skill-board.md.
 
-See docs/skill-board.md.
+A master asks (ASKING) until an executor responds, confirms it (CONFIRMED), and runs from its first FEEDBACK
+(RUNNING) to its FINISH. In each of these states a deadline ends it. A cancelled master waits for the executor
+(CANCELLING), because the robot moves until then.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""The executors on the blackboard and their states."""
+"""The executors on the blackboard and their states, as far as the skill board has read them.
+
+The blackboard reports events in any thread; they are queued and handled in the thread of the board.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""A Lua 5.1 state with the skills of one skill space."""
+"""A Lua 5.1 state with the skills of one skill space, and the bounds of its memory.
+
+Lua gets functions that take and return plain values, no Python objects (:mod:`.host`). A reload makes a new
+state.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading of a run's goals and plans, with their sequences of transitions."""
+"""The goals of a run for a comparison in partial order, with their transitions, plans and children."""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Comparison in total order: the runs must have equal events at equal positions."""
+"""Comparison in total order: the runs must have equal events at equal positions.
+
+Up to the first difference both runs are read side by side. The rest is aligned twice: without names, so that
+paired events show which name of B is which of A, then with these names.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Writer of a run's recorded interfaces on a blackboard."""
+"""The player of a replay: writes recorded values of interfaces on a blackboard, and sends recorded messages.
+
+It opens all interfaces before the first write, so that an interface with another writer stops the replay at
+once.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Repair of truncated or damaged mcap files by copying intact records and writing the index."""
+"""Repair of truncated or damaged mcap files: copies the intact records and writes a new index.
+
+Records are copied, not events, so that also records of later versions stay.
+"""
 
 from __future__ import annotations
 
