@@ -111,7 +111,7 @@ class ExclusiveControl:
         serial, thread = serial_of(message), message.sender_thread_name
         if not self.controller:
             self._log.debug(f"{thread} (serial {serial}) is new exclusive controller")
-        # stealing what the sender has itself is logged, too, as in Fawkes
+        # logged also if the sender has control already, as in Fawkes
         elif message.steal_control:
             self._log.warn(f"{thread} (serial {serial}) steals exclusive control")
         elif self.controller == serial:

@@ -75,7 +75,7 @@ def parse_template(template: str) -> tuple[Part, ...]:
 
 def _scan(template: str) -> Iterator[tuple[int, Part]]:
     end = 0
-    # a text that is no placeholder stays as it is, as in Fawkes
+    # Fawkes leaves a text that is no placeholder unchanged
     for match in _terminals()["PLACEHOLDER"].finditer(template):
         if match.start() > end:
             yield end, template[end : match.start()]

@@ -163,7 +163,7 @@ class Master:
                 self._go(MasterState.CANCELLED)
             elif self.state is MasterState.CONFIRMED:
                 self.executor = ""
-                # the refusal costs no time of its own: the wait for an executor goes on
+                # a refusal does not extend the wait for an executor, which began with the request
                 self.deadline_us = max(self._start_us, now_us)
                 self._go(MasterState.ASKING)
             else:

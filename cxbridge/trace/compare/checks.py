@@ -40,7 +40,7 @@ class MessageIds:
         if not id_a or not id_b:
             return bool(id_a or id_b)
         offset = id_b - id_a
-        # one wrong id is one difference: the ids after it may go on at its offset, or at the offset before it
+        # one wrong id is one difference: the next ids may have its offset, or the offset before it
         offsets = self._offsets.setdefault(stream, (offset, offset))
         if offset in offsets:
             return False

@@ -1,4 +1,4 @@
-"""The result of a comparison: differences, events around them, and accepted differences."""
+"""The result of a comparison: the differences, and the events, rules and goals around them."""
 
 from __future__ import annotations
 

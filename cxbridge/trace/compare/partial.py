@@ -52,7 +52,7 @@ def compare_partial(
             comparison.hints += scenario_hints(forest_a.scopes, forest_b.scopes)
             return comparison
         _add_relations(relations, match)
-    # relations hold between the run and all others; report them against the first
+    # relations concern all of the compared runs; differences are reported against the first
     comparison.other = 0
     comparison.keep(sorted(_broken_relations(relations), key=lambda difference: difference.position))
     return comparison

@@ -27,7 +27,7 @@ def compare_runs(
 ) -> Comparison:
     """Compare a run with several runs; it must equal each of them.
 
-    :param others: at least one.
+    :param others: the runs to compare with, one at least.
     :param selection: the compared events; None: all.
     :param tolerance: the allowed difference between times; None: times are not compared.
     :raises TraceError: if a run cannot be read, or was not recorded at this level.

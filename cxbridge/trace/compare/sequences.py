@@ -71,7 +71,7 @@ class StepPair:
         :param begin: the start of each run in microseconds.
         """
         states = [states_of(steps) for steps in self.steps]
-        # details have the times of the transitions beside them
+        # details have the times of their transitions
         times = times if self.timed else None
         if states[0] == states[1] and times is None:
             return []
