@@ -54,17 +54,11 @@ class FieldConstraint:
     @property
     def words(self) -> frozenset[str] | None:
         """The words that the field allows; None if it allows more than words."""
-        terms = [
-            alternative[0]
-            for alternative in self.alternatives
-            if len(alternative) == 1 and len(alternative[0]) == 1
+        # several terms, a variable or a function allow values that are not in the text
+        literals = [
+            literal(terms[0][0]) if len(terms) == len(terms[0]) == 1 else "" for terms in self.alternatives
         ]
-        literals = [literal(term[0]) for term in terms]
-        return (
-            frozenset(literals)
-            if literals and all(literals) and len(literals) == len(self.alternatives)
-            else None
-        )
+        return frozenset(literals) if literals and all(literals) else None
 
     @property
     def used(self) -> frozenset[str]:

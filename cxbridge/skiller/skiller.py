@@ -153,18 +153,18 @@ class Skiller(InterfaceSkiller):
         watch.follow(self.engine.modules)
 
     def _execute(self) -> None:
-        tick = self.engine.run()
-        if tick.error:
-            self._fail(tick.error)
+        error, status = self.engine.run()
+        if error:
+            self._fail(error)
             self._debug.publish()
             return
-        if tick.status != self._interface.status:
-            self._interface.status = tick.status
-            self._interface.error = self.engine.failure() if tick.status is Status.S_FAILED else ""
+        if status != self._interface.status:
+            self._interface.status = status
+            self._interface.error = self.engine.failure() if status is Status.S_FAILED else ""
             self._interface.write()
         # before the reset of the skills, which would hide the last state from viewers of the graph
         self._debug.publish()
-        if tick.status is not Status.S_RUNNING:
+        if status is not Status.S_RUNNING:
             self.drop()
 
     def _fail(self, problem: str) -> None:

@@ -63,7 +63,7 @@ class WriteForwarder(Listener, Observer):
 
     :param board: not closed by the forwarder.
     :param patterns: match the interfaces.
-    :param out: gets each write as BlockWrite, and as InterfaceWrite and SkillStatus if it has listeners for
+    :param bus: gets each write as BlockWrite, and as InterfaceWrite and SkillStatus if it has listeners for
         them.
     """
 

@@ -94,7 +94,7 @@ class Both:
     def call(self, text: str) -> None:
         self.theirs.call(text)
         assert self.ours.compile(text) == ""
-        assert self.ours.run().error == ""
+        assert self.ours.run()[0] == ""
 
     def graphs(self, skill: str, direction: str, *, coloured: bool) -> tuple[str, str]:
         found, graph = self.ours.graph(skill, direction, coloured=coloured, always=True)

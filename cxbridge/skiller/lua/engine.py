@@ -7,7 +7,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
 from msgspec.structs import asdict
 
 from cxbridge.clock import Clock
@@ -28,17 +27,6 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
     from cxbridge.space.navgraph import NavGraph
     from cxbridge.space.tf.buffer import TransformBuffer
-
-
-class Tick(Struct, frozen=True):
-    """The result of one execution of a skill string.
-
-    :param error: the Lua error with traceback; empty after success.
-    :param status: the combined status of the called skills.
-    """
-
-    error: str
-    status: Status
 
 
 class LuaEngine:
@@ -169,10 +157,14 @@ class LuaEngine:
         # only in mode `fawkes`, because any client may send the skill string
         return self._outcome(self._call("compile", to_lua(skill_string)))
 
-    def run(self) -> Tick:
-        """Execute the compiled skill string once, in one loop."""
+    def run(self) -> tuple[str, Status]:
+        """Execute the compiled skill string once, in one loop.
+
+        :returns: the Lua error with traceback, empty after success; and the combined status of the called
+            skills.
+        """
         ok, error, *status = self._call("run")
-        return Tick(self._outcome((ok, error)), _status(status[0] if status else Status.S_INACTIVE))
+        return self._outcome((ok, error)), _status(status[0] if status else Status.S_INACTIVE)
 
     def drop(self) -> None:
         self._call("drop")

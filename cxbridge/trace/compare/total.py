@@ -92,11 +92,11 @@ def compare_total(
     if len(window) < max(map(len, tails)):
         # names that are new in the window may be paired differently, so that only the older ones are certain
         shared_names = window[0][2] if window else shared_names
-        # only for the first difference: an earlier one is a message id or a time, around which the events are
-        # equal
         divergence = Divergence(tails, shared_names, (runs[0].start_us, runs[1].start_us))
         is_first = not differences
         differences += divergence.differences(checks, len(window))
+        # rows show the first difference; an earlier one is a message id or a time, around which events are
+        # equal
         comparison.rows = divergence.rows() if is_first else []
         longer = max(comparison.count_a, comparison.count_b)
         comparison.alike = (longer - divergence.unpaired) / longer
@@ -136,7 +136,7 @@ class Divergence:
     """The rest of two runs from the first difference on, with equal names for paired goals.
 
     :param tails: the events of both runs.
-    :param known: the number of names that are equal in both runs.
+    :param shared_names: the number of names that are equal in both runs.
     :param start_us: the start of each run in microseconds.
     """
 
