@@ -95,10 +95,10 @@ class WriterActiveError(BlackBoardError):
 class VersionMismatchError(BlackBoardError):
     """The interface is open in another version of its type: the hashes of the definitions differ."""
 
-    def __init__(self, uid: str, in_memory: bytes, wanted: bytes) -> None:
+    def __init__(self, uid: str, in_memory: bytes, requested: bytes) -> None:
         super().__init__(
             "Interface versions do not match, need to update and recompile interfaces?",
-            hint=f"{uid} is open with hash {in_memory.hex().upper()}, wanted is {wanted.hex().upper()}",
+            hint=f"{uid} is open with hash {in_memory.hex().upper()}, wanted is {requested.hex().upper()}",
         )
         self.in_memory = in_memory
 

@@ -366,15 +366,15 @@ class Configuration:
         for file in () if files is None else (files,) if isinstance(files, Path) else files:
             self.overlay(Configuration.load(file))
 
-    def overlay(self, other: Configuration) -> None:
+    def overlay(self, over: Configuration) -> None:
         """Lay another configuration over this one; its values take precedence.
 
         :raises ConfigError: if a value would replace one of another kind, such as a list a scalar.
         """
-        overlay(self._root, other._root)
-        self.files += other.files
-        self._host_includes += other._host_includes
-        self.warnings += other.warnings
+        overlay(self._root, over._root)
+        self.files += over.files
+        self._host_includes += over._host_includes
+        self.warnings += over.warnings
 
 
 def _value(path: str, node: ConfigNode) -> ConfigValue:

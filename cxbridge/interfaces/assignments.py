@@ -31,7 +31,7 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
     """Set fields by ``NAME=VALUE``, ``NAME=V,V,V`` or ``NAME[INDEX]=VALUE``.
 
     Numbers may be hexadecimal; enum values are names or numbers. A text in double quotes is parsed as JSON,
-    so the results of :func:`shown` can be read back.
+    so the results of :func:`field_text` can be read back.
 
     :returns: whether a value changed.
     :raises InterfaceError: if an assignment is invalid; earlier ones were made.
@@ -47,13 +47,13 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
                 raise InterfaceError(
                     f"{field.name} is a single value and has no index", hint="write NAME=VALUE"
                 )
-            put(block, field.name, _element(field, match["value"]), int(match["index"]))
+            set_field(block, field.name, _element(field, match["value"]), int(match["index"]))
         elif field.is_array:
             elements = match["value"].strip().removeprefix("[").removesuffix("]").split(",")
             values = [_element(field, element) for element in elements if element.strip()]
-            put(block, field.name, values)
+            set_field(block, field.name, values)
         else:
-            put(block, field.name, _element(field, match["value"]))
+            set_field(block, field.name, _element(field, match["value"]))
     return block.to_bytes() != previous
 
 
@@ -83,14 +83,14 @@ def _whole_number(text: str) -> int:
 
 
 def _unquoted(text: str) -> str:
-    """Remove the quotes that :func:`shown` adds."""
+    """Remove the quotes that :func:`field_text` adds."""
     if _QUOTED.fullmatch(text):
         with suppress(ValueError):  # a text in quotes that is not JSON is taken literally
             text = json.loads(text, strict=False)
     return text
 
 
-def put(block: Block, name: str, value: Any, index: int | None = None) -> None:
+def set_field(block: Block, name: str, value: Any, index: int | None = None) -> None:
     """Set a field to the value of a user, checked more strictly than in Fawkes.
 
     :meth:`Block.set <cxbridge.interfaces.block.Block.set>` cuts texts and takes any number for an enum.
@@ -130,28 +130,28 @@ def _wrong(field: FieldSchema, text: str) -> InterfaceError:
     )
 
 
-def plain(value: Any) -> Any:
+def json_value(value: Any) -> Any:
     """Return a field's value for JSON, with enum values by name."""
     if isinstance(value, tuple):
-        return [plain(element) for element in value]
+        return [json_value(element) for element in value]
     return value.name if isinstance(value, IntEnum) else value
 
 
-def shown(value: Any) -> str:
+def field_text(value: Any) -> str:
     """Return a field's value in the form that :func:`assign` reads."""
     if isinstance(value, tuple):
-        return ",".join(shown(element) for element in value)
+        return ",".join(field_text(element) for element in value)
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, bool):
         return "true" if value else "false"
-    return str(plain(value))
+    return str(json_value(value))
 
 
-def shown_fields(values: Mapping[str, Any], names: Iterable[str] | None = None) -> str:
+def fields_text(values: Mapping[str, Any], names: Iterable[str] | None = None) -> str:
     """Return fields as ``name=value name=value``.
 
     :param names: the fields to include; None includes all.
     """
     chosen = values if names is None else [name for name in values if name in set(names)]
-    return " ".join(f"{name}={shown(values[name])}" for name in chosen)
+    return " ".join(f"{name}={field_text(values[name])}" for name in chosen)

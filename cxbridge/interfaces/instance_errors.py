@@ -81,10 +81,10 @@ class InvalidMessageError(MessageError):
 class UnknownMessageTypeError(MessageError):
     """The interface type has no message of this name."""
 
-    def __init__(self, message_type: str, known: tuple[str, ...]) -> None:
+    def __init__(self, message_type: str, message_types: tuple[str, ...]) -> None:
         super().__init__(
             f"The given type '{message_type}' does not match any known message type for this interface type.",
-            hint=f"it has {', '.join(known)}" if known else "it has no messages",
+            hint=f"it has {', '.join(message_types)}" if message_types else "it has no messages",
         )
 
 

@@ -29,14 +29,14 @@ ID_FIELDS: Final = ("msgid", "msg_id")
 _U32: Final = struct.Struct("=I")
 
 
-def next_id(last: int, shown: int = NO_MESSAGE) -> int:
-    """Return the id after ``last`` that is neither 0 nor the one that the interface shows.
+def next_id(last_id: int, shown_id: int = NO_MESSAGE) -> int:
+    """Return the id after ``last_id`` that is neither 0 nor the one that the interface shows.
 
-    :param last: the last id of the sender, 0 if there is none.
-    :param shown: the id that the interface shows, 0 if there is none.
+    :param last_id: the last id of the sender, 0 if there is none.
+    :param shown_id: the id that the interface shows, 0 if there is none.
     """
-    number = last % MESSAGE_ID_MASK + 1  # 65535 is followed by 1
-    return number if number != shown else number % MESSAGE_ID_MASK + 1
+    number = last_id % MESSAGE_ID_MASK + 1  # 65535 is followed by 1
+    return number if number != shown_id else number % MESSAGE_ID_MASK + 1
 
 
 def id_offset(schema: InterfaceSchema) -> int | None:

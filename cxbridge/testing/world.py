@@ -8,7 +8,7 @@ from cxbridge.blackboard import BlackBoard, parse_uid
 from cxbridge.executive.host.constructs import template_names
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
-from cxbridge.interfaces.assignments import put
+from cxbridge.interfaces.assignments import set_field
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance import Interface
 from cxbridge.suggestions import or_similar
@@ -113,7 +113,7 @@ class World:
 
 def _set(block: Block, fields: dict[str, object]) -> None:
     for name, value in fields.items():
-        put(block, name, value)
+        set_field(block, name, value)
 
 
 def _comparable(value: object) -> object:

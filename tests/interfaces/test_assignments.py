@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.errors import InterfaceError
-from cxbridge.interfaces.assignments import assign, shown
+from cxbridge.interfaces.assignments import assign, field_text
 from cxbridge.interfaces.fieldtypes import TYPES
 from tests.interfaces.samples import block_of
 
@@ -47,7 +47,7 @@ def test_what_is_shown_is_read(data: st.DataObject):
     for field in block.fields():
         value = _VALUES[field.type]
         block.set(field.name, data.draw(st.tuples(value, value, value) if field.is_array else value))
-    assign(other, [f"{name}={shown(value)}" for name, value in block.as_dict().items()])
+    assign(other, [f"{name}={field_text(value)}" for name, value in block.as_dict().items()])
     assert other.as_dict() == block.as_dict()
 
 

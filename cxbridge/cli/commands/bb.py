@@ -247,9 +247,9 @@ def _existing(board: BlackBoard, uid: str) -> InterfaceInfo:
 
 
 def _plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    from cxbridge.interfaces.assignments import plain
+    from cxbridge.interfaces.assignments import json_value
 
-    return {name: plain(value) for name, value in values.items()}
+    return {name: json_value(value) for name, value in values.items()}
 
 
 def _info_row(info: InterfaceInfo) -> dict[str, Any]:
@@ -278,11 +278,11 @@ def _print_interface(info: InterfaceInfo, instance: Interface) -> None:
 
 
 def _print_fields(values: Mapping[str, Any]) -> None:
-    from cxbridge.interfaces.assignments import shown
+    from cxbridge.interfaces.assignments import field_text
 
     width = max(map(len, values), default=0)
     for name, value in values.items():
-        say(f"  {name.ljust(width)}  {shown(value)}")
+        say(f"  {name.ljust(width)}  {field_text(value)}")
 
 
 def _print_change(change: InterfaceChange, last_values: dict[str, dict[str, Any]], *, as_json: bool) -> bool:
@@ -290,7 +290,7 @@ def _print_change(change: InterfaceChange, last_values: dict[str, dict[str, Any]
 
     :param last_values: the printed values by interface, updated.
     """
-    from cxbridge.interfaces.assignments import shown_fields
+    from cxbridge.interfaces.assignments import fields_text
 
     fields: Iterable[str] = ()
     if change.kind == "data":
@@ -304,6 +304,6 @@ def _print_change(change: InterfaceChange, last_values: dict[str, dict[str, Any]
         row = {"time_us": change.time_us, "uid": change.uid, "what": change.kind, "fields": values}
         say_json(row, flush=True)
     else:
-        text = shown_fields(change.values, fields) if change.kind == "data" else change.kind
+        text = fields_text(change.values, fields) if change.kind == "data" else change.kind
         say(f"{local_time(change.time_us)}  {change.uid}  {text}", flush=True)
     return True

@@ -89,7 +89,7 @@ def list_skills(
     Example: cxbridge skill list
     """
     from cxbridge.blackboard.exclusive_control import name_controller
-    from cxbridge.interfaces.assignments import plain
+    from cxbridge.interfaces.assignments import json_value
     from cxbridge.skiller.calls import OWNER, TYPE, skill_names
 
     rows: list[dict[str, Any]] = []
@@ -102,7 +102,7 @@ def list_skills(
                 instance.read()
                 row: dict[str, Any] = {"skiller": info.id}
                 for name, value in instance.as_dict().items():
-                    row[name] = plain(value)
+                    row[name] = json_value(value)
                 names[info.id] = name_controller(instance, row["exclusive_controller"])
             row["skills"] = skill_names(board, info.id, _LIST_S)
             rows.append(row)

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from cxbridge.daemon.operations.answers import ComponentState, StopInfo
 from cxbridge.daemon.operations.rules import stop_info
-from cxbridge.interfaces.assignments import put
+from cxbridge.interfaces.assignments import set_field
 from cxbridge.rights import Right
 from cxbridge_web.constructs import Construct, SourceConstructs
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Handler, Query
@@ -250,7 +250,7 @@ def _send(call: ApiCall) -> MessageId:
         message = instance.create_message(name if name in instance.MESSAGES else f"{name}Message")
         for field, value in fields.items():
             try:
-                put(message, field, tuple(value) if isinstance(value, list) else value)
+                set_field(message, field, tuple(value) if isinstance(value, list) else value)
             except (TypeError, ValueError, OverflowError) as error:
                 raise ApiError(400, f"{name} cannot have this in '{field}': {error}") from error
         return MessageId(msgid=instance.msgq_enqueue(message))

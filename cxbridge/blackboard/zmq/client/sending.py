@@ -244,10 +244,10 @@ class CommandSender:
 
     def _nudge(self) -> None:
         """Wake the dispatcher's thread, which waits on its queue."""
-        self._dispatcher.put(_nothing, urgent=True)
+        self._dispatcher.put(_do_nothing, urgent=True)
 
 
-def _nothing() -> None:
+def _do_nothing() -> None:
     pass
 
 

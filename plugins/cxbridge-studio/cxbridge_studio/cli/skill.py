@@ -159,11 +159,11 @@ def graph(
 
 def _monitor_line(change: InterfaceChange, *, as_json: bool) -> str:
     """Return the state of a Skiller, for people or programs."""
-    from cxbridge.interfaces.assignments import plain
+    from cxbridge.interfaces.assignments import json_value
 
     if change.kind == "writer removed":
         return json.dumps({"status": "gone"}) if as_json else "the Skiller is gone"
-    values = {name: plain(value) for name, value in change.values.items()}
+    values = {name: json_value(value) for name, value in change.values.items()}
     if as_json:
         return json.dumps(values, ensure_ascii=False)
     error = f"  [{values['error']}]" if values["error"] else ""

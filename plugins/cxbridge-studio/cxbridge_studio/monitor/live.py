@@ -19,7 +19,7 @@ from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.client import NoAnswerError, ask_why, command, read_status, request
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
-from cxbridge.interfaces.assignments import assign, shown
+from cxbridge.interfaces.assignments import assign, field_text
 from cxbridge_studio.monitor.filtering import duration_text, page
 from cxbridge_studio.monitor.snapshot import (
     MAX_LINES,
@@ -231,7 +231,7 @@ class DaemonSource:
             except (InterfaceError, UnknownTypeError, VersionMismatchError) as error:
                 return Table(note=str(error))
         self._interface.read()
-        return Table([(name, shown(value)) for name, value in self._interface.as_dict().items()])
+        return Table([(name, field_text(value)) for name, value in self._interface.as_dict().items()])
 
     def _hide(self) -> None:
         """Close the shown interface."""

@@ -10,7 +10,7 @@ from rich.live import Live
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.errors import CxbridgeError
-from cxbridge.interfaces.assignments import plain
+from cxbridge.interfaces.assignments import json_value
 from cxbridge.printing import terminal_of, visible
 from cxbridge.skiller.calls import OWNER
 from cxbridge.skiller.calls import TYPE as SKILLER_TYPE
@@ -53,7 +53,7 @@ def show(
 def _values(change: InterfaceChange) -> dict[str, object]:
     if change.kind == "writer removed":
         return {}
-    return {key: plain(item) for key, item in change.values.items()}
+    return {key: json_value(item) for key, item in change.values.items()}
 
 
 def _graph(change: InterfaceChange) -> str:

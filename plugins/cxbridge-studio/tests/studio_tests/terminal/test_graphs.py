@@ -15,7 +15,7 @@ from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.clock import RealClock
 from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.interfaces import InterfaceRegistry
-from cxbridge.interfaces.assignments import plain
+from cxbridge.interfaces.assignments import json_value
 from cxbridge.skiller.make import skill_folders
 from cxbridge_studio.terminal.graphs import draw_graph, fetch_graph, render
 from tests.cli.boards import Looping, SharedBoard, silent_bus
@@ -48,7 +48,7 @@ def settle(board: Any, **wanted: Any) -> None:
     deadline = Deadline(20)
     with Feed(board, "test") as feed:
         news: InterfaceChange | None = feed.now(feed.open("SkillerDebugInterface", "Skiller"))
-        while news is not None and {name: plain(news.values[name]) for name in wanted} != wanted:
+        while news is not None and {name: json_value(news.values[name]) for name in wanted} != wanted:
             news = feed.next(deadline)
     assert news is not None
 
