@@ -79,8 +79,9 @@ class CommandSender:
         """Whether the server has stopped taking frames."""
         self._dispatcher: Final = dispatcher
         self._socket: zmq.Socket[bytes] | None = None
-        self._send_bytes: Callable[..., Any] = _no_socket
-        self._ready = False
+        self._send_bytes: Callable[..., Any]  # of the socket
+        self.ready = False
+        """Whether all threads may send."""
         self._closed = False
         self._number = 0
         self._requests = itertools.count(1)
@@ -94,13 +95,13 @@ class CommandSender:
 
     def set_ready(self) -> None:
         """Let all threads send; the caller holds the lock."""
-        self._ready = True
+        self.ready = True
         self._changed.notify_all()
 
     def detach(self) -> None:
         """End the session and its pending requests."""
         with self.lock:
-            self._socket, self._ready = None, False
+            self._socket, self.ready = None, False
             pending, self._pending = self._pending, {}
         for request in pending.values():
             request.finish(None)
@@ -126,31 +127,15 @@ class CommandSender:
         pending.finish(reply)
         return True
 
-    @property
-    def ready(self) -> bool:
-        """Whether requests can be sent."""
-        return self._ready
-
     def wait_ready(self, deadline: float) -> bool:
         """Wait for a session; return whether there is one."""
         with self.lock:
-            return self._wait_ready(deadline)
-
-    def _wait_ready(self, deadline: float) -> bool:
-        while not self._ready:
-            remaining = deadline - time.monotonic()
-            if remaining <= 0 or self._closed:
-                return False
-            self._changed.wait(remaining)
+            while not self.ready:
+                remaining = deadline - time.monotonic()
+                if remaining <= 0 or self._closed:
+                    return False
+                self._changed.wait(remaining)
         return True
-
-    def send(self, frame: Frame, *, wait_ms: int = _PATIENCE_MS) -> bool:
-        """Send a frame without reply; return whether it was sent.
-
-        :param wait_ms: milliseconds to wait for room.
-        """
-        with self.lock:
-            return self._send(frame, wait_ms)
 
     def give_credit(self, updates: int) -> bool:
         """Report the number of handled updates; return whether it was sent."""
@@ -159,28 +144,33 @@ class CommandSender:
     def write(self, frame: Write, *, wait: bool) -> bool:
         """Send a write if there is a session with room; return whether it was sent."""
         with self.lock:
-            return self._ready and self._send(frame, ROOM_MS if wait else 0)
+            return self.ready and self.send(frame, wait_ms=ROOM_MS if wait else 0)
 
-    def _send(self, frame: Frame, wait_ms: int) -> bool:
-        """Send a frame with the next number; the caller holds the lock."""
-        if self._socket is None or self.broken:
-            return False
-        frame.number = self._number + 1
-        data = encode(frame)
-        try:
-            self._send_bytes(data, NOBLOCK)
-        except zmq.Again:
-            if not wait_ms:
+    def send(self, frame: Frame, *, wait_ms: int = _PATIENCE_MS) -> bool:
+        """Send a frame with the next number; return whether it was sent.
+
+        :param wait_ms: milliseconds to wait for room.
+        """
+        # numbers and bytes go in the same order; callers that hold the lock send several frames in a row
+        with self.lock:
+            if self._socket is None or self.broken:
                 return False
-            if not self._socket.poll(wait_ms, zmq.POLLOUT):
-                self.broken = not isinstance(frame, Write)  # of several writes only the last one counts
+            frame.number = self._number + 1
+            data = encode(frame)
+            try:
+                self._send_bytes(data, NOBLOCK)
+            except zmq.Again:
+                if not wait_ms:
+                    return False
+                if not self._socket.poll(wait_ms, zmq.POLLOUT):
+                    self.broken = not isinstance(frame, Write)  # of several writes only the last one counts
+                    return False
+                return self.send(frame, wait_ms=0)
+            except zmq.ZMQError:
                 return False
-            return self._send(frame, 0)
-        except zmq.ZMQError:
-            return False
-        self._number += 1
-        self.last_sent_s = time.monotonic()
-        return True
+            self._number += 1
+            self.last_sent_s = time.monotonic()
+            return True
 
     def start(self, frame: Request, pending: PendingRequest) -> int:
         """Send a request and return its number; the caller holds the lock.
@@ -191,7 +181,7 @@ class CommandSender:
         self._pending[number] = pending
         sent = False
         try:
-            sent = self._send(frame, _PATIENCE_MS)
+            sent = self.send(frame)
         finally:
             if not sent:
                 del self._pending[number]
@@ -220,7 +210,7 @@ class CommandSender:
         while True:
             pending = PendingRequest(on_reply, wake=self._nudge if inside else None)
             with self.lock:
-                if not self._wait_ready(deadline):
+                if not self.wait_ready(deadline):
                     raise DisconnectedError("there is no connection to the blackboard's server")
                 number = self.start(frame, pending)
             if inside:
@@ -249,7 +239,3 @@ class CommandSender:
 
 def _do_nothing() -> None:
     pass
-
-
-def _no_socket(*_: object) -> None:
-    raise AssertionError("there is no session")
