@@ -76,9 +76,10 @@ def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
             setattr(interface_class, attribute_name(pseudomap.name, Interface), pseudomap_property(pseudomap))
         _add_members(interface_class, {**enums, **messages})
         _add_members(interface_class, {constant.name: constant.value for constant in schema.constants})
-        for name, enum in enums.items():
-            _add_members(interface_class, {f"tostring_{name}": staticmethod(_tostring(enum))})
-            _add_members(interface_class, {item.name: enum(item.value) for item in _items(schema, name)})
+        for definition in schema.enums:
+            enum = enums[definition.name]
+            _add_members(interface_class, {f"tostring_{definition.name}": staticmethod(_tostring(enum))})
+            _add_members(interface_class, {item.name: enum(item.value) for item in definition.items})
         return interface_class
 
     return complete
@@ -165,10 +166,6 @@ def _add_members(interface_class: type[Interface], members: dict[str, Any]) -> N
         attribute = attribute_name(name, Interface)
         if attribute not in vars(interface_class):
             setattr(interface_class, attribute, value)
-
-
-def _items(schema: InterfaceSchema, enum_name: str) -> Any:
-    return next(enum.items for enum in schema.enums if enum.name == enum_name)
 
 
 def enum_value_name(enum: type[IntEnum], value: int) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable
 from functools import partial
 from typing import ClassVar, Final
@@ -46,6 +47,12 @@ _FAILURES: Final = {
     bb.OpenError.HASH_MISMATCH: "hash mismatch",
     bb.OpenError.WRITER_EXISTS: "writer already exists",
 }
+_OPEN_ERRORS: Final = (
+    (UnknownTypeError, bb.OpenError.UNKNOWN_TYPE),
+    (InterfaceError, bb.OpenError.UNKNOWN_TYPE),  # no definition, or a wrong one
+    (WriterActiveError, bb.OpenError.WRITER_EXISTS),
+    (VersionMismatchError, bb.OpenError.HASH_MISMATCH),
+)
 
 
 class BlackBoardNetworkHandler(NetworkHandler, Observer):
@@ -73,7 +80,8 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         self._log: Final = logger
         self._complaints: Final = complaints
         self._echo: Final = echo
-        self._opened: dict[FawkesSession, dict[bytes, Opened]] = {}
+        # the instances of each client by serial
+        self._opened: defaultdict[FawkesSession, dict[bytes, Opened]] = defaultdict(dict)
         self._broadcast: Callable[[bytes], None] | None = None
         self._handlers: Final[dict[int, Callable[[FawkesSession, FawkesFrame], None]]] = {
             bb.BoardKind.DATA_REFRESHED: partial(self._write, changed=False),
@@ -82,8 +90,8 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
             bb.BoardKind.OPEN_FOR_READING: self._open,
             bb.BoardKind.OPEN_FOR_WRITING: self._open,
             bb.BoardKind.CLOSE: self._close,
-            bb.BoardKind.LIST_ALL: self._list_all,
-            bb.BoardKind.LIST: self._list_matching,
+            bb.BoardKind.LIST_ALL: self._list,
+            bb.BoardKind.LIST: self._list,
         }
 
     def start(self, hub: FawkesNetworkHub) -> None:
@@ -115,44 +123,40 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
             self._release(opened)
 
     def _open(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        error: bb.OpenError | None = None
+        code = bb.OpenError.UNKNOWN
         try:
             request = bb.Open.unpack(frame.payload, writing=frame.kind == bb.BoardKind.OPEN_FOR_WRITING)
             self._log.debug(f"Remote opens interface {request.type}::{request.id}")
-            if request.writing:
-                self._rights.check_writer(f"{request.type}::{request.id}")
-            error = self._try_open(session, request)
-        except (BlackBoardError, RefusedError):
-            session.send(bb.OpenFailure(bb.OpenError.UNKNOWN).to_bytes())  # the client waits for a reply
-            raise
-        if error is not None:
-            session.send(bb.OpenFailure(error).to_bytes())
+            self._try_open(session, request)
+        except (BlackBoardError, InterfaceError, RefusedError) as error:
+            code = next((code for kind, code in _OPEN_ERRORS if isinstance(error, kind)), code)
+            session.send(bb.OpenFailure(code).to_bytes())  # the client waits for a reply
+            if code is bb.OpenError.UNKNOWN:
+                raise
             self._complaints.add(
-                f"open {error} {session.peer}",
-                f"Opening interface {request.type}::{request.id} failed, {_FAILURES[error]}",
+                f"open {code} {session.peer}",
+                f"Opening interface {request.type}::{request.id} failed, {_FAILURES[code]}",
             )
 
-    def _try_open(self, session: FawkesSession, request: bb.Open) -> bb.OpenError | None:
-        """Open an interface; return the code of a refusal, or None."""
-        of_client = self._opened.setdefault(session, {})
-        try:
-            interface_class = self._board.registry.get(request.type)
-            if not accepts_hash(interface_class.SCHEMA, request.hash):
-                return bb.OpenError.HASH_MISMATCH  # before opening, otherwise the interface would stay open
-            check_room((opened.instance for opened in of_client.values()), interface_class.SCHEMA)
-            opened = self._open_listening(session, interface_class, request)
-        except (UnknownTypeError, InterfaceError):
-            return bb.OpenError.UNKNOWN_TYPE
-        except WriterActiveError:
-            return bb.OpenError.WRITER_EXISTS
-        except VersionMismatchError:
-            return bb.OpenError.HASH_MISMATCH
+    def _try_open(self, session: FawkesSession, request: bb.Open) -> None:
+        """Open an interface for a client.
+
+        :raises CxbridgeError: if it cannot be opened.
+        """
+        if request.writing:
+            self._rights.check_writer(f"{request.type}::{request.id}")
+        interface_class = self._board.registry.get(request.type)
+        schema, of_client = interface_class.SCHEMA, self._opened[session]
+        if not accepts_hash(schema, request.hash):
+            # before opening, otherwise the interface would stay open
+            raise VersionMismatchError(f"{request.type}::{request.id}", schema.hash, request.hash)
+        check_room((opened.instance for opened in of_client.values()), schema)
+        opened = self._open_listening(session, interface_class, request)
         if request.writing:
             opened.instance.auto_timestamping = False  # the client sets the time stamps
         of_client[opened.instance.serial.bytes] = opened
         session.largest_block = max(session.largest_block, _largest_block(interface_class))
         opened.introduce()
-        return None
 
     def _open_listening(
         self, session: FawkesSession, interface_class: type[Interface], request: bb.Open
@@ -172,7 +176,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
 
     def _close(self, session: FawkesSession, frame: FawkesFrame) -> None:
         serial = bb.Close.unpack(frame.payload).serial
-        opened = self._opened.get(session, {}).pop(serial.bytes, None)
+        opened = self._opened[session].pop(serial.bytes, None)
         if opened is None:
             raise BlackBoardError(
                 f"Client {session.number} tried to close interface with serial {serial} "
@@ -185,14 +189,11 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         self._board.unregister_listener(opened, opened.instance)
         self._board.close(opened.instance)
 
-    def _list_all(self, session: FawkesSession, frame: FawkesFrame) -> None:  # noqa: ARG002 - a handler
-        self._list(session, "*", "*")
-
-    def _list_matching(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        request = bb.ListMatching.unpack(frame.payload)
-        self._list(session, request.type_pattern, request.id_pattern)
-
-    def _list(self, session: FawkesSession, type_glob: str, id_glob: str) -> None:
+    def _list(self, session: FawkesSession, frame: FawkesFrame) -> None:
+        type_glob = id_glob = "*"
+        if frame.kind == bb.BoardKind.LIST:
+            request = bb.ListMatching.unpack(frame.payload)
+            type_glob, id_glob = request.type_pattern, request.id_pattern
         registry = self._board.registry
         infos = (
             bb.ListedInterface(
@@ -247,8 +248,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         instance.msgq_enqueue(message, proxy=True, message_id=received.id)
 
     def _instance(self, session: FawkesSession, serial: bytes, request: str) -> Interface:
-        of_client = self._opened.get(session)
-        opened = None if of_client is None else of_client.get(serial)
+        opened = self._opened[session].get(serial)
         if opened is None:
             raise BlackBoardError(
                 f"{request}: Interface with serial {UUID(bytes=serial)} not found, ignoring."
