@@ -254,7 +254,7 @@ class Fuzzed:
     def take(self, route: bytes, frames: list[bytes]) -> None:
         """Let the server take a message, as it does when one comes in."""
         try:
-            self.server._handle_message(self.wire, route, frames[0], frames[1:])  # noqa: SLF001
+            self.server._handle_message(self.wire, route, frames[0], len(frames) - 1)  # noqa: SLF001
         except ProtocolError as error:
             self.server._send_away(self.wire, route, ResultCode.PROTOCOL, error.message)  # noqa: SLF001
         self.server._end_failed()  # noqa: SLF001

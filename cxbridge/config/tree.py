@@ -215,6 +215,7 @@ def overlay(base: ConfigNode, over: ConfigNode, path: str = "") -> None:
             else:
                 base.children[key] = child.copy()  # later overlays change it, and `over` may be used again
         return
+    # in place, because the parent and the configuration refer to `base`
     if base.kind is over.kind or base.kind is NodeKind.NULL:
         for name, value in structs.asdict(over.copy()).items():
             setattr(base, name, value)

@@ -133,6 +133,7 @@ class _Writer:
         yield ""
         for item in enum.items:
             member, value = attribute_name(item.name, Interface), f"{name}.{enum_member_name(item.name)}"
+            # C++ has the items in the scope of the interface
             yield f"{_INDENT}{member}: ClassVar[{name}]" + ("" if self._stub else f" = {value}")
         yield ""
         yield f"{_INDENT}@staticmethod"
@@ -228,6 +229,7 @@ def _docstring(text: str, indent: str) -> Iterator[str]:
 
 def _wrap(text: str, indent: str) -> list[str]:
     """Wrap a text for a docstring, without backslashes and double quotes, which could end the docstring."""
+    # the text is for people: the schema has the exact one
     text = text.replace("\\", "/").replace('"', "'")
     return textwrap.wrap(text, _WIDTH - len(indent), break_on_hyphens=False)
 

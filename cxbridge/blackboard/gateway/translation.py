@@ -65,6 +65,7 @@ class StateTranslator:
             sender_id = self._sender_ids[message_id]
         if self.hides:
             if message_id in self._orders:
+                # from now on, the writer's state concerns the senders of this gateway
                 self.hides = False
                 self._orders.clear()
             else:

@@ -62,7 +62,9 @@ def read_enum(element: Element, scope: NameScope, findings: Findings) -> EnumSch
     items: list[EnumItem] = []
     names: dict[int, str] = {}
     for item_element in item_elements:
+        # an invalid item does not hide the mistakes of the others
         with findings.collect():
+            # as in C, an item without value follows the one before
             item = _read_item(item_element, items[-1].value + 1 if items else 0, scope, findings)
             items.append(item)
             _check_number(item_element, item, names, findings)

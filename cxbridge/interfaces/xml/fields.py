@@ -157,6 +157,7 @@ def find_field(element: Element, fields: DataFields, findings: Findings) -> Fiel
     name = element.text
     if name in fields:
         return fields[name]
+    # Fawkes compares the text as it is
     if name.strip() in fields:
         hint = f"write <{element.name}>{name.strip()}</{element.name}> without blanks"
     else:

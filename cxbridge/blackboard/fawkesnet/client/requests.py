@@ -171,5 +171,6 @@ class RequestSender:
                     raise self.unavailable()
             if self._gone or self.connection is None:
                 raise BlackBoardGoneError
+            # before sending: the reply may arrive before the call of send returns
             self._pending = request
             return self.connection

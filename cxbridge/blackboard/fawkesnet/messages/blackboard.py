@@ -353,6 +353,7 @@ def split_data(payload: bytes) -> tuple[bytes, bytes]:
 
     :raises MalformedMessageError: if the sizes are inconsistent.
     """
+    # compared here as well, which saves two calls for each valid message
     if len(payload) < _HEAD_SIZE:
         expect_at_least(payload, _HEAD_SIZE, "DATA")
     serial, size = DATA_HEAD.unpack_from(payload)

@@ -44,6 +44,7 @@ MAX_REPLY: Final = 64 << 20
 MAX_TEXT: Final = 256
 """The maximal characters of names of owners, threads and clients, and of patterns."""
 
+# those of a UUID, and of an MD5 for types
 SERIAL_SIZE: Final = 16
 """The bytes of the ids of sessions, epochs, instances and types."""
 
@@ -76,6 +77,7 @@ class ResultCode(IntEnum):
     REFUSED = 18
 
 
+# arrays: names of fields would cost time and bytes in each frame
 class Frame(Struct, array_like=True, tag_field="frame", kw_only=True):
     """A frame.
 
@@ -197,6 +199,7 @@ class Bye(Frame, tag=12):
     """The end of a session by the client."""
 
 
+# kinds from here on are sent by the server; only Beat goes both ways
 class Welcome(Frame, tag=20):
     """The reply to Hello.
 
@@ -305,6 +308,7 @@ class Gone(Frame, tag=28):
 ClientFrame = Hello | Open | Close | List | Watch | Sync | Send | Write | Credit | Delivered | Beat | Bye
 ServerFrame = Welcome | Reply | Opened | Listed | Update | Change | Deliver | Existence | Gone | Beat
 
+# made once: a decoder's construction takes longer than the decoding of a frame
 _encode: Final = Encoder().encode
 _decode_client_frame: Final[Callable[[bytes], ClientFrame]] = Decoder(ClientFrame).decode
 _decode_server_frame: Final[Callable[[bytes], ServerFrame]] = Decoder(ServerFrame).decode

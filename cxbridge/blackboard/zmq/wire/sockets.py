@@ -181,17 +181,18 @@ def sender(socket: Socket) -> Callable[..., Any]:
 
 
 def receiver(socket: Socket) -> Callable[..., Any]:
-    """Return the ``recv(flags)`` of the underlying C socket; see :func:`sender`."""
+    """Return the ``recv(flags, copy)`` of the underlying C socket; see :func:`sender`."""
     recv: Callable[..., Any] = super(zmq.Socket, socket).recv
     return recv
 
 
-def receive_parts(socket: Socket) -> list[bytes]:
-    """Receive the remaining parts of a message, of which libzmq delivers all or none."""
-    parts = []
+def skip_parts(socket: Socket) -> int:
+    """Receive the remaining parts of a message, of which libzmq delivers all or none; return their number."""
+    count = 0
     while socket.getsockopt(zmq.RCVMORE):
-        parts.append(socket.recv())
-    return parts
+        socket.recv()
+        count += 1
+    return count
 
 
 def _bind_patiently(socket: Socket, endpoint: str) -> None:
