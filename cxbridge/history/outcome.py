@@ -65,6 +65,7 @@ def goal_outcome(mode: str, outcome: str) -> OutcomeKind:
     """Return the outcome of a goal with these slots."""
     if mode in ENDED_MODES:
         return _OF_GOAL.get(outcome, OutcomeKind.RETRACTED)
+    # only a dispatched goal is executed; in the modes before it waits for the executive
     return OutcomeKind.RUNNING if mode == "DISPATCHED" else OutcomeKind.FORMULATED
 
 

@@ -71,6 +71,7 @@ def event_line(event: Event) -> str:
 
 def describe(event: Event) -> str:
     """Return an event as one line of text."""
+    # transitions have the form of the text format, so that both can be compared by eye
     if isinstance(event, TRANSITION_TYPES):
         return format_transition(event)
     if isinstance(event, RuleFired):

@@ -12,10 +12,9 @@ from pathlib import Path, PurePosixPath
 
 from cxbridge.errors import TraceError
 from cxbridge.events import SourceRead
-from cxbridge.trace.formats.base import Run, StoredFile
+from cxbridge.trace.formats.base import Run, StoredFile, parse_time
 from cxbridge.trace.formats.files import writing
 
-_MOST_DIGITS = 18  # digits that fit 64 bits
 _OWN_KEYS = frozenset({"role", "owner", "name", "attachment", "time_us"})
 
 
@@ -51,11 +50,6 @@ class RunSource:
         return SourceRead(self.time_us, self.role, self.owner, self.name, self.data, self.details)
 
 
-def _number(text: str) -> int:
-    """Return a number of at most 18 digits, else 0."""
-    return int(text) if text.isdecimal() and len(text) <= _MOST_DIGITS else 0
-
-
 def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[RunSource]:
     """Yield the sources of a run in the order of reading.
 
@@ -73,7 +67,7 @@ def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[RunS
             role,
             its_owner,
             record.get("name", ""),
-            _number(time_us),
+            parse_time(time_us) or 0,
             {key: value for key, value in record.items() if key not in _OWN_KEYS},
             files.get(record.get("attachment", "")),
         )
@@ -97,6 +91,8 @@ def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[Ru
         if source.role == "environment":
             steps, file_steps = [], {}
             continue
+        # a source that a file has loaded stands before the file, as its constructs exist before those of the
+        # file
         enclosing = source.details.get("within", "")
         index = file_steps.get(enclosing, len(steps)) if enclosing else len(steps)
         steps.insert(index, source)

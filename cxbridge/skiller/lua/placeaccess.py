@@ -51,6 +51,7 @@ class PlaceAccess:
                 )
             ),
         }
+        # without these functions `navgraph` is nil for skills, as without the feature in Fawkes
         if self._graph is not None:
             functions |= {
                 "nav_name": lambda: to_lua(self._navgraph.name),

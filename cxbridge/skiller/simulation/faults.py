@@ -88,6 +88,7 @@ def _read(config: Configuration, prefix: str, key: str) -> Failure:
     for name in keys:
         if name not in _KEYS:
             raise wrong(config, f"{path}/{name}", "means nothing here", hint)
+    # an entry without a cause would silently never fail
     if "name" not in keys or not {"probability", "calls"} & set(keys):
         first_path = f"{path}/{keys[0]}" if keys else path
         raise wrong(

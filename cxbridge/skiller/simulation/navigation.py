@@ -42,6 +42,7 @@ class _Drive:
         heading = 0.0
         for start, end in zip(self.nodes, self.nodes[1:], strict=False):
             length = start.distance(end.x, end.y)
+            # a path may visit a node twice: between equal points the heading stays
             heading = math.atan2(end.y - start.y, end.x - start.x) if length else heading
             if metres < length:
                 share = metres / length

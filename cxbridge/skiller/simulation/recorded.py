@@ -134,6 +134,8 @@ class LookupEstimator(Decider):
 
     def _fits(self, sample_call: SkillStringCall, call: SkillStringCall, entry: SkillPattern | None) -> bool:
         recorded = {key: as_text(value) for key, value in sample_call.args.items()}
+        # all arguments of the call count; a recorded execution may have further ones, which the call leaves
+        # out
         if self._fully_match.of(entry):
             return all(recorded.get(key) in (ANY, as_text(value)) for key, value in call.args.items())
         patterns = {} if entry is None else entry.args

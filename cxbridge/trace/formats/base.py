@@ -91,8 +91,7 @@ class Run(ABC):
     @property
     def start_us(self) -> int | None:
         """The clock at the start of the run, in microseconds since the epoch, if it was recorded."""
-        text = self.metadata().get("start_us", "")
-        return int(text) if text.isdecimal() and len(text) <= _MOST_DIGITS else None
+        return parse_time(self.metadata().get("start_us", ""))
 
     def attachments(self) -> Iterator[Attachment]:
         """Yield the recorded files with their data, one at a time."""
@@ -115,6 +114,11 @@ class Run(ABC):
         """Add a note for the user unless it exists; at most `MAX_NOTES` are kept."""
         if len(self.notes) <= MAX_NOTES and text not in self.notes:
             self.notes.append(text if len(self.notes) < MAX_NOTES else "and more of this kind")
+
+
+def parse_time(text: str) -> int | None:
+    """Return a recorded time in microseconds, or None for any other text, as of a damaged file."""
+    return int(text) if text.isdecimal() and len(text) <= _MOST_DIGITS else None
 
 
 class FolderRun(Run):

@@ -130,6 +130,7 @@ class ReplayPlayer:
         data = block[STAMP.size :]
         writer.msgq_flush()  # messages of other programs are not processed and would fill the queue
         writer.set_from_chunk(block)
+        # readers are told whether a write changed anything besides its time stamp
         if data != self._data[event.uid]:
             self._data[event.uid] = data
             writer.mark_data_changed()
