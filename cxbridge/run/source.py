@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from cxbridge.executive.feature import Feature, LazyFeature
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.run.options import RunOptions
+    from cxbridge.skiller.board.board import SkillBoard
     from cxbridge.skiller.board.executor import SkillExecutor
-    from cxbridge.skiller.board.master import BoardPolicy
     from cxbridge.skiller.board.settings import BoardSettings
 
 SOURCES: Final[Table[Callable[[RunOptions], Source]]] = Table(
@@ -259,8 +259,8 @@ class Source:
         """
         return settings
 
-    def board_policy(self, config: Configuration) -> BoardPolicy | None:  # noqa: ARG002
-        """Return the policy of the skill board towards executors; None: the default."""
+    def board_class(self, config: Configuration) -> type[SkillBoard] | None:  # noqa: ARG002
+        """Return the class of the skill board, with its rules towards executors; None: the default."""
         return None
 
     def prepare_board(self, context: Any) -> None:

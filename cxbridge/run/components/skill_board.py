@@ -6,6 +6,7 @@ from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.skillers import make_deciders
+from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.executor import Execution, as_executor
 from cxbridge.skiller.board.service import SkillBoardService
 from cxbridge.skiller.board.settings import BoardSettings
@@ -24,9 +25,9 @@ class SkillBoardComponent(Component):
         from_recording = settings is not None
         settings = settings or context.skill_board
         assert settings is not None  # the component's row is not needed without a skill board
-        policy = context.source.board_policy(context.config)
+        board_class = context.source.board_class(context.config) or SkillBoard
         self.service = SkillBoardService(
-            context.board, context.clock, context.bus, settings, policy, _execution(context)
+            context.board, context.clock, context.bus, settings, board_class, _execution(context)
         )
         self._run = context
         context.skill_service = self.service

@@ -9,11 +9,11 @@ oldest. The first answer is confirmed.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from cxbridge.blackboard.errors import BlackBoardError, NoWriterError
 from cxbridge.skiller.board.delivery import Sender
-from cxbridge.skiller.board.master import BoardPolicy, Master, Timeouts
+from cxbridge.skiller.board.master import Master, Timeouts
 from cxbridge.skiller.board.protocol import (
     BOARD_TYPE,
     DEFAULT_BOARD,
@@ -45,10 +45,18 @@ _EPOCHS = 2**32  # the field of the epoch has 32 bits
 class SkillBoard:
     """Finds executors for actions and follows the actions to their end. Not thread-safe.
 
-    :param policy: the choice of executors, and the class of masters.
+    A subclass may have other masters, and other rules for requests (:meth:`ask`, :meth:`offer`) and late
+    messages (:meth:`refuse_late`).
+
     :raises BlackBoardError: if the interface has another writer.
     :raises SkillError: if the name does not fit into messages.
     """
+
+    master_class: ClassVar[type[Master]] = Master
+    """The class of the masters."""
+
+    is_verbatim: ClassVar[bool] = False
+    """Whether local executors send exactly the yielded values as FEEDBACK."""
 
     def __init__(
         self,
@@ -58,14 +66,12 @@ class SkillBoard:
         *,
         name: str = DEFAULT_BOARD,
         timeouts: Timeouts | None = None,
-        policy: BoardPolicy | None = None,
     ) -> None:
         self.name = check_name("a skill board", name)
         self._board = board
         self._clock = clock
         self._log = bus.logger(LOG_COMPONENT)
         self._timeouts = timeouts or Timeouts()
-        self._policy = policy or BoardPolicy()
         # the classes of the interfaces are made from XML at run time, so they have no static types
         self._interface: Any = board.open_for_writing(BOARD_TYPE, name, owner=LOG_COMPONENT)
         self.epoch = self._begin_epoch()
@@ -110,7 +116,7 @@ class SkillBoard:
         check_name("an agent", call.agent)
         parameters = encode_parameters(call.parameters)
         self._last += 1
-        master = self._policy.master(
+        master = self.master_class(
             self._last,
             call,
             parameters,
@@ -128,10 +134,7 @@ class SkillBoard:
                 f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?"
             )
         if self._quota > 0:
-            if self._policy.ask_all:
-                self._ask_others(master, excluded="")
-            else:
-                self._ask_first(master)
+            self.ask(master)
         self._fresh[master.number] = master
         return master
 
@@ -189,7 +192,7 @@ class SkillBoard:
             if is_gone:
                 self._lost(executor)
             else:
-                self._ask_for(executor)
+                self.offer(executor)
         if self._may_ask:
             self._ask_for_fresh()
         return not quiet
@@ -236,8 +239,7 @@ class SkillBoard:
             return
         master = self._master(message)
         if master is None:
-            if self._policy.answer_late:
-                self._sender.reject(executor, message.master, message.epoch)
+            self.refuse_late(message)
         elif info.agent != master.call.agent:
             self._log.warn(
                 f"{executor} of {info.agent} answers to action {master.number} of {master.call.agent}"
@@ -249,9 +251,7 @@ class SkillBoard:
     def _feedback(self, message: Any) -> None:
         master = self._master(message)
         if master is None:
-            if self._policy.answer_late:
-                self._log.warn(f"{message.executor} executes a skill without a request")
-                self._sender.cancel(message.executor, message.master, message.epoch)
+            self.refuse_late(message)
         else:
             master.take_feedback(message.executor, message.progress, message.text, self._clock.now_us())
 
@@ -264,7 +264,7 @@ class SkillBoard:
         now_us = self._clock.now_us()
         master.finished(executor, SkillOutcome(outcome), message.error, now_us, message.text)
         if master.state is MasterState.ASKING:
-            self._ask_others(master, executor)
+            self.ask_all(master, excluded=executor)
 
     def _master(self, message: Any) -> Master | None:
         """Return the master of a message; None if it has ended or the epoch differs."""
@@ -313,7 +313,8 @@ class SkillBoard:
                     unsatisfied.append(master)
             waiting = unsatisfied
 
-    def _ask_first(self, master: Master) -> None:
+    def ask(self, master: Master) -> None:
+        """Send the request of a new master to the first executor that is free."""
         skill = master.call.skill
         for info in self._watch.of_agent(master.call.agent):
             if info.state is ExecutorState.IDLE and skill in info.skills and info.id not in self._asked:
@@ -328,18 +329,24 @@ class SkillBoard:
             if info.state is ExecutorState.IDLE and info.id not in self._asked
         }
 
-    def _ask_others(self, master: Master, excluded: str) -> None:
-        """Ask all suitable executors except one."""
+    def ask_all(self, master: Master, *, excluded: str = "") -> None:
+        """Send the request of a master to all free executors that know its skill, except one."""
         for info in self._free(master.call.agent).values():
             if master.call.skill in info.skills and info.id != excluded:
                 self._send_request(info.id, master)
 
-    def _ask_for(self, executor: str) -> None:
+    def refuse_late(self, message: Any) -> None:
+        """Answer a message for a master that is over: RESPONSE with REJECT, FEEDBACK with CANCEL."""
+        if message.type == "ResponseMessage":
+            self._sender.reject(message.executor, message.master, message.epoch)
+        else:
+            self._log.warn(f"{message.executor} executes a skill without a request")
+            self._sender.cancel(message.executor, message.master, message.epoch)
+
+    def offer(self, executor: str) -> None:
         """Offer an idle executor the oldest master without a pending request, else the oldest master."""
         info = self._watch.get(executor)
         if info is None or info.state is not ExecutorState.IDLE or executor in self._asked:
-            return
-        if not self._policy.ask_later:
             return
         fallback = None
         for master in self._asking.get(info.agent, {}).values():
@@ -386,7 +393,7 @@ class SkillBoard:
         """Release the executors with an unanswered request of a finished master."""
         for executor in sorted(self._waits_for.pop(number, ())):
             self._asked.pop(executor, None)
-            self._ask_for(executor)
+            self.offer(executor)
 
     def _log_end(self, master: Master) -> None:
         if not self._log.enabled:

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus
     from cxbridge.skiller.board.executor import Execution
-    from cxbridge.skiller.board.master import BoardPolicy
     from cxbridge.skiller.board.settings import BoardSettings
 
 LOG_COMPONENT = "SkillBoardSkiller"
@@ -154,26 +153,22 @@ class SkillBoardService:
         clock: Clock,
         bus: EventBus,
         settings: BoardSettings,
-        policy: BoardPolicy | None = None,
+        board_class: type[SkillBoard] = SkillBoard,
         execution: Execution = as_executor,
     ) -> None:
-        self.skills = SkillBoard(
-            board, clock, bus, name=settings.name, timeouts=settings.timeouts, policy=policy
-        )
+        self.skills = board_class(board, clock, bus, name=settings.name, timeouts=settings.timeouts)
         self.local_calls = LocalSkillCalls(self.skills)
         self._first = 0  # index of the Skiller that reads commands first
         self.skillers: list[BoardSkiller] = []
         self.hosts: list[ExecutorHost] = []
         self._execution = execution
-        self.verbatim = policy is not None and policy.verbatim
-        """Whether local executors send exactly the yielded values as FEEDBACK."""
         try:
             for agent in settings.agents:
                 self.skillers.append(
                     BoardSkiller(board, self.skills, bus, agent=agent.name, name=agent.skiller)
                 )
                 for make in agent.executors if settings.in_process else ():
-                    self.add(make.host(agent.name, board, clock, bus, verbatim=self.verbatim))
+                    self.add(make.host(agent.name, board, clock, bus, verbatim=board_class.is_verbatim))
         except Exception:
             self.close()
             raise

@@ -7,10 +7,11 @@ master times out only without a response, when the rules check it. Source: Skill
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.history.exchange import MAPPED_ACTION
-from cxbridge.skiller.board.master import BoardPolicy, Master
+from cxbridge.skiller.board.board import SkillBoard
+from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import MasterState, SkillOutcome
 from cxbridge.skiller.board.settings import TREE, BoardSettings
 from cxbridge_ros2cx.settings import Ros2CxSettings
@@ -82,17 +83,32 @@ class OriginalMaster(Master):
         self.deadline_us = _NEVER
 
 
-def policy_of(config: Configuration) -> BoardPolicy:
-    """Return the policy of a run's skill board towards executors.
+class TopicBoard(SkillBoard):
+    """A board whose REQUEST goes to all executors, as on the original's topic.
 
-    REQUEST goes to all, as on the original's topic: the first executor that responds is confirmed, later ones
-    are rejected.
+    The first executor that responds is confirmed, later ones are rejected.
     """
-    if Ros2CxSettings.of(config).original:
-        return BoardPolicy(
-            ask_all=True, ask_later=False, answer_late=False, verbatim=True, master=OriginalMaster
-        )
-    return BoardPolicy(ask_all=True)
+
+    def ask(self, master: Master) -> None:
+        self.ask_all(master)
+
+
+class OriginalBoard(TopicBoard):
+    """A board that treats executors like the original, its defects included."""
+
+    master_class = OriginalMaster
+    is_verbatim = True
+
+    def offer(self, executor: str) -> None:
+        """Ask no executor that becomes idle later."""
+
+    def refuse_late(self, message: Any) -> None:
+        """Leave late messages without an answer."""
+
+
+def board_class_of(config: Configuration) -> type[SkillBoard]:
+    """Return the class of a run's skill board."""
+    return OriginalBoard if Ros2CxSettings.of(config).original else TopicBoard
 
 
 def with_idle_time(settings: BoardSettings, config: Configuration) -> BoardSettings:

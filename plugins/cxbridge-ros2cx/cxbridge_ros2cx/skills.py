@@ -135,7 +135,7 @@ class Ros2CxSkills:
 
     def _add(self, kind: type[SkillExecutor], agent: str, name: str) -> None:
         context = ExecutorContext(agent, self._board, self._clock, self._bus.logger(name))
-        self._service.add(make_host(kind, context, name, verbatim=self._service.verbatim))
+        self._service.add(make_host(kind, context, name, verbatim=self._service.skills.is_verbatim))
 
 
 def for_skill(kind: type[SkillExecutor], skill: str) -> type[SkillExecutor]:

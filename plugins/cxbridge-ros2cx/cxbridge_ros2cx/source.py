@@ -21,7 +21,7 @@ from cxbridge.skiller.board.settings import BoardSettings
 from cxbridge_ros2cx.checkout import ROS2CX_CLIPS, ROS2CX_SANE_CLIPS, Ros2CxCheckout
 from cxbridge_ros2cx.checks import check_parameters
 from cxbridge_ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE, Ros2CxFeatureContext, make_features
-from cxbridge_ros2cx.original_board import policy_of, with_idle_time
+from cxbridge_ros2cx.original_board import board_class_of, with_idle_time
 from cxbridge_ros2cx.parameters import EXECUTIVE_FILE, load_features, load_parameters, refresh_period_us
 from cxbridge_ros2cx.refresh import RefreshTimer, nanoseconds_too
 from cxbridge_ros2cx.settings import Ros2CxSettings
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.executive.executive import Executive
     from cxbridge.run.agent import Run
-    from cxbridge.skiller.board.master import BoardPolicy
+    from cxbridge.skiller.board.board import SkillBoard
     from cxbridge.skiller.board.service import SkillBoardService
 
 # Configurations for `--config NAME` on top of a checkout's parameters.
@@ -132,8 +132,8 @@ class Ros2CxSource(Source):
     def board_settings(self, settings: BoardSettings | None, config: Configuration) -> BoardSettings:
         return with_idle_time(settings or BoardSettings(), config)
 
-    def board_policy(self, config: Configuration) -> BoardPolicy:
-        return policy_of(config)
+    def board_class(self, config: Configuration) -> type[SkillBoard]:
+        return board_class_of(config)
 
     def prepare_board(self, context: Run) -> None:
         """Add the executors of ``--executor``."""

@@ -67,9 +67,11 @@ class Rig:
     def _note(self, event: Any) -> None:
         self.lines.append(f"{event.level.value} {event.text}")
 
-    def skills(self, name: str = "SkillBoard", **options: Any) -> SkillBoard:
+    def skills(
+        self, name: str = "SkillBoard", board_class: type[SkillBoard] = SkillBoard, **options: Any
+    ) -> SkillBoard:
         """Make a skill board."""
-        made = SkillBoard(self.board, self.clock, self.bus, name=name, **options)
+        made = board_class(self.board, self.clock, self.bus, name=name, **options)
         self.boards.append(made)
         return made
 

@@ -8,7 +8,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, initialize, invariant, rule
 
-from cxbridge.skiller.board.master import BoardPolicy, Master, Timeouts
+from cxbridge.skiller.board.board import SkillBoard
+from cxbridge.skiller.board.master import Master, Timeouts
 from cxbridge.skiller.board.protocol import ExecutorState, MasterState, Ticket
 from tests.skiller.board.rig import Puppet, Rig, call
 from tests.support import many
@@ -39,7 +40,7 @@ class Protocol(RuleBasedStateMachine):
     """Boards, executors, and strangers who send what they should not."""
 
     masters = Bundle("masters")
-    policy = BoardPolicy()
+    board_class = SkillBoard
 
     def __init__(self) -> None:
         super().__init__()
@@ -47,7 +48,9 @@ class Protocol(RuleBasedStateMachine):
         self.stranger = self.rig.board.open_for_writing("SkillBoardInterface", STRANGER, owner="test")
         self.alive: dict[str, Puppet] = {}
         self.killed: set[str] = set()
-        self.open = {name: self.rig.skills(name, timeouts=LIMITS, policy=self.policy) for name in BOARDS}
+        self.open = {
+            name: self.rig.skills(name, timeouts=LIMITS, board_class=self.board_class) for name in BOARDS
+        }
         self.history: dict[int, list[str]] = {}
         self.made: list[Master] = []
 
@@ -125,7 +128,7 @@ class Protocol(RuleBasedStateMachine):
             return
         self.rig.boards.remove(board)
         board.close()
-        self.open[name] = self.rig.skills(name, timeouts=LIMITS, policy=self.policy)
+        self.open[name] = self.rig.skills(name, timeouts=LIMITS, board_class=self.board_class)
 
     @rule(then=loops)
     def loop(self, then: int) -> None:
@@ -235,10 +238,17 @@ class Protocol(RuleBasedStateMachine):
             assert all(made.agent == puppet.agent for made in puppet.calls)
 
 
-class AskingAll(Protocol):
-    """The same with boards that ask all executors at once, and reject all but one."""
+class AskAllBoard(SkillBoard):
+    """Asks all executors at once, and rejects all but one."""
 
-    policy = BoardPolicy(ask_all=True)
+    def ask(self, master: Master) -> None:
+        self.ask_all(master)
+
+
+class AskingAll(Protocol):
+    """The same with boards that ask all executors."""
+
+    board_class = AskAllBoard
 
 
 TestAskingAll = AskingAll.TestCase

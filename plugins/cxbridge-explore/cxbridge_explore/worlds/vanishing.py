@@ -85,7 +85,9 @@ class AbsenceChoices:
             for executor in agent.executors:
                 if executor.name == name and service is not None:
                     service.add(
-                        executor.host(agent.name, run.board, run.clock, run.bus, verbatim=service.verbatim)
+                        executor.host(
+                            agent.name, run.board, run.clock, run.bus, verbatim=service.skills.is_verbatim
+                        )
                     )
                     return
         self._skills.come_back(name)
