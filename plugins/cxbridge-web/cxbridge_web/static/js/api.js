@@ -8,6 +8,11 @@ export class ApiError extends Error {
 
 const underWay = new Map();
 export const part = encodeURIComponent;
+/** The path of the facts of an environment, of one deftemplate if it is named. */
+export const factsPath = (env, template = "") =>
+  "clips/" + part(env) + "/facts?formatted=true" + (template && "&template=" + part(template));
+/** An interface's id as a part of a path. */
+export const idPath = (id) => id.split("/").map(part).join("/");
 
 async function request(method, path, body) {
   const options = { method, headers: {} };

@@ -305,7 +305,7 @@ class App extends EventTarget {
   }
 
   toast(text, isError = false) {
-    const note = el("p", { class: "toast" + (isError ? " bad" : "") }, text);
+    const note = el.p({ class: "toast" + (isError ? " bad" : "") }, text);
     const place = document.getElementById("toasts");
     place.append(note);
     while (place.children.length > 4) place.firstChild.remove();

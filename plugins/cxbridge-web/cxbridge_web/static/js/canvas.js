@@ -32,7 +32,7 @@ export class Canvas {
   /** @param paint(context, width, height, colours) draws all of it */
   constructor(paint) {
     this.paint = paint;
-    this.node = el("canvas", { "aria-hidden": "true" });
+    this.node = el.canvas({ "aria-hidden": "true" });
     this.context = this.node.getContext("2d");
     this.frame = 0;
     this.sizes = new ResizeObserver(() => this.later());
@@ -76,7 +76,7 @@ export class Canvas {
     const { width, height } = this,
       density = 2,
       above = lines.length * 18 + (lines.length ? 10 : 0),
-      copy = el("canvas", { width: width * density, height: (height + above) * density }),
+      copy = el.canvas({ width: width * density, height: (height + above) * density }),
       context = copy.getContext("2d"),
       colours = palette();
     context.scale(density, density);
@@ -105,7 +105,7 @@ export class Canvas {
 /** Let the browser save something under a name. */
 export function save(blob, name) {
   const url = URL.createObjectURL(blob),
-    link = el("a", { href: url, download: name });
+    link = el.a({ href: url, download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(url), 10_000);
 }

@@ -38,7 +38,7 @@ export class Detail {
   constructor(host, later) {
     this.host = host;
     this.later = later;
-    this.box = el("aside", { class: "tl-detail", "aria-label": "Details", tabindex: 0 });
+    this.box = el("aside.tl-detail", { "aria-label": "Details", tabindex: 0 });
     this.story = new Story(host);
     this.sign = "";
     this.lengths = ""; // of the changes of the goal whose plans were asked for
@@ -109,22 +109,18 @@ export class Detail {
     if (action) entries.push([action.id + " " + action.text, { goal: path.goal, action: path.action }]);
     if (call) entries.push([call.text, path]);
     return el(
-      "nav",
-      { class: "tl-crumbs", "aria-label": "Breadcrumb" },
-      el(
-        "ol",
-        {},
+      "nav.tl-crumbs",
+      { "aria-label": "Breadcrumb" },
+      el.ol(
         entries.map(([text, to], at) =>
-          el(
-            "li",
-            {},
+          el.li(
             at && at === entries.length - 1
-              ? el("b", { "aria-current": "page" }, text)
-              : el("a", { href: this.host.href(to) }, text),
+              ? el.b({ "aria-current": "page" }, text)
+              : el.a({ href: this.host.href(to) }, text),
           ),
         ),
       ),
-      el("a", { class: "tl-close", href: this.host.href({}), "aria-label": "close", title: "close" }, "✕"),
+      el("a.tl-close", { href: this.host.href({}), "aria-label": "close", title: "close" }, "✕"),
     );
   }
 
@@ -148,12 +144,11 @@ export class Detail {
       outcome = outcomeAt(item, step),
       mode = item.kind === "goal" && lastUpTo(item.changes, step)?.mode;
     return el(
-      "div",
-      { class: "detail-head" },
-      el("h2", {}, title),
+      "div.detail-head",
+      el.h2(title),
       outcome
         ? outcomeBadge(outcome, mode && isOpen(outcome) ? mode : undefined)
-        : el("span", { class: "dim" }, "not there yet"),
+        : el("span.dim", "not there yet"),
     );
   }
   times(item) {
@@ -171,36 +166,32 @@ export class Detail {
   }
   list(title, items, entry, className = null) {
     if (!items.length) return null;
-    return el(
-      "section",
-      {},
-      el("h3", {}, title),
+    return el.section(
+      el.h3(title),
       el(
-        "ul",
-        { class: "tl-list" },
-        items.slice(0, MOST).map((each) => el("li", { class: className }, entry(each))),
+        "ul.tl-list",
+        items.slice(0, MOST).map((each) => el.li({ class: className }, entry(each))),
       ),
-      items.length > MOST ? el("p", { class: "dim" }, "and " + (items.length - MOST) + " more") : null,
+      items.length > MOST ? el("p.dim", "and " + (items.length - MOST) + " more") : null,
     );
   }
   link(item, text) {
     return [
       outcomeBadge(outcomeAt(item, this.step) || "formulated"),
       " ",
-      el("a", { href: this.host.href(pathTo(item)) }, text),
+      el.a({ href: this.host.href(pathTo(item)) }, text),
     ];
   }
   changes(item, badge) {
     const { step } = this;
     return el(
-      "details",
-      { class: "tl-steps", open: item.changes.length < 12 },
-      el("summary", {}, "How it came here"),
+      "details.tl-steps",
+      { open: item.changes.length < 12 },
+      el.summary("How it came here"),
       el(
-        "ul",
-        { class: "tl-list" },
+        "ul.tl-list",
         item.changes.map((change) =>
-          el("li", { class: change.step > step ? "later" : null }, this.at(change), " ", badge(change)),
+          el.li({ class: change.step > step ? "later" : null }, this.at(change), " ", badge(change)),
         ),
       ),
     );
@@ -218,13 +209,13 @@ export class Detail {
       robots = new Set(goal.actions.flatMap(({ calls }) => calls.map(({ skiller }) => skiller)));
     return [
       this.head(goal.id, goal),
-      error ? el("p", { class: "error-box" }, error) : null,
+      error ? el("p.error-box", error) : null,
       this.reasons(goal),
       pairs([
         ["class", goal.cls === goal.id ? "" : goal.cls],
         ["type", details.type],
         ["sub-type", goal.subType],
-        ["parent", parent ? el("a", { href: this.host.href({ goal: parent.key }) }, parent.id) : ""],
+        ["parent", parent ? el.a({ href: this.host.href({ goal: parent.key }) }, parent.id) : ""],
         ...this.times(goal),
         ["robot", [...robots].join(", ")],
         ["priority", USUAL.has(words(details.priority)) ? "" : words(details.priority)],
@@ -273,10 +264,10 @@ export class Detail {
     return [
       outcomeBadge(outcome, state),
       " ",
-      action ? el("a", { href: this.host.href(pathTo(action)) }, text) : text,
-      robot ? el("span", { class: "dim" }, " " + robot) : null,
+      action ? el.a({ href: this.host.href(pathTo(action)) }, text) : text,
+      robot ? el("span.dim", " " + robot) : null,
       lacks && !lacks.satisfied
-        ? el("details", { class: "lacks" }, el("summary", {}, "precondition is false"), formulaTree(lacks))
+        ? el("details.lacks", el.summary("precondition is false"), formulaTree(lacks))
         : null,
     ];
   }
@@ -289,7 +280,7 @@ export class Detail {
       pairs([["plan", action.plan], ...this.times(action)]),
       this.list(probably ? "Probably its skill calls" : "Skill calls", calls, (call) =>
         this.link(call, call.skiller + ": " + call.text),
-      ) || el("p", { class: "dim" }, "No skill call is known for it."),
+      ) || el("p.dim", "No skill call is known for it."),
       this.log(action),
       this.changes(action, ({ state }) => outcomeBadge(actionOutcome(state), state)),
     ];
@@ -298,13 +289,13 @@ export class Detail {
     const { action } = call;
     return [
       this.head("Skill call", call),
-      el("p", {}, el("code", {}, call.text)),
-      call.error ? el("p", { class: "error-box" }, call.error) : null,
+      el.p(el.code(call.text)),
+      call.error ? el("p.error-box", call.error) : null,
       pairs([
         ["robot", call.skiller],
         [
           call.guessed ? "probably of" : "of",
-          action ? el("a", { href: this.host.href(pathTo(action)) }, action.text) : "",
+          action ? el.a({ href: this.host.href(pathTo(action)) }, action.text) : "",
         ],
         ...this.times(call),
         ["status", call.status],
@@ -320,9 +311,8 @@ export class Detail {
       way = outcomeAt(item) === "completed" ? [] : causes(item, this.history);
     if (way.length < 2 && !mayAsk) return null;
     return el(
-      "section",
-      { id: "why-text", class: "story-why" },
-      el("h3", {}, "Why"),
+      "section#why-text.story-why",
+      el.h3("Why"),
       answer || (way.length > 1 ? chain(this.host, item, this.history) : null),
       mayAsk && !answer
         ? button("Why?", () => this.askWhy(item), {
@@ -340,11 +330,11 @@ export class Detail {
       this.sign = this.target = "";
       this.later();
     };
-    show(el("p", { class: "dim" }, "…"));
+    show(el("p.dim", "…"));
     try {
       show(goalWhy(this.host.app, await ask(this.host.app, kind, name, env)));
     } catch (error) {
-      show(el("p", { class: "error-box" }, error.message));
+      show(el("p.error-box", error.message));
     }
   }
   async askPlans() {
@@ -373,34 +363,27 @@ export class Detail {
       last = end ? { time: end.time + LATE_US } : this.host.now(),
       lines = this.host.lines(begin, last).filter(({ level }) => level === "W" || level === "E");
     if (!lines.length) return null;
-    return el(
-      "section",
-      {},
-      el("h3", {}, "Log in its time"),
+    return el.section(
+      el.h3("Log in its time"),
       el(
-        "ol",
-        { class: "tl-log" },
+        "ol.tl-log",
         lines
           .slice(-MOST_LINES)
           .map((line) =>
-            el(
-              "li",
-              {},
+            el.li(
               this.at(line),
               " ",
-              el("b", { class: "lv lv-" + line.level }, line.level),
+              el.b({ class: "lv lv-" + line.level }, line.level),
               " ",
-              el("span", { class: "dim" }, line.component + ": "),
+              el("span.dim", line.component + ": "),
               line.text,
             ),
           ),
       ),
-      el(
-        "p",
-        {},
-        el("a", { href: "#/log?time=" + (end || begin).time }, "All lines"),
+      el.p(
+        el.a({ href: "#/log?time=" + (end || begin).time }, "All lines"),
         lines.length > MOST_LINES
-          ? el("span", { class: "dim" }, ", " + (lines.length - MOST_LINES) + " more like these")
+          ? el("span.dim", ", " + (lines.length - MOST_LINES) + " more like these")
           : null,
       ),
     );

@@ -1,67 +1,86 @@
 // Elements, with the helpers that the pages about recorded runs have too (shared/base.js).
 export const { badge, visible } = cx;
-export const el = (tag, attributes, ...children) => cx.el(tag, attributes, ...children.flat(Infinity));
-export const svg = (tag, attributes, ...children) => cx.svg(tag, attributes, ...children.flat(Infinity));
+const isAttributes = (value) => Object.getPrototypeOf(value ?? "") === Object.prototype;
 
+/** `el.li(...)` and `el("li#id.class", ...)` make elements of attributes, if there are any, and children. */
+function maker(make) {
+  const build = (selector, ...rest) => {
+    const [, tag, id, names] = /^([\w-]+)(?:#([\w-]+))?((?:\.[\w-]+)*)$/.exec(selector),
+      [given, children] = isAttributes(rest[0]) ? [rest[0], rest.slice(1)] : [{}, rest],
+      named = { ...(id && { id }), ...(names && { class: names.slice(1).replaceAll(".", " ") }) };
+    return make(tag, { ...given, ...named }, ...children.flat(Infinity));
+  };
+  return new Proxy(build, { get: (_, tag) => build.bind(null, tag) });
+}
+export const el = maker(cx.el);
+export const svg = maker(cx.svg);
+
+export const link = (href, ...children) => el.a({ href }, ...children);
+export const dim = (...children) => el("span.dim", ...children);
+export const note = (...children) => el("p.dim", ...children);
 export const button = (text, call, attributes = {}) =>
-  el("button", { type: "button", ...attributes, on: { click: call } }, text);
+  el.button({ type: "button", ...attributes, on: { click: call } }, text);
+export const submit = (text, attributes = {}) =>
+  el.button({ type: "submit", class: "primary", ...attributes }, text);
+export const backLink = (href, to) => el("a.back", { href, "aria-label": "back to the " + to }, "←");
+
+// names and skill strings are no prose: nothing corrects them
+const VERBATIM = { type: "text", spellcheck: "false", autocomplete: "off", autocapitalize: "off" };
+export const textInput = (attributes) => el.input({ ...VERBATIM, ...attributes });
+export const field = (label, input) => el.label(el.span(label), input);
+
+/** A form that calls `done` in place of a request. */
+export function form(selector, done, ...children) {
+  const submitted = (event) => {
+    event.preventDefault();
+    done();
+  };
+  return el("form" + selector, { on: { submit: submitted } }, ...children);
+}
 
 /** Names and values below each other; pairs without value are left out. */
-export function pairs(entries) {
-  const rows = entries.filter(
-    ([, value]) => value !== "" && value !== undefined && value !== null && value.length !== 0,
+export const pairs = (entries) =>
+  el(
+    "dl.pairs",
+    entries
+      .filter(([, value]) => ![value ?? ""].flat().every((each) => each === ""))
+      .map(([name, value]) => [el.dt(name), el.dd(value)]),
   );
-  return el(
-    "dl",
-    { class: "pairs" },
-    rows.map(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]),
+
+/**
+ * A table that scrolls by itself where there is little room.
+ * @param heads texts, or cells; without them there is no line of heads
+ * @param rows elements, or lists of cells: texts, numbers, elements
+ * @param numbers which columns are numbers
+ */
+export const wideTable = (attributes, heads, rows, numbers = []) =>
+  el("div.wide", dataTable(attributes, heads, rows, numbers));
+
+export function dataTable(attributes, heads, rows, numbers = []) {
+  const kind = (at) => (numbers.includes(at) ? "n" : null),
+    isCell = (node) => node instanceof Element && /^t[dh]$/i.test(node.tagName);
+  const head = (each, at) => (isCell(each) ? each : el.th({ scope: "col", class: kind(at) }, each));
+  const cell = (each, at) => (isCell(each) ? each : el.td({ class: kind(at) }, each));
+  return el.table(
+    attributes,
+    heads.length > 0 && el.thead(el.tr(heads.map(head))),
+    el.tbody(rows.map((row) => (Array.isArray(row) ? el.tr(row.map(cell)) : row))),
   );
 }
 
-/** A table. @param heads texts, or cells that are made already; none: no line of heads */
-export const dataTable = (attributes, heads, rows) =>
-  el(
-    "table",
-    attributes,
-    heads.length
-      ? el(
-          "thead",
-          {},
-          el(
-            "tr",
-            {},
-            heads.map((head) => (head instanceof Node ? head : el("th", { scope: "col" }, head))),
-          ),
-        )
-      : null,
-    el("tbody", {}, rows),
-  );
-
-/** A table that scrolls by itself where there is little room. */
-export const wideTable = (attributes, heads, rows) =>
-  el("div", { class: "wide" }, dataTable(attributes, heads, rows));
-
-export const none = (text, hint) =>
-  el("div", { class: "empty" }, el("p", {}, text), hint ? el("p", { class: "dim" }, hint) : null);
+export const none = (text, hint) => el("div.empty", el.p(text), hint ? note(hint) : null);
 
 /** A panel with a title and, at its right, tools. */
-export function panel(title, tools, ...children) {
-  return el(
-    "section",
-    { class: "panel" },
-    el("div", { class: "panel-head" }, el("h2", {}, title), el("div", { class: "tools" }, tools)),
-    ...children,
-  );
-}
+export const panel = (title, tools, ...children) =>
+  el("section.panel", el("div.panel-head", el.h2(title), el("div.tools", tools)), ...children);
 
 /** Tabs as links; `current` is the one that is shown. */
-export function tabs(label, entries, current) {
-  return el(
-    "nav",
-    { class: "tabs", "aria-label": label },
-    entries.map(([href, text]) => el("a", { href, "aria-current": href === current ? "page" : null }, text)),
+export const tabs = (label, entries, current) =>
+  el(
+    "nav.tabs",
+    { "aria-label": label },
+    entries.map(([href, text]) => el.a({ href, "aria-current": href === current ? "page" : null }, text)),
   );
-}
 
 const SAY_MS = 700;
 /** Announced to screen readers, when somebody has typed; not with each change of what is shown. */
@@ -71,14 +90,7 @@ function sayCount(input) {
 }
 
 export function search(label, call) {
-  const input = el("input", {
-    type: "search",
-    class: "find",
-    placeholder: label + "  /",
-    "aria-label": label,
-    spellcheck: "false",
-    autocomplete: "off",
-  });
+  const input = textInput({ type: "search", class: "find", placeholder: label + "  /", "aria-label": label });
   let timer = null;
   input.addEventListener("input", () => {
     call(input.value.trim().toLowerCase());
@@ -88,21 +100,43 @@ export function search(label, call) {
   return input;
 }
 
-export function checkbox(text, checked, call) {
-  const box = el("input", { type: "checkbox", checked });
-  box.addEventListener("change", () => call(box.checked));
-  return el("label", { class: "check" }, box, " ", text);
+export function checkbox(text, checked, call, attributes = {}) {
+  const box = el.input({ type: "checkbox", checked, on: { change: () => call(box.checked) } });
+  return el("label.check", attributes, box, " ", text);
+}
+
+/** A choice: `offer` sets its options, texts or pairs of value and text, and the one that is chosen. */
+export function choice(attributes, changed) {
+  const select = el.select({ ...attributes, on: { change: () => changed(select.value) } });
+  select.offer = (options, chosen) =>
+    redraw(select, [options, chosen], () =>
+      options.map((option) => {
+        const [value, text] = Array.isArray(option) ? option : [option, option];
+        return el.option({ value, selected: value === chosen }, text);
+      }),
+    );
+  return select;
 }
 
 const pad = (number, width = 2) => String(number).padStart(width, "0");
 
 const BY_DAY = "cxbridge.time-of-day";
-const moments = { zero: null, byDay: false };
-try {
-  moments.byDay = localStorage.getItem(BY_DAY) === "yes";
-} catch {
-  // a page in a sandbox has no storage
+/** The value that the browser keeps under a key; null without one, and where a sandbox has no storage. */
+export function remembered(key) {
+  try {
+    return localStorage.getItem(key);
+  } catch {
+    return null;
+  }
 }
+export function remember(key, value) {
+  try {
+    localStorage.setItem(key, value);
+  } catch {
+    // the value holds until the page is loaded again
+  }
+}
+const moments = { zero: null, byDay: remembered(BY_DAY) === "yes" };
 
 /** Times count from here: where the run began, microseconds since the epoch; null: that is not known. */
 export const countFrom = (begin) => {
@@ -113,7 +147,7 @@ export const zeroOfTimes = () => (moments.byDay ? null : moments.zero);
 /** Show the time of day, or seconds into the run again. */
 export function switchTimes() {
   moments.byDay = !moments.byDay;
-  localStorage.setItem(BY_DAY, moments.byDay ? "yes" : "no");
+  remember(BY_DAY, moments.byDay ? "yes" : "no");
 }
 
 /** Microseconds since the epoch as seconds into the run, or as the time of day where that is wanted. */
@@ -125,7 +159,7 @@ export function clockText(timeUs, digits = 0) {
 /** The time of day of microseconds since the epoch. */
 export function timeOfDay(timeUs, digits = 0) {
   const date = new Date(timeUs / 1000);
-  const text = pad(date.getHours()) + ":" + pad(date.getMinutes()) + ":" + pad(date.getSeconds());
+  const text = [date.getHours(), date.getMinutes(), date.getSeconds()].map((part) => pad(part)).join(":");
   return digits ? text + "." + pad(Math.floor((timeUs / 10 ** (6 - digits)) % 10 ** digits), digits) : text;
 }
 
@@ -135,11 +169,24 @@ export function durationText(us) {
   return Math.floor(us / 60e6) + " min " + Math.floor((us % 60e6) / 1e6) + " s";
 }
 
+export const plural = (count, noun) => count + " " + noun + (count === 1 ? "" : "s");
+
 /** Replace what is in a node, and keep where it was scrolled to. */
 export function refill(node, ...children) {
-  const top = node.firstChild ? node.scrollTop : 0;
-  node.replaceChildren(...children.flat().filter((child) => child !== null && child !== undefined));
+  const top = node.firstChild ? node.scrollTop : 0,
+    isShown = (child) => child !== null && child !== undefined && child !== false && child !== "";
+  node.replaceChildren(...children.flat(Infinity).filter(isShown));
   if (top) node.scrollTop = top; // to read or write it makes the browser lay out everything
+}
+
+const states = new WeakMap(); // node -> what it shows, as JSON
+/** Refill a node when it is to show something else than before; without a call it is filled anew next time. */
+export function redraw(node, state, make) {
+  const sign = make && JSON.stringify(state);
+  if (sign !== undefined && states.get(node) === sign) return false;
+  states.set(node, sign);
+  if (make) refill(node, make());
+  return true;
 }
 
 const MANY = 2000,

@@ -1,7 +1,7 @@
 // CLIPS environments: which one is looked at (all views agree on it), and what the API tells of any of them.
-import { get, part } from "cx/api.js";
+import { factsPath, get } from "cx/api.js";
 import { MODELS } from "cx/clips/text.js";
-import { el } from "cx/dom.js";
+import { choice } from "cx/dom.js";
 import { MAIN_ENV } from "cx/model.js";
 
 /**
@@ -12,13 +12,16 @@ import { MAIN_ENV } from "cx/model.js";
 export async function readOf(env, what) {
   if (env === MAIN_ENV) return get("clips-executive/" + what);
   const { templates, make } = MODELS[what];
-  const lists = await Promise.all(
-    templates.map((template) => get("clips/" + part(env) + "/facts?formatted=true&template=" + template)),
-  );
-  const facts = new Map(
-    lists.flat().map((fact) => [fact.index, { template: fact.template_name, text: fact.formatted }]),
-  );
-  return make([...facts.values()]);
+  return make(await readFacts(env, templates));
+}
+
+/** The facts of some deftemplates: {index, template, text}. */
+export async function readFacts(env, templates) {
+  const lists = await Promise.all(templates.map((template) => get(factsPath(env, template)))),
+    facts = lists
+      .flat()
+      .map(({ index, template_name: template, formatted: text }) => ({ index, template, text }));
+  return [...new Map(facts.map((fact) => [fact.index, fact])).values()];
 }
 
 /**
@@ -27,32 +30,20 @@ export async function readOf(env, what) {
  * @param all whether all of them can be looked at together
  */
 export function envSelect(app, changed, { all = false } = {}) {
-  const select = el("select", { class: "env", "aria-label": "environment" });
-  let drawn = "";
-  select.addEventListener("change", () => {
-    app.chosenEnv = select.value;
+  const select = choice({ class: "env", "aria-label": "environment" }, (env) => {
+    app.chosenEnv = env;
     changed();
   });
   select.renew = () => {
-    const names = app.environments,
-      now = all ? app.chosenEnv : app.env,
-      sign = names.join("\n") + "\n\n" + now;
+    const names = app.environments;
     select.hidden = names.length < 2;
-    if (sign === drawn) return;
-    drawn = sign;
-    select.replaceChildren(
-      all ? el("option", { value: "", selected: !now }, "all environments") : "",
-      ...names.map((name) => el("option", { value: name, selected: name === now }, name)),
-    );
+    select.offer([...(all ? [["", "all environments"]] : []), ...names], all ? app.chosenEnv : app.env);
   };
   let wasThere = false;
   const stop = app.onChange(() => {
-    if (wasThere && !select.isConnected) {
-      stop();
-      return;
-    }
+    if (wasThere && !select.isConnected) stop();
+    else select.renew();
     wasThere = select.isConnected;
-    select.renew();
   });
   select.renew();
   return select;

@@ -22,7 +22,7 @@ export function linked(app, text, rules = new Set()) {
     else if (/^\d/.test(word) && app.zero !== null)
       href = "#/timeline?time=" + Math.round(app.zero + parseFloat(word) * 1e6);
     if (!href) continue;
-    found.push(text.slice(at, match.index), el("a", { href }, word));
+    found.push(text.slice(at, match.index), el.a({ href }, word));
     at = match.index + word.length;
   }
   found.push(text.slice(at));

@@ -1,5 +1,6 @@
 // Routes, header and keys.
 import SITE from "shared/site.js";
+import NAMES from "shared/views.js";
 import { app } from "cx/app.js";
 import { el, none } from "cx/dom.js";
 import { header } from "cx/header.js";
@@ -10,28 +11,44 @@ import { dropZone, inside, openLinked } from "cx/recording/open.js";
 import { scrubber } from "cx/recording/scrubber.js";
 import { parseAddress } from "cx/selection.js";
 import { applyTheme } from "cx/theme.js";
-import { loadViews } from "cx/views.js";
 
 const main = document.getElementById("main");
 window.addEventListener("error", (event) => app.toast("Error of the page: " + event.message, true));
 
+/**
+ * Load the views: each is one file in views/, which the server lists. A file that exports `tab` is a tab at
+ * "#/FILE"; one that exports `parts` has addresses within a tab of another file. One that cannot be loaded is
+ * left out.
+ * @returns tabs in their order: {name, title, formerly, module}; parts: a Map of "tab/part" to modules
+ */
+async function loadViews() {
+  const tabs = [],
+    parts = new Map();
+  const load = async (name) => {
+    const module = await import("cx/views/" + name + ".js"),
+      { tab, parts: own = [] } = module;
+    if (tab) tabs.push({ order: 1000, ...tab, name, formerly: [tab.formerly || []].flat(), module });
+    for (const part of own) parts.set(part, module);
+  };
+  const failed = (name) => (error) =>
+    app.toast("The view " + name + " cannot be shown: " + error.message, true);
+  await Promise.all(NAMES.map((name) => load(name).catch(failed(name))));
+  tabs.sort((a, b) => a.order - b.order || (a.name < b.name ? -1 : 1));
+  return { tabs, parts };
+}
+
 function navigation(tabs) {
-  const links = tabs.map(({ name, title }, at) =>
-    el(
-      "a",
-      { href: "#/" + name, "data-view": name, "aria-keyshortcuts": at < 9 ? String(at + 1) : null },
-      at < 9 ? el("kbd", { "aria-hidden": "true" }, String(at + 1)) : null,
-      title,
-    ),
-  );
+  const links = tabs.map(({ name, title }, at) => {
+    const key = at < 9 ? String(at + 1) : null,
+      shown = key && el.kbd({ "aria-hidden": "true" }, key);
+    return el.a({ href: "#/" + name, "data-view": name, "aria-keyshortcuts": key }, shown, title);
+  });
   document.getElementById("nav").append(...links);
   return (name) => {
-    for (const link of links) {
-      if (link.dataset.view === name) {
-        link.setAttribute("aria-current", "page");
-        link.scrollIntoView({ block: "nearest", inline: "nearest" });
-      } else link.removeAttribute("aria-current");
-    }
+    for (const link of links) link.removeAttribute("aria-current");
+    const current = links.find((link) => link.dataset.view === name);
+    current?.setAttribute("aria-current", "page");
+    current?.scrollIntoView({ block: "nearest", inline: "nearest" });
   };
 }
 
@@ -56,18 +73,13 @@ function router({ tabs, parts }) {
     if (location.hash && !location.hash.startsWith("#/")) return; // the skip link
     if (app.runs && !app.recording) return; // it is read, or cannot be read
     const { path, parts: words, query } = parseAddress(location.hash),
-      [name, ...rest] = words;
-    if (!name && tabs.length) {
-      location.replace("#/" + tabs[0].name + location.hash.slice(path.length));
-      return;
-    }
-    const found = tabs.find((tab) => tab.name === name);
-    if (!found) {
-      const moved = tabs.find((tab) => tab.formerly.includes(name));
-      if (moved) location.replace(location.hash.replace("#/" + name, "#/" + moved.name));
-      else show("", "Not found", path, [], () => openNotFound(main, path, tabs));
-      return;
-    }
+      [name, ...rest] = words,
+      found = tabs.find((tab) => tab.name === name),
+      moved = tabs.find((tab) => tab.formerly.includes(name));
+    if (!name && tabs.length) location.replace("#/" + tabs[0].name + location.hash.slice(path.length));
+    else if (!found && moved) location.replace(location.hash.replace("#/" + name, "#/" + moved.name));
+    else if (!found) show("", "Not found", path, [], () => openNotFound(main, path, tabs));
+    if (!found) return;
     const module = parts.get(name + "/" + rest[0]) || found.module;
     app.selection.read(query);
     if (!current || current.of !== module)
@@ -84,45 +96,38 @@ function router({ tabs, parts }) {
   return route;
 }
 
-applyTheme();
-
 /** Show a document that is in the page, instead of a run. */
 async function openDocument({ kind, name }) {
   const text = new TextDecoder().decode(await inside()),
     { open } = await import("cx/documents/" + kind + ".js");
   document.title = name;
-  document.getElementById("head").append(el("h1", {}, name));
+  document.getElementById("head").append(el.h1(name));
   open(main, JSON.parse(text));
 }
 
 async function start() {
-  if (SITE.inside && SITE.inside.kind) {
-    await openDocument(SITE.inside);
-    return;
-  }
-  const views = await loadViews((name, error) =>
-    app.toast("The view " + name + " cannot be shown: " + error.message, true),
-  );
-  const names = views.tabs.map(({ name, title }) => [name, title]);
+  if (SITE.inside?.kind) return openDocument(SITE.inside);
+  const views = await loadViews(),
+    names = views.tabs.map(({ name, title }) => [name, title]);
   header(app, palette(app, names));
   scrubber(app);
   dropZone(app);
   keys(app, names);
   const route = router(views);
   app.start();
-  if (app.runs) {
-    app.selection.read(parseAddress(location.hash).query); // a moment of the recording
-    await openLinked(app);
-    if (app.recording) return;
-    app.hasNoRun = true;
-    app.notify();
-    openNoRun(main, app.runs);
-    return;
+  if (!app.runs) {
+    await app.firstStatus();
+    route();
+    return openLinked(app);
   }
-  await app.firstStatus();
-  route();
-  openLinked(app);
+  app.selection.read(parseAddress(location.hash).query); // a moment of the recording
+  await openLinked(app);
+  if (app.recording) return null;
+  app.hasNoRun = true;
+  app.notify();
+  return openNoRun(main, app.runs);
 }
 
+applyTheme();
 if (typeof EventSource === "undefined") main.append(none("This browser is too old for this page"));
 else start();

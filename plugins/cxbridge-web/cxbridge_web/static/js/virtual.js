@@ -1,6 +1,6 @@
 // Lists of any length: only the rows that are seen exist. Arrows walk; in a tree left and right close and
 // open.
-import { el } from "cx/dom.js";
+import { el, refill } from "cx/dom.js";
 
 const EXTRA = 6;
 const RELEASES = ["pointerup", "pointercancel", "blur"];
@@ -15,17 +15,12 @@ export class VirtualList {
    * @param select(item) a row was chosen; open(item, wanted) a fold was used (trees only)
    */
   constructor({ label, key, sign, draw, select = null, open = null, height = "--row" }) {
-    Object.assign(this, { key, sign, draw, select, open, height });
-    this.items = [];
-    this.selected = null;
+    Object.assign(this, { key, sign, draw, select, open, height, items: [], selected: null, high: 0 });
     this.name = "list" + ++lists;
     this.rows = new Map();
-    this.room = el("div", { class: "room", role: "presentation" });
-    this.box = el(
-      "div",
-      { class: "scroll", role: open ? "tree" : "listbox", tabindex: 0, "aria-label": label },
-      this.room,
-    );
+    this.room = el("div.room", { role: "presentation" });
+    const role = open ? "tree" : "listbox";
+    this.box = el("div.scroll", { role, tabindex: 0, "aria-label": label }, this.room);
     this.box.addEventListener("scroll", () => this.later(), { passive: true });
     this.box.addEventListener("keydown", (event) => this.onKey(event));
     // A row that is drawn again between press and release would get no click: the list holds still meanwhile.
@@ -34,10 +29,8 @@ export class VirtualList {
       this.held = event.target.closest(".row") !== null;
     });
     this.release = () => {
-      if (this.held) {
-        this.held = false;
-        this.later();
-      }
+      if (this.held) this.later();
+      this.held = false;
     };
     for (const end of RELEASES) window.addEventListener(end, this.release);
     this.box.addEventListener("click", (event) => this.onClick(event));
@@ -46,12 +39,10 @@ export class VirtualList {
       this.later();
     });
     this.resized.observe(this.box);
-    this.high = 0;
   }
 
   later() {
-    if (this.frame) return;
-    this.frame = requestAnimationFrame(() => {
+    this.frame ||= requestAnimationFrame(() => {
       this.frame = 0;
       this.update();
     });
@@ -80,32 +71,31 @@ export class VirtualList {
 
   update() {
     if (this.held) return;
-    const { box, room, rowHeight: high, items } = this;
+    const { box, room, rowHeight: high, items, rows: old } = this;
     room.style.height = items.length * high + "px";
     const first = Math.max(0, Math.floor(box.scrollTop / high) - EXTRA);
     const end = Math.min(items.length, Math.ceil((box.scrollTop + box.clientHeight) / high) + EXTRA);
-    const old = this.rows;
     this.rows = new Map();
-    const nodes = [];
     for (let at = first; at < end; at++) {
       const item = items[at],
         key = this.key(item),
-        chosen = key === this.selected;
-      const sign = at + " " + chosen + " " + high + " " + items.length + " " + this.sign(item);
+        chosen = key === this.selected,
+        sign = [at, chosen, high, items.length, this.sign(item)].join(" ");
       let row = old.get(key);
       if (!row || row.sign !== sign) row = { sign, node: this.row(item, at, chosen) };
       this.rows.set(key, row);
-      nodes.push(row.node);
       if (chosen) box.setAttribute("aria-activedescendant", row.node.id);
     }
+    const nodes = [...this.rows.values()].map(({ node }) => node);
     if (nodes.length !== room.children.length || nodes.some((node, at) => room.children[at] !== node))
       room.replaceChildren(...nodes);
   }
 
   row(item, at, chosen) {
-    const tree = this.open !== null;
-    const node = el("div", {
-      class: "row" + (chosen ? " selected" : "") + (item.rowClass ? " " + item.rowClass : ""),
+    const tree = this.open !== null,
+      icon = item.open === null ? "" : item.open ? "▾" : "▸";
+    const node = el.div({
+      class: ["row", chosen && "selected", item.rowClass].filter(Boolean).join(" "),
       id: this.name + "-" + at,
       role: tree ? "treeitem" : "option",
       "aria-posinset": at + 1,
@@ -113,27 +103,17 @@ export class VirtualList {
       "aria-selected": String(chosen),
       "aria-level": tree ? item.depth + 1 : null,
       "aria-expanded": tree && item.open !== null ? String(item.open) : null,
+      style: `top: ${at * this.high}px; height: ${this.high}px`,
     });
-    if (tree) {
-      const fold = el(
-        "span",
-        { class: "fold", "aria-hidden": "true" },
-        item.open === null ? "" : item.open ? "▾" : "▸",
-      );
-      fold.style.marginLeft = `calc(${Math.min(item.depth, 12)} * var(--indent))`;
-      node.append(fold);
-    }
-    node.append(...[this.draw(item)].flat().filter((child) => child !== null));
-    node.style.top = at * this.high + "px";
-    node.style.height = this.high + "px";
+    const style = `margin-left: calc(${Math.min(item.depth, 12)} * var(--indent))`;
+    refill(node, tree && el("span.fold", { "aria-hidden": "true", style }, icon), this.draw(item));
     return node;
   }
 
   reveal(at) {
     if (at < 0) return;
-    const high = this.rowHeight;
-    const top = at * high,
-      { box } = this;
+    const { box, rowHeight: high } = this,
+      top = at * high;
     if (top < box.scrollTop) box.scrollTop = top;
     else if (top + high > box.scrollTop + box.clientHeight) box.scrollTop = top + high - box.clientHeight;
   }
@@ -147,8 +127,8 @@ export class VirtualList {
   }
 
   choose(at, how) {
-    if (at < 0 || at >= this.items.length) return;
     const item = this.items[at];
+    if (!item) return;
     this.selected = this.key(item);
     this.reveal(at);
     this.update();
@@ -169,46 +149,34 @@ export class VirtualList {
   }
 
   onKey(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target !== this.box || !this.items.length)
-      return;
-    const at = this.items.findIndex((item) => this.key(item) === this.selected),
-      item = this.items[at];
-    const page = Math.max(1, Math.floor(this.box.clientHeight / this.high) - 1);
-    const moves = {
-      ArrowDown: 1,
-      ArrowUp: -1,
-      PageDown: page,
-      PageUp: -page,
-      Home: -this.items.length,
-      End: this.items.length,
-    };
-    if (event.key in moves)
-      this.choose(
-        at < 0
-          ? event.key === "End"
-            ? this.items.length - 1
-            : 0
-          : Math.max(0, Math.min(this.items.length - 1, at + moves[event.key])),
-        "key",
-      );
-    else if (event.key === "Enter" && item) this.choose(at, "enter");
+    const { items } = this;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target !== this.box || !items.length) return;
+    const at = items.findIndex((item) => this.key(item) === this.selected),
+      item = items[at],
+      page = Math.max(1, Math.floor(this.box.clientHeight / this.high) - 1),
+      moves = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -Infinity, End: Infinity };
+    if (event.key in moves) {
+      const next = at < 0 && event.key !== "End" ? 0 : at + moves[event.key];
+      this.choose(Math.max(0, Math.min(items.length - 1, next)), "key");
+    } else if (event.key === "Enter" && item) this.choose(at, "enter");
     else if (this.open && item && event.key === "ArrowRight") {
       if (item.open === false) this.fold(item, true);
       else this.choose(at + 1, "key");
     } else if (this.open && item && event.key === "ArrowLeft") {
       if (item.open) this.fold(item, false);
-      else
-        this.choose(
-          this.items.slice(0, at).findLastIndex((each) => each.depth < item.depth),
-          "key",
-        );
+      else this.choose(this.above(at), "key");
     } else return;
     event.preventDefault();
+  }
+
+  /** The place of the row that a row is below. */
+  above(at) {
+    return this.items.slice(0, at).findLastIndex((each) => each.depth < this.items[at].depth);
   }
 
   gone() {
     this.resized.disconnect();
     for (const end of RELEASES) window.removeEventListener(end, this.release);
-    if (this.frame) cancelAnimationFrame(this.frame);
+    cancelAnimationFrame(this.frame);
   }
 }

@@ -7,7 +7,7 @@ import { linked } from "cx/links.js";
 import { MAIN_ENV } from "cx/names.js";
 
 const clock = (seconds) => seconds.toFixed(3) + " s";
-const ruleLink = (name) => el("a", { href: "#/clips/rules/" + part(name) }, name);
+const ruleLink = (name) => el.a({ href: "#/clips/rules/" + part(name) }, name);
 
 /**
  * Ask why. A recording is asked about its chosen moment, and about its end for the story of the run.
@@ -29,38 +29,30 @@ export async function ask(app, kind, name = "", env = MAIN_ENV) {
 export function causeList(app, list, rules) {
   if (!list.length) return null;
   return el(
-    "ul",
-    { class: "causes" },
-    list.map((cause) => el("li", {}, linked(app, cause.text, rules), causeList(app, cause.because, rules))),
+    "ul.causes",
+    list.map((cause) => el.li(linked(app, cause.text, rules), causeList(app, cause.because, rules))),
   );
 }
 
 function moments(app, list, rules) {
   if (!list.length) return null;
-  return el(
-    "details",
-    {},
-    el("summary", {}, "Step by step (" + list.length + ")"),
+  return el.details(
+    el.summary("Step by step (" + list.length + ")"),
     el(
-      "ol",
-      { class: "history" },
+      "ol.history",
       list.map((moment) =>
-        el(
-          "li",
-          {},
-          el("span", { class: "dim n" }, clock(moment.seconds)),
+        el.li(
+          el("span.dim.n", clock(moment.seconds)),
           " ",
           linked(app, moment.text.trim(), rules),
-          moment.rules.length
-            ? el("span", { class: "dim small" }, "  by ", ruleLink(moment.rules.at(-1)))
-            : null,
+          moment.rules.length ? el("span.dim.small", "  by ", ruleLink(moment.rules.at(-1))) : null,
         ),
       ),
     ),
   );
 }
 
-const notes = (list) => (list || []).map((note) => el("p", { class: "dim small" }, note));
+const notes = (list) => (list || []).map((note) => el("p.dim.small", note));
 
 /** Whether something answers why in an environment: a daemon explains its executive's only. */
 export const canAsk = (app, env) =>
@@ -71,13 +63,13 @@ export const canAsk = (app, env) =>
  * @param about attributes of both: {button, box}
  */
 export function whyBox(app, kind, name, env, about) {
-  const box = el("div", about.box);
+  const box = el.div(about.box);
   async function answer() {
-    box.replaceChildren(el("p", { class: "dim" }, "…"));
+    box.replaceChildren(el("p.dim", "…"));
     try {
-      box.replaceChildren(el("h3", {}, "Why"), answerOf(app, await ask(app, kind, name, env)));
+      box.replaceChildren(el.h3("Why"), answerOf(app, await ask(app, kind, name, env)));
     } catch (error) {
-      box.replaceChildren(el("p", { class: "error-box" }, error.message));
+      box.replaceChildren(el("p.error-box", error.message));
     }
   }
   return { button: canAsk(app, env) ? button("Why?", answer, about.button) : null, box };
@@ -94,18 +86,15 @@ export function goalWhy(app, data) {
       ...stories.flatMap((story) => story.moments.flatMap((moment) => moment.rules)),
     ]);
   return el(
-    "div",
-    { class: "why" },
+    "div.why",
     stories.map((story) =>
-      el(
-        "section",
-        {},
-        el("p", { class: "cause" }, linked(app, story.cause.text, rules)),
+      el.section(
+        el("p.cause", linked(app, story.cause.text, rules)),
         causeList(app, story.cause.because, rules),
         moments(app, story.moments, rules),
       ),
     ),
-    el("p", { class: "dim small" }, "in " + data.where),
+    el("p.dim.small", "in " + data.where),
     notes(data.notes),
   );
 }
@@ -113,8 +102,7 @@ export function goalWhy(app, data) {
 const ICONS = { yes: ["completed", "✓"], no: ["failed", "✗"], unknown: ["formulated", "–"] };
 function mark(state) {
   const [outcome, icon] = ICONS[state];
-  return el(
-    "i",
+  return el.i(
     { class: "dot outcome o-" + outcome, "aria-label": state === "unknown" ? "not reached" : state },
     icon,
   );
@@ -123,18 +111,15 @@ const matches = (found) => (found ? found.number + (found.more ? " or more" : ""
 
 function elements(data) {
   return el(
-    "ol",
-    { class: "elements" },
+    "ol.elements",
     data.elements.map((each) => {
       const state = !each.joined ? "unknown" : each.joined.number ? "yes" : "no";
-      return el(
-        "li",
+      return el.li(
         { class: data.failing === each.number ? "failing" : "" },
         mark(data.failing === each.number ? "no" : state),
-        el("code", { class: "source" }, highlighted(each.text)),
+        el("code.source", highlighted(each.text)),
         el(
-          "span",
-          { class: "dim small n" },
+          "span.dim.small.n",
           each.alone ? matches(each.alone) + " alone" : "",
           each.joined ? ", " + matches(each.joined) + " with those before" : "",
         ),
@@ -145,37 +130,29 @@ function elements(data) {
 
 function failure(app, found) {
   if (!found) return null;
-  return el(
-    "div",
-    {},
-    el("p", {}, linked(app, found.reason)),
+  return el.div(
+    el.p(linked(app, found.reason)),
     el(
-      "ul",
-      { class: "causes" },
+      "ul.causes",
       found.near.map((near) =>
-        el(
-          "li",
-          {},
+        el.li(
           linked(app, near.fact),
           el(
-            "ul",
-            { class: "causes" },
+            "ul.causes",
             near.deviations.map((each) =>
-              el(
-                "li",
-                {},
+              el.li(
                 "slot ",
-                el("b", {}, each.slot),
+                el.b(each.slot),
                 " has ",
-                el("code", {}, each.value),
+                el.code(each.value),
                 ", wanted ",
-                el("code", {}, each.wanted),
+                el.code(each.wanted),
               ),
             ),
           ),
         ),
       ),
-      found.inner.map((inner) => el("li", {}, failure(app, inner))),
+      found.inner.map((inner) => el.li(failure(app, inner))),
     ),
   );
 }
@@ -183,29 +160,22 @@ function failure(app, found) {
 /** @param data of GET /cxbridge/why?rule= */
 function ruleWhy(app, data) {
   return el(
-    "div",
-    { class: "why" },
-    el("p", { class: "cause" }, linked(app, data.verdict)),
+    "div.why",
+    el("p.cause", linked(app, data.verdict)),
     data.elements ? elements(data) : null,
     failure(app, data.failure),
     data.bases && data.bases.length
-      ? el(
-          "p",
-          {},
-          "It matches: ",
-          linked(app, data.bases.map((basis) => [basis].flat().join(", ")).join("; ")),
-        )
+      ? el.p("It matches: ", linked(app, data.bases.map((basis) => [basis].flat().join(", ")).join("; ")))
       : null,
     data.last_fired
       ? el(
-          "p",
-          { class: "dim" },
+          "p.dim",
           "Fired " + data.fired + "×, last at " + clock(data.last_fired.seconds) + ": ",
           linked(app, [data.last_fired.facts].flat().join(" ")),
         )
       : null,
-    (data.errors || []).map((error) => el("p", { class: "error-box" }, [error].flat().join(" "))),
-    el("p", { class: "dim small" }, "in " + data.where),
+    (data.errors || []).map((error) => el("p.error-box", [error].flat().join(" "))),
+    el("p.dim.small", "in " + data.where),
     notes(data.notes),
   );
 }

@@ -22,7 +22,7 @@ const cx = (() => {
       else node.setAttribute(name, value === true ? "" : visible(String(value)));
     }
     for (const child of children.flat()) {
-      if (child !== null && child !== undefined)
+      if (child !== null && child !== undefined && child !== false)
         node.append(typeof child === "string" ? visible(child) : child);
     }
     return node;

@@ -16,29 +16,22 @@ export function sentMessages(app, uid) {
     .reverse();
   if (!uid || !mine.length) return [];
   const rows = mine.map((each) =>
-    el(
-      "li",
-      {},
-      el("span", { class: "dim n" }, clockText(each.time, 3)),
-      el("b", {}, each.message),
-      el("code", { class: "main-text" }, JSON.stringify(each.values)),
-      el("span", { class: "dim small" }, [each.sender, each.outcome].join(" ")),
+    el.li(
+      el("span.dim.n", clockText(each.time, 3)),
+      el.b(each.message),
+      el("code.main-text", JSON.stringify(each.values)),
+      el("span.dim.small", [each.sender, each.outcome].join(" ")),
     ),
   );
-  return [el("h3", {}, "Messages"), el("ol", { class: "calls" }, rows)];
+  return [el.h3("Messages"), el("ol.calls", rows)];
 }
 
 function inputOf(field) {
-  if (field.enums.length)
-    return el(
-      "select",
-      {},
-      field.enums.map((item) => el("option", {}, item)),
-    );
-  if (field.type === "bool" && !field.is_array) return el("input", { type: "checkbox" });
-  if (field.is_array) return el("input", { type: "text", placeholder: "1, 2, 3" });
-  if (field.type === "string") return el("input", { type: "text" });
-  return el("input", { type: "number", step: /float|double/.test(field.type) ? "any" : "1", value: "0" });
+  if (field.enums.length) return el.select(field.enums.map((item) => el.option(item)));
+  if (field.type === "bool" && !field.is_array) return el.input({ type: "checkbox" });
+  if (field.is_array) return el.input({ type: "text", placeholder: "1, 2, 3" });
+  if (field.type === "string") return el.input({ type: "text" });
+  return el.input({ type: "number", step: /float|double/.test(field.type) ? "any" : "1", value: "0" });
 }
 function convert(field, text) {
   if (field.enums.length || field.type === "string") return text;
@@ -55,29 +48,18 @@ function valueOf(field, input) {
   return convert(field, input.value);
 }
 const fieldLabel = (field, input) =>
-  el(
-    "label",
-    {},
-    el(
-      "span",
-      {},
-      field.name,
-      el("span", { class: "dim small" }, " " + field.type + (field.is_array ? "[]" : "")),
-    ),
-    input,
-  );
+  el.label(el.span(field.name, el("span.dim.small", " " + field.type + (field.is_array ? "[]" : ""))), input);
 
 /** The form of a message: an input a field, by its type; null when the interface takes none. */
 export function messageForm(app, of) {
   const types = of.message_types;
   if (app.recording || !types.length) return null;
   if (!types.some((each) => each.name === chosenMessage)) chosenMessage = types[0].name;
-  const choice = el(
-    "select",
+  const choice = el.select(
     { "aria-label": "message" },
-    types.map((each) => el("option", { value: each.name, selected: each.name === chosenMessage }, each.name)),
+    types.map((each) => el.option({ value: each.name, selected: each.name === chosenMessage }, each.name)),
   );
-  const fields = el("div", { class: "fields" });
+  const fields = el("div.fields");
   let inputs = new Map();
   function drawFields() {
     const type = types.find((each) => each.name === chosenMessage);
@@ -89,16 +71,14 @@ export function messageForm(app, of) {
     drawFields();
   });
   const form = el(
-    "form",
-    { class: "message", id: "message" },
-    el("h3", {}, "Send a message"),
+    "form#message.message",
+    el.h3("Send a message"),
     choice,
     fields,
     el(
-      "div",
-      { class: "tools" },
-      app.gate(el("button", { type: "submit", class: "primary" }, "Send")),
-      app.whyNot ? el("span", { class: "dim small" }, app.whyNot) : null,
+      "div.tools",
+      app.gate(el("button.primary", { type: "submit" }, "Send")),
+      app.whyNot ? el("span.dim.small", app.whyNot) : null,
     ),
   );
   form.addEventListener("submit", (event) => {

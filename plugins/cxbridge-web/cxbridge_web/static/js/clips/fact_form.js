@@ -9,10 +9,10 @@ export function factForm(app, env, fact, done) {
     inputs = new Map(),
     path = "cxbridge/facts/" + fact.index + "?env=" + part(env);
   let whole = null;
-  const fields = el("div", { class: "fields" });
+  const fields = el("div.fields");
   if (parsed && parsed.slots && parsed.slots.size) {
     for (const [name, text] of parsed.slots) {
-      const input = el("input", {
+      const input = el.input({
         type: "text",
         spellcheck: "false",
         autocomplete: "off",
@@ -21,10 +21,10 @@ export function factForm(app, env, fact, done) {
         placeholder: "nothing",
       });
       inputs.set(name, input);
-      fields.append(el("label", {}, el("span", {}, name), input));
+      fields.append(el.label(el.span(name), input));
     }
   } else {
-    whole = el("textarea", { rows: 4, spellcheck: "false", "aria-label": "fact" });
+    whole = el.textarea({ rows: 4, spellcheck: "false", "aria-label": "fact" });
     whole.value = fact.text;
     fields.append(whole);
   }
@@ -56,13 +56,11 @@ export function factForm(app, env, fact, done) {
     done(answer.index);
   }
   const form = el(
-    "form",
-    { class: "edit", id: "edit-fact" },
+    "form#edit-fact.edit",
     fields,
     el(
-      "div",
-      { class: "tools" },
-      app.gate(el("button", { type: "submit", class: "primary" }, "Change")),
+      "div.tools",
+      app.gate(el("button.primary", { type: "submit" }, "Change")),
       app.gate(
         button(
           "Retract",
@@ -75,13 +73,9 @@ export function factForm(app, env, fact, done) {
           { class: "danger" },
         ),
       ),
-      app.whyNot ? el("span", { class: "dim small" }, app.whyNot) : null,
+      app.whyNot ? el("span.dim.small", app.whyNot) : null,
     ),
-    el(
-      "p",
-      { class: "dim small" },
-      'Values as CLIPS writes them: FINISHED, "a text", a b c. It gets a new index.',
-    ),
+    el("p.dim.small", 'Values as CLIPS writes them: FINISHED, "a text", a b c. It gets a new index.'),
   );
   form.addEventListener("submit", (event) => {
     event.preventDefault();

@@ -10,9 +10,7 @@ function inOrder(items) {
 }
 function factText(fact) {
   const head = "(" + fact.template;
-  return fact.text.startsWith(head)
-    ? ["(", el("b", {}, fact.template), fact.text.slice(head.length)]
-    : [fact.text];
+  return fact.text.startsWith(head) ? ["(", el.b(fact.template), fact.text.slice(head.length)] : [fact.text];
 }
 
 /**
@@ -32,9 +30,9 @@ export function factItems(facts, { core, own }, wanted) {
       fact,
       rowClass: isCore ? "of-core" : "",
       draw: () => [
-        el("span", { class: "dim n index" }, "f-" + fact.index),
-        el("code", { class: "main-text" }, factText(fact)),
-        isCore ? el("span", { class: "dim small wide-only" }, "core") : null,
+        el("span.dim.n.index", "f-" + fact.index),
+        el("code.main-text", factText(fact)),
+        isCore ? el("span.dim.small.wide-only", "core") : null,
       ],
     });
   }
@@ -69,11 +67,11 @@ export function ruleItems(rules, firings, { wanted, onlyFired }) {
         sign: fired + " " + rule.agenda,
         rule,
         draw: () => [
-          el("span", { class: "main-text" }, rule.name),
-          rule.agenda ? el("span", { class: "pill" }, rule.agenda + " on the agenda") : null,
-          fired ? el("span", { class: "dim small n" }, fired + "×") : null,
-          rule.core ? el("span", { class: "dim small wide-only" }, "core") : null,
-          rule.salience ? el("span", { class: "dim small n wide-only" }, "salience " + rule.salience) : null,
+          el("span.main-text", rule.name),
+          rule.agenda ? el("span.pill", rule.agenda + " on the agenda") : null,
+          fired ? el("span.dim.small.n", fired + "×") : null,
+          rule.core ? el("span.dim.small.wide-only", "core") : null,
+          rule.salience ? el("span.dim.small.n.wide-only", "salience " + rule.salience) : null,
         ],
       };
     });
@@ -87,9 +85,9 @@ export function agendaItems(agenda, wanted) {
       sign: each.rule + each.basis,
       rule: { name: each.rule },
       draw: () => [
-        el("span", { class: "dim n index" }, String(each.salience)),
-        el("span", { class: "main-text" }, each.rule),
-        el("code", { class: "dim small" }, each.basis),
+        el("span.dim.n.index", String(each.salience)),
+        el("span.main-text", each.rule),
+        el("code.dim.small", each.basis),
       ],
     }));
 }

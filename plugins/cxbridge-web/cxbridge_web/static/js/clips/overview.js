@@ -14,28 +14,17 @@ export function factsOverview(facts, { core, own }, choose, mayChange) {
     ([a, many], [b, more]) => rank(a) - rank(b) || more - many || (a < b ? -1 : 1),
   );
   return el(
-    "div",
-    { id: "clips-overview" },
-    el("div", { class: "detail-head" }, el("h2", {}, "Facts by deftemplate")),
-    el(
-      "p",
-      { class: "dim" },
-      mayChange ? "Choose a fact to change or retract it." : "Choose a fact to see it.",
-    ),
+    "div#clips-overview",
+    el("div.detail-head", el.h2("Facts by deftemplate")),
+    el("p.dim", mayChange ? "Choose a fact to change or retract it." : "Choose a fact to see it."),
     wideTable(
       { class: "counts" },
       ["deftemplate", "facts", "of"],
       sorted.map(([template, count]) =>
-        el(
-          "tr",
-          {},
-          el(
-            "td",
-            {},
-            button(template, () => choose(template), { class: "link" }),
-          ),
-          el("td", { class: "n" }, String(count)),
-          el("td", { class: "dim" }, ["the agent", "no deftemplate", "CX core"][rank(template)]),
+        el.tr(
+          el.td(button(template, () => choose(template), { class: "link" })),
+          el("td.n", String(count)),
+          el("td.dim", ["the agent", "no deftemplate", "CX core"][rank(template)]),
         ),
       ),
     ),
@@ -49,10 +38,9 @@ export function rulesOverview(rules, firings) {
     .filter((each) => each.count)
     .sort((a, b) => b.count - a.count);
   return el(
-    "div",
-    { id: "clips-overview" },
-    el("div", { class: "detail-head" }, el("h2", {}, "Rules that fired most")),
-    el("p", { class: "dim" }, "Choose a rule for its source, and for why it has not fired."),
+    "div#clips-overview",
+    el("div.detail-head", el.h2("Rules that fired most")),
+    el("p.dim", "Choose a rule for its source, and for why it has not fired."),
     fired.length
       ? wideTable(
           { class: "counts" },
@@ -60,18 +48,12 @@ export function rulesOverview(rules, firings) {
           fired
             .slice(0, MOST)
             .map(({ rule, count }) =>
-              el(
-                "tr",
-                {},
-                el("td", {}, el("a", { href: "#/clips/rules/" + part(rule.name) }, rule.name)),
-                el("td", { class: "n" }, count + "×"),
+              el.tr(
+                el.td(el.a({ href: "#/clips/rules/" + part(rule.name) }, rule.name)),
+                el("td.n", count + "×"),
               ),
             ),
         )
-      : el(
-          "p",
-          { class: "dim" },
-          "None has fired since firings are counted: while somebody has this view open.",
-        ),
+      : el("p.dim", "None has fired since firings are counted: while somebody has this view open."),
   );
 }

@@ -11,10 +11,10 @@ import { highlighted } from "cx/clips/source.js";
  * @returns nodes; update: to be called with the rule and its firings when more is known, or it has fired
  */
 export function ruleDetail(app, rule, firings, back) {
-  const source = el("div", { id: "rule-source" }),
+  const source = el("div#rule-source"),
     env = app.env,
     why = whyBox(app, "rule", rule.name, env, { button: { id: "why-rule" }, box: { id: "why-text" } });
-  const place = el("p", { class: "dim" });
+  const place = el("p.dim");
   let found = rule;
   function drawPlace() {
     place.replaceChildren(
@@ -35,8 +35,7 @@ export function ruleDetail(app, rule, firings, back) {
       if (!construct) {
         source.replaceChildren(
           el(
-            "p",
-            { class: "dim" },
+            "p.dim",
             app.recording
               ? "The recording has no file with this rule."
               : "No file that can be read has this rule.",
@@ -47,22 +46,17 @@ export function ruleDetail(app, rule, firings, back) {
       found = construct;
       drawPlace();
       source.replaceChildren(
-        el("h3", {}, "Source"),
+        el.h3("Source"),
         el(
-          "pre",
-          { class: "source", tabindex: "0", "aria-label": "source of " + rule.name },
+          "pre.source",
+          { tabindex: "0", "aria-label": "source of " + rule.name },
           highlighted(construct.text),
         ),
       );
     },
     () => {}, // where it is said already
   );
-  const nodes = [
-    el("div", { class: "detail-head" }, back, el("h2", {}, rule.name), why.button),
-    place,
-    why.box,
-    source,
-  ];
+  const nodes = [el("div.detail-head", back, el.h2(rule.name), why.button), place, why.box, source];
   function update(known, count) {
     rule = known;
     firings = count;

@@ -33,7 +33,7 @@ export function highlighted(text) {
     }
     if (plain) nodes.push(plain);
     plain = "";
-    nodes.push(el("span", { class: "s-" + kind }, token));
+    nodes.push(el.span({ class: "s-" + kind }, token));
   }
   if (plain) nodes.push(plain);
   return nodes;

@@ -3,33 +3,20 @@ import { button, el, none, pairs, wideTable } from "cx/dom.js";
 import { notes, section } from "cx/documents/parts.js";
 import { goalOutcome, OUTCOMES, outcomeBadge } from "cx/outcome.js";
 
-const SIGNS = {
-  changed: "≠",
-  "only-a": "−",
-  "only-b": "+",
-  order: "⇅",
-  msgid: "#",
-  time: "◷",
-  count: "×",
-};
+const SIGNS = { changed: "≠", "only-a": "−", "only-b": "+", order: "⇅", msgid: "#", time: "◷", count: "×" };
 const LISTED = 200,
   LONGEST = 400; // characters of an event
 const SIDES = ["a", "b"];
 
 const short = (text) =>
   text.length <= LONGEST ? text : text.slice(0, LONGEST / 2) + " ... " + text.slice(-LONGEST / 2);
-const sign = ({ kind }) =>
-  el("span", { class: "sign", role: "img", "aria-label": kind, title: kind }, SIGNS[kind]);
+const sign = ({ kind }) => el("span.sign", { role: "img", "aria-label": kind, title: kind }, SIGNS[kind]);
 const sides = (make) =>
   el(
-    "div",
-    { class: "sides" },
-    SIDES.map((side) => el("div", {}, el("h3", { class: "side" }, side.toUpperCase()), make(side))),
+    "div.sides",
+    SIDES.map((side) => el.div(el("h3.side", side.toUpperCase()), make(side))),
   );
-const said = ({ event, text }) => [
-  event === null ? null : el("span", { class: "dim" }, event + " "),
-  el("code", {}, short(text)),
-];
+const said = ({ event, text }) => [event === null ? null : el("span.dim", event + " "), el.code(short(text))];
 const stateOf = ({ mode, outcome }) => mode + (outcome === "UNKNOWN" ? "" : " " + outcome);
 
 /** Where the page of a run shows a moment of it; null: only the comparison is here. */
@@ -39,15 +26,15 @@ function addressOf({ runs, start_us: begin }, side, view, seconds) {
   return runs[side] + "#/" + view + time;
 }
 const linkTo = (href, attributes, ...children) =>
-  href ? el("a", { href, ...attributes }, ...children) : el("span", attributes, ...children);
+  href ? el.a({ href, ...attributes }, ...children) : el.span(attributes, ...children);
 
 function lineCells(line, report, side) {
-  if (!line) return el("td", { class: "gap", colspan: 2 });
+  if (!line) return el("td.gap", { colspan: 2 });
   const text = short(line.text),
     when = line.seconds.toFixed(3) + " s";
   return [
-    el("td", { class: "n dim" }, linkTo(addressOf(report, side, "timeline", line.seconds), {}, when)),
-    el("td", { class: "what" }, el("code", {}, line.here ? el("b", {}, text) : text)),
+    el("td.n.dim", linkTo(addressOf(report, side, "timeline", line.seconds), {}, when)),
+    el("td.what", el.code(line.here ? el.b(text) : text)),
   ];
 }
 
@@ -59,11 +46,10 @@ function alignedRow({ a, b, same }, report) {
       : !a
         ? ["+", "only B has it"]
         : ["≠", "differ"];
-  return el(
-    "tr",
+  return el.tr(
     { class: same ? "same" : a && b ? "changed" : "one" },
     lineCells(a, report, "a"),
-    el("td", { class: "sign" }, mark ? el("span", { role: "img", "aria-label": word }, mark) : null),
+    el("td.sign", mark ? el.span({ role: "img", "aria-label": word }, mark) : null),
     lineCells(b, report, "b"),
   );
 }
@@ -74,7 +60,7 @@ function steps(number, report) {
   if (rows.length)
     return wideTable(
       { class: "aligned" },
-      [el("th", { scope: "col", colspan: 2 }, "A"), el("th"), el("th", { scope: "col", colspan: 2 }, "B")],
+      [el.th({ scope: "col", colspan: 2 }, "A"), el.th(), el.th({ scope: "col", colspan: 2 }, "B")],
       rows.map((row) => alignedRow(row, report)),
     );
   return sides((side) => {
@@ -83,7 +69,7 @@ function steps(number, report) {
       ? wideTable(
           { class: "aligned" },
           [],
-          lines.map((line) => el("tr", {}, lineCells(line, report, side))),
+          lines.map((line) => el.tr(lineCells(line, report, side))),
         )
       : none("This run has nothing like it");
   });
@@ -92,9 +78,8 @@ function steps(number, report) {
 function rules(list) {
   if (!list.length) return none("No firings are recorded", "Record with --trace-level rules.");
   return el(
-    "ol",
-    { class: "rules" },
-    list.map((rule) => el("li", {}, el("code", {}, rule))),
+    "ol.rules",
+    list.map((rule) => el.li(el.code(rule))),
   );
 }
 
@@ -105,17 +90,16 @@ function goals(list, others) {
   const rows = list.map((goal) => {
     const at = left.indexOf(keyOf(goal));
     if (at >= 0) left.splice(at, 1);
-    return el(
-      "li",
+    return el.li(
       { class: at < 0 ? "marked" : null, style: "margin-left: " + Math.min(goal.depth, 12) + "em" },
-      el("b", {}, goal.goal),
+      el.b(goal.goal),
       " " + goal.goal_class + " ",
       outcomeBadge(goalOutcome(goal), stateOf(goal)),
-      goal.error ? el("span", { class: "error" }, " " + goal.error) : null,
-      at < 0 ? el("span", { class: "remark" }, " the other run differs") : null,
+      goal.error ? el("span.error", " " + goal.error) : null,
+      at < 0 ? el("span.remark", " the other run differs") : null,
     );
   });
-  return rows.length ? el("ul", { class: "plain" }, rows) : none("no goals");
+  return rows.length ? el("ul.plain", rows) : none("no goals");
 }
 
 /** The seconds of a difference in a run; undefined where the run has nothing. */
@@ -124,7 +108,7 @@ const secondsOf = (context) => (context.lines.find(({ here }) => here) || {}).se
 // -- the goals of both runs, a row each
 
 function bar(found, side, report) {
-  if (!found) return el("span", { class: "pair-none " + side }, "not in " + side.toUpperCase());
+  if (!found) return el.span({ class: "pair-none " + side }, "not in " + side.toUpperCase());
   const longest = Math.max(report.end.a, report.end.b) || 1,
     { word, icon } = OUTCOMES[found.outcome],
     text = [side.toUpperCase() + ": " + found.goal, word, found.error].filter(Boolean).join(" "),
@@ -146,18 +130,16 @@ function bar(found, side, report) {
 function goalRow(row, report) {
   const { a, b } = row,
     differs = !a || !b || a.outcome !== b.outcome || a.error !== b.error;
-  return el(
-    "li",
+  return el.li(
     { class: differs ? "differs" : null },
     el(
-      "span",
-      { class: "pair-name", style: "padding-left: " + (0.4 + Math.min(row.depth, 12) * 0.8) + "em" },
+      "span.pair-name",
+      { style: "padding-left: " + (0.4 + Math.min(row.depth, 12) * 0.8) + "em" },
       row.label,
-      differs ? el("b", { class: "sign", "aria-label": "differs" }, " ≠") : null,
+      differs ? el("b.sign", { "aria-label": "differs" }, " ≠") : null,
     ),
     el(
-      "span",
-      { class: "pair-track" },
+      "span.pair-track",
       SIDES.map((side) => bar(row[side], side, report)),
     ),
   );
@@ -166,25 +148,19 @@ function goalRow(row, report) {
 /** @returns the rows, and a call that marks a difference in them */
 function goalRows(report) {
   const longest = Math.max(report.end.a, report.end.b) || 1,
-    marks = SIDES.map((side) => el("i", { class: "pair-mark " + side, hidden: true })),
+    marks = SIDES.map((side) => el.i({ class: "pair-mark " + side, hidden: true })),
     unit = report.unit === "s" ? " s" : " steps",
     number = (value) => (report.unit === "s" ? value.toFixed(1) : String(value));
   const node = el(
-    "div",
-    { class: "pair" },
+    "div.pair",
     el(
-      "p",
-      { class: "dim pair-legend" },
+      "p.dim.pair-legend",
       "Each goal has two bars: A above, B below. ",
       "A took " + number(report.end.a) + unit + ", B " + number(report.end.b) + unit + ".",
     ),
-    el("div", { class: "pair-marks", "aria-hidden": "true" }, el("span"), el("span", {}, marks)),
-    el(
-      "ol",
-      {},
-      report.goals.map((row) => goalRow(row, report)),
-    ),
-    report.more_goals ? el("p", { class: "dim" }, "and " + report.more_goals + " more goals") : null,
+    el("div.pair-marks", { "aria-hidden": "true" }, el.span(), el.span(marks)),
+    el.ol(report.goals.map((row) => goalRow(row, report))),
+    report.more_goals ? el("p.dim", "and " + report.more_goals + " more goals") : null,
   );
   function mark(context) {
     SIDES.forEach((side, at) => {
@@ -203,9 +179,9 @@ function differenceBox(number, report) {
     { subject, what } = difference,
     context = report.contexts[number];
   return [
-    el("p", {}, sign(difference), subject ? el("b", {}, " " + short(subject) + ":") : null, " " + what),
+    el.p(sign(difference), subject ? el.b(" " + short(subject) + ":") : null, " " + what),
     sides((side) => [
-      el("p", { class: "code" }, said(difference[side])),
+      el("p.code", said(difference[side])),
       context && secondsOf(context[side]) !== undefined
         ? linkTo(
             addressOf(report, side, "timeline", secondsOf(context[side])),
@@ -216,21 +192,21 @@ function differenceBox(number, report) {
     ]),
     context
       ? [
-          el("h3", {}, "What led to it, step by step"),
+          el.h3("What led to it, step by step"),
           steps(number, report),
-          el("h3", {}, "Rules that fired just before"),
+          el.h3("Rules that fired just before"),
           sides((side) => rules(context[side].rules)),
-          el("h3", {}, "Goals at that point"),
+          el.h3("Goals at that point"),
           sides((side) => goals(context[side].goals, context[side === "a" ? "b" : "a"].goals)),
         ]
-      : el("p", { class: "dim" }, "The causes of the first " + report.contexts.length + " are in the page."),
+      : el("p.dim", "The causes of the first " + report.contexts.length + " are in the page."),
   ];
 }
 
 /** Walk through the differences. @param mark tells the rows of goals which one is shown */
 function walk(report, mark) {
-  const box = el("div", { "aria-live": "polite" }),
-    title = el("h2", { id: "first" }),
+  const box = el.div({ "aria-live": "polite" }),
+    title = el("h2#first"),
     total = report.differences.length;
   let shown = 0;
   const move = (by) => show(Math.min(Math.max(shown + by, 0), total - 1));
@@ -246,13 +222,9 @@ function walk(report, mark) {
   }
   show(0);
   const list = report.differences.slice(0, LISTED).map((difference, number) =>
-    el(
-      "tr",
-      {},
-      el("td", {}, sign(difference)),
-      el(
-        "td",
-        {},
+    el.tr(
+      el.td(sign(difference)),
+      el.td(
         button(
           (difference.subject ? short(difference.subject) + ": " : "") + difference.what,
           () => {
@@ -262,23 +234,18 @@ function walk(report, mark) {
           { class: "quiet link" },
         ),
       ),
-      SIDES.map((side) => el("td", {}, said(difference[side]))),
+      SIDES.map((side) => el.td(said(difference[side]))),
     ),
   );
   const left = report.total - list.length;
   return [
-    el(
-      "section",
-      { "aria-labelledby": "first" },
-      el("div", { class: "walk" }, title, total > 1 ? [back, next] : null),
-      box,
-    ),
+    el.section({ "aria-labelledby": "first" }, el("div.walk", title, total > 1 ? [back, next] : null), box),
     total > 1
       ? section(
           "all",
           "All differences",
           wideTable({}, ["", "what", "A", "B"], list),
-          left > 0 ? el("p", { class: "dim" }, "and " + left + " more") : null,
+          left > 0 ? el("p.dim", "and " + left + " more") : null,
         )
       : null,
   ];
@@ -291,17 +258,15 @@ function parting(report) {
     at = SIDES.map((side) => [side.toUpperCase(), context && secondsOf(context[side])]).filter(
       ([, seconds]) => seconds !== undefined && report.unit === "s",
     );
-  return el(
-    "p",
-    {},
+  return el.p(
     "They part",
     at.length
       ? " at " + at.map(([name, seconds]) => seconds.toFixed(3) + " s in " + name).join(", ")
       : " there",
     ": A has ",
-    el("code", {}, short(report.differences[0].a.text)),
+    el.code(short(report.differences[0].a.text)),
     ", B has ",
-    el("code", {}, short(report.differences[0].b.text)),
+    el.code(short(report.differences[0].b.text)),
     ".",
   );
 }
@@ -316,16 +281,14 @@ export function open(main, report) {
     { node, mark } = goalRows(report);
   const run = (side, { path }) => [
     linkTo(addressOf(report, side, "timeline"), { title: "open this run" }, path),
-    report.headlines ? el("span", { class: "dim" }, " " + report.headlines[side]) : null,
+    report.headlines ? el("span.dim", " " + report.headlines[side]) : null,
   ];
   main.append(
     el(
-      "div",
-      { class: "comparison" },
-      el(
-        "div",
+      "div.comparison",
+      el.div(
         { class: "verdict " + (same ? "same" : "differ") },
-        el("p", {}, el("i", { "aria-hidden": "true" }, same ? "=" : "≠"), summary),
+        el.p(el.i({ "aria-hidden": "true" }, same ? "=" : "≠"), summary),
         report.differences.length ? parting(report) : null,
       ),
       pairs([["A", run("a", a)], ["B", run("b", b)], ...given.map(([name, value]) => [name, String(value)])]),

@@ -3,12 +3,11 @@ import { el, none } from "cx/dom.js";
 import { modes, notes, outcomes, section, table } from "cx/documents/parts.js";
 
 const meter = (part, whole) =>
-  el("meter", { max: Math.max(whole, 1), value: whole ? part : 1, "aria-hidden": "true" });
+  el.meter({ max: Math.max(whole, 1), value: whole ? part : 1, "aria-hidden": "true" });
 
 /** A link to an element of the page: the address names a view, so the browser is not asked. */
 const jump = (id, text) =>
-  el(
-    "a",
+  el.a(
     {
       href: "#",
       on: {
@@ -62,7 +61,7 @@ function goals({ used, never, missing_modes: missing, outcomes: ended }, every) 
 }
 
 function part(kind, { used, never }) {
-  const rows = [...Object.entries(used), ...never.map((name) => [name, el("b", { class: "never" }, "0")])];
+  const rows = [...Object.entries(used), ...never.map((name) => [name, el("b.never", "0")])];
   return table([kind, "executed"], rows, { numbers: [1], empty: "no " + kind + "s" });
 }
 
@@ -73,23 +72,21 @@ function* lines(number, { rules, text }) {
       rule = byLine.get(line),
       isFirst = rule && rule.lines[0] === line,
       kind = rule && (rule.firings === null ? "unknown" : rule.firings ? "hit" : "miss");
-    yield el(
-      "tr",
+    yield el.tr(
       { class: kind, id: isFirst ? "f" + number + "-" + line : null },
-      el("td", { class: "n" }, String(line)),
-      el("td", { class: "n" }, isFirst ? (rule.firings === null ? "not watched" : rule.firings + "×") : ""),
-      el("td", {}, el("code", {}, code)),
+      el("td.n", String(line)),
+      el("td.n", isFirst ? (rule.firings === null ? "not watched" : rule.firings + "×") : ""),
+      el.td(el.code(code)),
     );
   }
 }
 
 /** A file, line by line; it is open when one of its rules has never fired. */
 const source = (file, number) =>
-  el(
-    "details",
+  el.details(
     { id: "f" + number, open: file.fired < file.total },
-    el("summary", {}, el("b", {}, file.name), " " + file.fired + " of " + file.total + " rules fired"),
-    el("div", { class: "wide" }, el("table", { class: "source" }, el("tbody", {}, [...lines(number, file)]))),
+    el.summary(el.b(file.name), " " + file.fired + " of " + file.total + " rules fired"),
+    el("div.wide", el("table.source", el.tbody([...lines(number, file)]))),
   );
 
 /** Show the coverage of an agent. */
@@ -108,9 +105,8 @@ export function open(main, report) {
   const unknown = isKnown ? [] : ["which rules fired was not recorded: record with --trace-level rules"];
   main.append(
     el(
-      "div",
-      { class: "document coverage" },
-      el("p", { class: "verdict" }, isKnown ? [verdict, meter(rules.fired, rules.total)] : runs),
+      "div.document.coverage",
+      el("p.verdict", isKnown ? [verdict, meter(rules.fired, rules.total)] : runs),
       notes([...unknown, ...report.notes]),
       isKnown ? section("files", "Files", files(rules.files)) : null,
       section("goals", "Goals", goals(report.goal_classes, report.modes)),

@@ -32,8 +32,8 @@ export function drawnOf(rows, most = MOST_DRAWN) {
 
 function tick(seconds, at, bottom) {
   return [
-    svg("line", { class: "tick", x1: at, x2: at, y1: HEAD - 4, y2: bottom }),
-    svg("text", { x: at, y: 12 }, seconds.toFixed(1) + " s"),
+    svg("line.tick", { x1: at, x2: at, y1: HEAD - 4, y2: bottom }),
+    svg.text({ x: at, y: 12 }, seconds.toFixed(1) + " s"),
   ];
 }
 
@@ -48,9 +48,9 @@ function run(row, place, places, x) {
   return svg(
     row.page ? "a" : "g",
     row.page ? { href: row.page, "aria-label": text + ", " + row.outcome } : {},
-    svg("title", {}, [words, end, ...row.violations].join("\n")),
-    above === null ? null : svg("path", { d: "M" + left + " " + above + " V" + middle }),
-    svg("rect", {
+    svg.title([words, end, ...row.violations].join("\n")),
+    above === null ? null : svg.path({ d: "M" + left + " " + above + " V" + middle }),
+    svg.rect({
       class: TONES[row.outcome] || "bad",
       x: left,
       y: middle - BAR / 2,
@@ -58,8 +58,7 @@ function run(row, place, places, x) {
       height: BAR,
       rx: 2,
     }),
-    svg(
-      "text",
+    svg.text(
       { class: row.violations.length ? "violated" : null, x: CHART + 20, y: middle + 4 },
       text.length <= LETTERS ? text : text.slice(0, LETTERS - 1) + "…",
     ),
@@ -79,14 +78,13 @@ function map(rows) {
         : [rows.length - drawn.length + " runs of " + rows.length + " are not drawn"],
     ),
     el(
-      "div",
-      { class: "wide", tabindex: 0, role: "region", "aria-label": "Runs" },
+      "div.wide",
+      { tabindex: 0, role: "region", "aria-label": "Runs" },
       svg(
-        "svg",
+        "svg.runs",
         {
-          class: "runs",
           viewBox: "0 0 " + WIDTH + " " + height,
-          role: drawn.some((number) => rows[number].page) ? "group" : "img", // links in an image are not reached
+          role: drawn.some((number) => rows[number].page) ? "group" : "img",
           "aria-label": drawn.length + " runs over time; the table below tells how they ended",
         },
         Array.from({ length: TICKS }, (_, at) => tick((end * at) / TICKS, x((end * at) / TICKS), height)),
@@ -94,8 +92,7 @@ function map(rows) {
       ),
     ),
     el(
-      "p",
-      { class: "dim" },
+      "p.dim",
       "A bar begins where its run did other than the one above, from which the line comes. ",
       drawn.some((number) => rows[number].page) ? "A bar that is a link opens its run at that moment. " : "",
       "Green: completed; orange: unsuccessful; red: stuck, or worse; grey: goes on as another run does.",
@@ -122,7 +119,7 @@ function faults(rows) {
 }
 
 function properties(list) {
-  const words = { violated: el("b", {}, "violated"), vacuous: "vacuous", holds: "holds" };
+  const words = { violated: el.b("violated"), vacuous: "vacuous", holds: "holds" };
   return table(
     ["property", "", ""],
     list.map(({ name, verdict, message }) => [
@@ -140,12 +137,11 @@ const violations = (list) =>
     .filter(({ verdict }) => verdict === "violated")
     .map(({ name, message, story, address }) =>
       el(
-        "div",
-        { class: "violation" },
-        el("h3", {}, "✖ " + name),
-        el("p", {}, message),
-        story ? el("p", {}, "The shortest run in which that happens: ", story, ".") : null,
-        address ? el("p", {}, el("a", { href: address }, "Open this run")) : null,
+        "div.violation",
+        el.h3("✖ " + name),
+        el.p(message),
+        story ? el.p("The shortest run in which that happens: ", story, ".") : null,
+        address ? el.p(el.a({ href: address }, "Open this run")) : null,
       ),
     );
 
@@ -156,7 +152,7 @@ function unreached({ rules, goals, actions }) {
     ...actions.never.map((name) => ["action", "", name]),
   ];
   return [
-    el("p", {}, rules.fired + " of " + rules.of + " rules fired"),
+    el.p(rules.fired + " of " + rules.of + " rules fired"),
     table(["what", "where", "name"], lines, { empty: "all was reached" }),
   ];
 }
@@ -180,9 +176,8 @@ export function open(main, report) {
   if (report.live) setTimeout(() => location.reload(), AGAIN_MS);
   main.append(
     el(
-      "div",
-      { class: "document" },
-      el("p", { class: "verdict", role: "status" }, report.live ? "Exploring: " : "", report.summary),
+      "div.document",
+      el("p.verdict", { role: "status" }, report.live ? "Exploring: " : "", report.summary),
       command(report.command),
       broken.length ? section("violations", "Violations", broken) : null,
       section("map", "Runs", map(report.rows)),

@@ -53,18 +53,16 @@ function team(name, at, awards, along, height) {
   const dots = awards.map(({ points, second, game_time: time, reason }) => {
     sum += points;
     path += " H" + along.x(second) + " V" + height(sum);
-    return svg(
-      "g",
-      {},
-      svg("title", {}, time + " s: " + (points > 0 ? "+" : "") + points + " " + reason),
-      svg("circle", { class: "team" + at, cx: along.x(second), cy: height(sum), r: 3 }),
+    return svg.g(
+      svg.title(time + " s: " + (points > 0 ? "+" : "") + points + " " + reason),
+      svg.circle({ class: "team" + at, cx: along.x(second), cy: height(sum), r: 3 }),
     );
   });
   const right = along.left + along.width;
   return [
-    svg("path", { class: "team" + at, d: path + " H" + right }),
+    svg.path({ class: "team" + at, d: path + " H" + right }),
     dots,
-    svg("text", { x: right + 6, y: height(sum) + 4 }, name + " " + sum),
+    svg.text({ x: right + 6, y: height(sum) + 4 }, name + " " + sum),
   ];
 }
 
@@ -85,12 +83,10 @@ function pointsOver({ awards, points, seconds }) {
       .filter(([, own]) => own.length),
     parts = Array.from({ length: TICKS + 1 }, (_, at) => (along.seconds * at) / TICKS);
   return el(
-    "div",
-    { class: "wide" },
+    "div.wide",
     svg(
-      "svg",
+      "svg.points",
       {
-        class: "points",
         viewBox: "0 0 " + WIDTH + " " + (HEIGHT + 4),
         role: "img",
         "aria-label": "Points over time; the table of points below has the same",
@@ -122,11 +118,7 @@ const skillBars = (spans, seconds) =>
 const stateBars = (spans) =>
   spans
     .filter(({ text }) => machineLook(text) !== NOTHING)
-    .map((span) => ({
-      ...span,
-      tone: machineLook(span.text)[0],
-      title: span.text + "\n" + times(span),
-    }));
+    .map((span) => ({ ...span, tone: machineLook(span.text)[0], title: span.text + "\n" + times(span) }));
 
 function orderLane(order) {
   const { begin, end, complexity, delivered } = order,
@@ -154,8 +146,8 @@ function legend({ skills, states }) {
       [LATE, "delivered at another time"],
     ];
   return el(
-    "p",
-    { class: "legend", "aria-label": "Legend" },
+    "p.legend",
+    { "aria-label": "Legend" },
     items.map(([look, text]) => [badge(...look, text), " "]),
   );
 }
@@ -183,8 +175,7 @@ function timeline(report) {
     legend(report),
     lanes(groups, seconds, "What robots, machines and orders did when; the tables below sum it up"),
     el(
-      "p",
-      { class: "dim" },
+      "p.dim",
       "Seconds of the production. ",
       still.length ? "Machines that did nothing: " + still.join(", ") + ". " : "",
       "Point at a bar to see more.",
@@ -263,11 +254,9 @@ export function open(main, report) {
     tests = report.simtest ? "; the agent's own tests: " + report.simtest : "";
   main.append(
     el(
-      "div",
-      { class: "document" },
+      "div.document",
       el(
-        "p",
-        { class: "verdict" },
+        "p.verdict",
         points.join(", ") + " points; " + report.deliveries.length + " deliveries; the game is " + ended,
         " after " + report.game_time + " s" + tests,
       ),

@@ -27,12 +27,8 @@ export function axis(seconds, left, width) {
   const number = (time) => (Math.abs(time) < 1000 ? String(Number(time.toPrecision(3))) : time.toFixed(0));
   const ticks = (times, top, bottom) =>
     times.map((time) => [
-      svg("line", { class: "tick", x1: x(time), x2: x(time), y1: top, y2: bottom }),
-      svg(
-        "text",
-        { x: x(time), y: 12, "text-anchor": time >= seconds ? "end" : "start" },
-        number(time) + " s",
-      ),
+      svg("line.tick", { x1: x(time), x2: x(time), y1: top, y2: bottom }),
+      svg.text({ x: x(time), y: 12, "text-anchor": time >= seconds ? "end" : "start" }, number(time) + " s"),
     ]);
   return { x, ticks, seconds, left, width };
 }
@@ -47,31 +43,27 @@ function bar({ begin, end, tone, text, title, mark = "" }, middle, { x, seconds 
   const left = x(Math.max(begin, 0)),
     width = Math.max(x(Math.min(end, seconds)) - left, 1),
     shown = cut(text, width - 4) || mark;
-  return svg(
-    "g",
+  return svg.g(
     { class: "t-" + tone },
-    svg("title", {}, title),
-    svg("rect", { class: "t-" + tone, x: left, y: middle - BAR / 2, width, height: BAR, rx: 2 }),
-    shown ? svg("text", { class: "word", x: left + 3, y: middle + 4 }, shown) : null,
+    svg.title(title),
+    svg.rect({ class: "t-" + tone, x: left, y: middle - BAR / 2, width, height: BAR, rx: 2 }),
+    shown ? svg("text.word", { x: left + 3, y: middle + 4 }, shown) : null,
   );
 }
 
 function point({ at, tone, icon, title }, middle, { x, seconds }) {
   const place = x(Math.min(Math.max(at, 0), seconds));
-  return svg(
-    "g",
-    {},
-    svg("title", {}, title),
-    svg("circle", { class: "point t-" + tone, cx: place, cy: middle, r: 8 }),
-    svg("text", { class: "word", x: place, y: middle + 4, "text-anchor": "middle" }, icon),
+  return svg.g(
+    svg.title(title),
+    svg.circle({ class: "point t-" + tone, cx: place, cy: middle, r: 8 }),
+    svg("text.word", { x: place, y: middle + 4, "text-anchor": "middle" }, icon),
   );
 }
 
 const label = ({ label: text, lanes }, place) =>
-  svg(
-    "text",
+  svg.text(
     { class: lanes ? "group" : null, x: 2, y: middleOf(place) + 4 },
-    svg("title", {}, text),
+    svg.title(text),
     cut(text, LABELS),
   );
 
@@ -79,7 +71,7 @@ function row({ bars = [], points = [] }, place, along) {
   const middle = middleOf(place),
     y = middle + ROW / 2;
   return [
-    svg("line", { class: "row", x1: along.left, x2: along.left + along.width, y1: y, y2: y }),
+    svg("line.row", { x1: along.left, x2: along.left + along.width, y1: y, y2: y }),
     bars.filter(({ begin }) => begin < along.seconds).map((each) => bar(each, middle, along)),
     points.map((each) => point(each, middle, along)),
   ];
@@ -98,14 +90,12 @@ export function lanes(groups, length, about) {
     rows = groups.flatMap((group) => (group.lanes.length ? [group, ...group.lanes] : [])),
     height = HEAD + ROW * rows.length + 4;
   return el(
-    "div",
-    { class: "lanes" },
-    svg("svg", { width: LABELS, height, "aria-hidden": "true" }, rows.map(label)),
+    "div.lanes",
+    svg.svg({ width: LABELS, height, "aria-hidden": "true" }, rows.map(label)),
     el(
-      "div",
-      { class: "wide", tabindex: 0, role: "region", "aria-label": about },
-      svg(
-        "svg",
+      "div.wide",
+      { tabindex: 0, role: "region", "aria-label": about },
+      svg.svg(
         { width, height, role: "img", "aria-label": about },
         along.ticks(tickTimes(along), HEAD - 4, height),
         rows.map((each, place) => row(each, place, along)),

@@ -3,12 +3,12 @@ import { el, none, wideTable } from "cx/dom.js";
 import { goalOutcome, outcomeBadge } from "cx/outcome.js";
 
 export const section = (id, title, ...children) =>
-  el("section", { "aria-labelledby": id }, el("h2", { id }, title), ...children);
+  el.section({ "aria-labelledby": id }, el.h2({ id }, title), ...children);
 
-export const notes = (texts) => texts.map((text) => el("p", { class: "note", role: "note" }, text));
+export const notes = (texts) => texts.map((text) => el("p.note", { role: "note" }, text));
 
 /** The command that makes the page once more. */
-export const command = (text) => el("p", {}, el("code", {}, text));
+export const command = (text) => el.p(el.code(text));
 
 /**
  * A table of texts and elements.
@@ -20,18 +20,14 @@ export function table(heads, rows, { numbers = [], caption = "", empty = "nothin
   const kind = (at) => (numbers.includes(at) ? "n" : null);
   const made = wideTable(
     {},
-    heads.map((head, at) => el("th", { scope: "col", class: kind(at) }, head)),
+    heads.map((head, at) => el.th({ scope: "col", class: kind(at) }, head)),
     rows.map((cells) =>
-      el(
-        "tr",
-        {},
-        cells.map((cell, at) =>
-          el("td", { class: kind(at) }, typeof cell === "number" ? String(cell) : cell),
-        ),
+      el.tr(
+        cells.map((cell, at) => el.td({ class: kind(at) }, typeof cell === "number" ? String(cell) : cell)),
       ),
     ),
   );
-  if (caption) made.querySelector("table").prepend(el("caption", {}, caption));
+  if (caption) made.querySelector("table").prepend(el.caption(caption));
   return made;
 }
 

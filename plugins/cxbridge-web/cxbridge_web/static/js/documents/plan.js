@@ -7,7 +7,7 @@ const WIDTH = 1000,
   LABEL = 300,
   MOST_ROWS = 500; // steps that are drawn and listed; a browser is slow with more
 
-const code = (text, kind) => el("code", { class: kind }, text);
+const code = (text, kind) => el.code({ class: kind }, text);
 const spanOf = ({ start, duration }, at) =>
   start === null ? [at, at + 1] : [start, start + (duration || 0)];
 
@@ -20,10 +20,9 @@ function timeline(steps) {
     const [begin, done] = spans[at],
       y = at * ROW;
     return [
-      svg("line", { x1: 0, x2: WIDTH, y1: y + ROW, y2: y + ROW }),
-      svg("text", { x: 4, y: y + ROW - 7 }, at + 1 + " " + action),
-      svg(
-        "rect",
+      svg.line({ x1: 0, x2: WIDTH, y1: y + ROW, y2: y + ROW }),
+      svg.text({ x: 4, y: y + ROW - 7 }, at + 1 + " " + action),
+      svg.rect(
         {
           x: LABEL + begin * scale,
           y: y + 4,
@@ -31,14 +30,14 @@ function timeline(steps) {
           height: ROW - 8,
           rx: 2,
         },
-        svg("title", {}, text),
+        svg.title(text),
       ),
     ];
   });
   return svg(
-    "svg",
-    { class: "plan", viewBox: "0 0 " + WIDTH + " " + ROW * Math.max(1, steps.length), role: "img" },
-    svg("title", {}, steps.length + " actions in " + end + " " + unit),
+    "svg.plan",
+    { viewBox: "0 0 " + WIDTH + " " + ROW * Math.max(1, steps.length), role: "img" },
+    svg.title(steps.length + " actions in " + end + " " + unit),
     bars,
   );
 }
@@ -46,8 +45,7 @@ function timeline(steps) {
 const changes = (list) =>
   list.map(({ part, added, deleted, numbers }) =>
     el(
-      "p",
-      { class: "plain" },
+      "p.plain",
       part ? part + ": " : null,
       added.map((fact) => [code(fact, "added"), " "]),
       deleted.map((fact) => [code(fact, "deleted"), " "]),
@@ -57,25 +55,20 @@ const changes = (list) =>
 
 function serves(found, steps) {
   if (!found.length) return "no step and no goal needs its effects";
-  return el(
-    "ul",
-    {},
+  return el.ul(
     found.map(({ step, facts }) => {
       const known = steps[step - 1],
         name = step === 0 ? "the goal" : "step " + step + (known ? " (" + known.action + ")" : "");
-      return el("li", {}, name + " needs ", code(facts.join(", ")));
+      return el.li(name + " needs ", code(facts.join(", ")));
     }),
   );
 }
 
 const state = (facts) =>
-  el(
-    "details",
-    {},
-    el("summary", {}, facts.length + " facts"),
+  el.details(
+    el.summary(facts.length + " facts"),
     el(
-      "p",
-      { class: "plain" },
+      "p.plain",
       facts.map((fact) => [code(fact), " "]),
     ),
   );
@@ -89,7 +82,7 @@ function* sections({ steps, begin }) {
   yield section(
     "steps",
     "Steps",
-    el("h3", {}, "At the start"),
+    el.h3("At the start"),
     state(begin),
     table(
       ["", "step", "changes", "why it is there", "state after it"],
@@ -109,19 +102,10 @@ function* sections({ steps, begin }) {
 export function open(main, report) {
   main.append(
     el(
-      "div",
-      { class: "document" },
+      "div.document",
       pairs(Object.entries(report.facts)),
       report.reasons
-        ? section(
-            "reasons",
-            "Why there is no plan",
-            el(
-              "ul",
-              {},
-              report.reasons.map((reason) => el("li", {}, reason)),
-            ),
-          )
+        ? section("reasons", "Why there is no plan", el.ul(report.reasons.map((reason) => el.li(reason))))
         : [...sections(report)],
     ),
   );

@@ -20,20 +20,19 @@ function histogram(values, label) {
     const height = (HEIGHT * count) / top,
       from = low + at * width;
     return count
-      ? svg(
-          "rect",
+      ? svg.rect(
           { x: at * step, y: HEIGHT - height, width: step - 1, height },
-          svg("title", {}, from.toFixed(2) + " to " + (from + width).toFixed(2) + " s: " + count),
+          svg.title(from.toFixed(2) + " to " + (from + width).toFixed(2) + " s: " + count),
         )
       : null;
   });
   const y = HEIGHT + FOOT - 4;
   return svg(
-    "svg",
-    { class: "plot", role: "img", "aria-label": label, viewBox: "0 0 " + WIDTH + " " + (HEIGHT + FOOT) },
+    "svg.plot",
+    { role: "img", "aria-label": label, viewBox: "0 0 " + WIDTH + " " + (HEIGHT + FOOT) },
     bars,
-    svg("text", { x: 0, y }, low.toFixed(2) + " s"),
-    svg("text", { x: WIDTH, y, "text-anchor": "end" }, high.toFixed(2) + " s"),
+    svg.text({ x: 0, y }, low.toFixed(2) + " s"),
+    svg.text({ x: WIDTH, y, "text-anchor": "end" }, high.toFixed(2) + " s"),
   );
 }
 
@@ -104,8 +103,7 @@ export function open(main, report) {
   const sweeps = Object.entries(report.sweeps);
   main.append(
     el(
-      "div",
-      { class: "document" },
+      "div.document",
       command(report.command),
       report.comparison ? section("comparison", "Comparison", comparison(report.comparison)) : null,
       section("outcomes", "Outcomes", sweeps.map(outcomes)),

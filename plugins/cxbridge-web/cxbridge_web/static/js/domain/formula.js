@@ -95,14 +95,12 @@ const LOOKS = new Map([
 export function formulaTree(node) {
   const [outcome, icon, word] = LOOKS.get(node.satisfied ?? null);
   return el(
-    "ul",
-    { class: "formula" },
-    el(
-      "li",
+    "ul.formula",
+    el.li(
       { class: node.satisfied === false ? "is-false" : "" },
-      el("i", { class: "dot outcome o-" + outcome, title: word, role: "img", "aria-label": word }, icon),
-      el("code", {}, node.text),
-      node.note ? el("span", { class: "dim small" }, "  " + node.note) : null,
+      el.i({ class: "dot outcome o-" + outcome, title: word, role: "img", "aria-label": word }, icon),
+      el.code(node.text),
+      node.note ? el("span.dim.small", "  " + node.note) : null,
       node.children.map(formulaTree),
     ),
   );

@@ -8,14 +8,12 @@ const atomText = (atom, binding) => evaluated(atom, binding, new Set()).text;
 
 function effectItem(effect, binding, facts) {
   const holds = effect.condition ? evaluated(effect.condition, binding, facts) : null;
-  return el(
-    "li",
-    {},
-    el("b", { class: effect.positive ? "plus" : "minus" }, effect.positive ? "+" : "−"),
-    el("span", { class: "hear-only" }, effect.positive ? "becomes true: " : "becomes false: "),
+  return el.li(
+    el.b({ class: effect.positive ? "plus" : "minus" }, effect.positive ? "+" : "−"),
+    el("span.hear-only", effect.positive ? "becomes true: " : "becomes false: "),
     " ",
-    el("code", {}, atomText(effect.atom, binding)),
-    holds ? el("div", {}, el("span", { class: "dim" }, "when"), formulaTree(holds)) : null,
+    el.code(atomText(effect.atom, binding)),
+    holds ? el.div(el("span.dim", "when"), formulaTree(holds)) : null,
   );
 }
 
@@ -25,18 +23,15 @@ function effectItem(effect, binding, facts) {
  * @param calls of this operator in plans: [{label, values}]
  */
 export function operatorView(domain, operator, binding, calls) {
-  const body = el("div", { id: "operator-state" });
+  const body = el("div#operator-state");
   function draw() {
     const known = operator.precondition ? evaluated(operator.precondition, binding, domain.facts) : null;
     body.replaceChildren(
-      el(
-        "h3",
-        {},
+      el.h3(
         "Precondition ",
         known
           ? el(
-              "span",
-              { class: "dim" },
+              "span.dim",
               known.satisfied === null
                 ? "with the arguments above it can be evaluated"
                 : known.satisfied
@@ -45,19 +40,18 @@ export function operatorView(domain, operator, binding, calls) {
             )
           : null,
       ),
-      known ? formulaTree(known) : el("p", { class: "dim" }, "none: it is always applicable"),
-      el("h3", {}, "Effects"),
+      known ? formulaTree(known) : el("p.dim", "none: it is always applicable"),
+      el.h3("Effects"),
       operator.effects.length
         ? el(
-            "ul",
-            { class: "effects" },
+            "ul.effects",
             operator.effects.map((effect) => effectItem(effect, binding, domain.facts)),
           )
-        : el("p", { class: "dim" }, "none"),
+        : el("p.dim", "none"),
     );
   }
   const inputs = operator.parameters.map(({ name, type }) => {
-    const input = el("input", {
+    const input = el.input({
       type: "text",
       list: "domain-values",
       value: binding.get(name) || "",
@@ -79,12 +73,9 @@ export function operatorView(domain, operator, binding, calls) {
     draw();
   }
   draw();
-  return el(
-    "div",
-    {},
+  return el.div(
     el(
-      "p",
-      { class: "dim" },
+      "p.dim",
       [
         operator.exogenous ? "exogenous: somebody else carries it out" : "",
         operator.waitsForSensing ? "waits until sensed effects are observed" : "",
@@ -94,23 +85,20 @@ export function operatorView(domain, operator, binding, calls) {
     ),
     calls.length
       ? el(
-          "p",
-          { class: "tools" },
-          el("span", { class: "dim" }, "in plans:"),
+          "p.tools",
+          el("span.dim", "in plans:"),
           calls.map((call) =>
-            el("button", { type: "button", on: { click: () => take(call.values) } }, call.label),
+            el.button({ type: "button", on: { click: () => take(call.values) } }, call.label),
           ),
         )
       : null,
     el(
-      "div",
-      { class: "fields" },
-      inputs.map(([name, type, input]) => el("label", {}, el("span", {}, "?" + name + " - " + type), input)),
+      "div.fields",
+      inputs.map(([name, type, input]) => el.label(el.span("?" + name + " - " + type), input)),
     ),
     el(
-      "datalist",
-      { id: "domain-values" },
-      domain.values.map((value) => el("option", { value })),
+      "datalist#domain-values",
+      domain.values.map((value) => el.option({ value })),
     ),
     body,
   );

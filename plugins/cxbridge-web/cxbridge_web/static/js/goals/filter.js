@@ -26,7 +26,7 @@ function write() {
 }
 
 function choice(name, changed) {
-  const select = el("select", { "aria-label": name, class: "filter" });
+  const select = el("select.filter", { "aria-label": name });
   let drawn = "";
   select.addEventListener("change", () => {
     chosen[name] = select.value;
@@ -44,7 +44,7 @@ function choice(name, changed) {
     drawn = sign;
     select.replaceChildren(
       ...[["", "any " + name], ...all].map(([value, text]) =>
-        el("option", { value, selected: value === chosen[name] }, text),
+        el.option({ value, selected: value === chosen[name] }, text),
       ),
     );
     select.classList.toggle("is-set", Boolean(chosen[name]));

@@ -26,12 +26,12 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
     graph = parseDot(text);
   } catch (error) {
     if (!(error instanceof DotError)) throw error;
-    return el("div", {}, el("p", { class: "dim" }, error.message), el("pre", {}, text));
+    return el.div(el("p.dim", error.message), el.pre(text));
   }
   if (only) keepNear(graph, only);
   const nodes = [...graph.nodes.values()].map((node) => ({ ...node, label: plain(node.label) })),
     isWide = graph.attributes.rankdir === "LR";
-  if (!nodes.length) return el("p", { class: "dim" }, only ? "Nothing matches" : empty);
+  if (!nodes.length) return el("p.dim", only ? "Nothing matches" : empty);
   for (const node of nodes) {
     node.width = Math.max(64, shorten(node.label).length * LETTER + 28);
     node.height = 34;
@@ -50,22 +50,18 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
     height = result.height + 2 * MARGIN,
     id = "arrow" + ++drawings;
   const picture = svg(
-    "svg",
+    "svg.graph",
     {
-      class: "graph",
       viewBox: `${-MARGIN} ${-MARGIN} ${width} ${height}`,
       width,
       height,
       role: nodes.some((node) => href(node.name)) ? "group" : "img",
       "aria-label": label,
     },
-    svg("title", {}, label),
-    svg(
-      "defs",
-      {},
+    svg.title(label),
+    svg.defs(
       ["", "-taken"].map((kind) =>
-        svg(
-          "marker",
+        svg.marker(
           {
             id: id + kind,
             viewBox: "0 0 10 10",
@@ -76,7 +72,7 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
             orient: "auto-start-reverse",
             class: "arrow" + kind,
           },
-          svg("path", { d: "M0 1L10 5L0 9z" }),
+          svg.path({ d: "M0 1L10 5L0 9z" }),
         ),
       ),
     ),
@@ -84,7 +80,7 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
   edges.forEach((edge, number) => {
     const { path } = result.edges[number];
     picture.append(
-      svg("path", {
+      svg.path({
         class: "edge" + (edge.taken ? " taken" : "") + (/dotted|dashed/.test(edge.style) ? " dotted" : ""),
         d: curve(path, edge.from === edge.to, isWide),
         "marker-end": `url(#${id}${edge.taken ? "-taken" : ""})`,
@@ -96,10 +92,9 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
     edge.labels.forEach((line, at) => {
       const y = middle.y + (at - (edge.labels.length - 1) / 2) * LINE;
       picture.append(
-        svg(
-          "text",
+        svg.text(
           { class: "edge-label" + (edge.taken ? " taken" : ""), x: middle.x, y: y + 4 },
-          svg("title", {}, line),
+          svg.title(line),
           shorten(line),
         ),
       );
@@ -107,11 +102,10 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
   });
   for (const node of nodes) {
     const { x, y } = result.nodes.get(node.name);
-    const state = svg(
-      "g",
+    const state = svg.g(
       { class: "node " + node.kind + (node.active === "true" ? " active" : "") + (node.way ? " way" : "") },
-      svg("title", {}, node.label + (node.active === "true" ? " (active)" : "")),
-      svg("rect", {
+      svg.title(node.label + (node.active === "true" ? " (active)" : "")),
+      svg.rect({
         x: x - node.width / 2,
         y: y - node.height / 2,
         width: node.width,
@@ -121,8 +115,7 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
     );
     if (node.kind === "final" || node.kind === "failed")
       state.append(
-        svg("rect", {
-          class: "inner",
+        svg("rect.inner", {
           x: x - node.width / 2 + 3,
           y: y - node.height / 2 + 3,
           width: node.width - 6,
@@ -131,20 +124,19 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
         }),
       );
     state.append(
-      svg(
-        "text",
+      svg.text(
         { x, y: y + 4.5 },
         (node.kind === "final" ? "✓ " : node.kind === "failed" ? "✗ " : node.active === "true" ? "▶ " : "") +
           shorten(node.label),
       ),
     );
     picture.append(
-      href(node.name) ? svg("a", { href: href(node.name), "aria-label": node.label }, state) : state,
+      href(node.name) ? svg.a({ href: href(node.name), "aria-label": node.label }, state) : state,
     );
   }
   return el(
-    "div",
-    { class: "graph-box", tabindex: 0, role: "group", "aria-label": label },
+    "div.graph-box",
+    { tabindex: 0, role: "group", "aria-label": label },
     picture,
     words(nodes, edges),
   );
@@ -219,13 +211,10 @@ function curve(points, isLoop, isWide) {
 function words(nodes, edges) {
   const name = new Map(nodes.map((node) => [node.name, node.label]));
   return el(
-    "ul",
-    { class: "hear-only" },
-    nodes.filter((node) => node.active === "true").map((node) => el("li", {}, "active: " + node.label)),
+    "ul.hear-only",
+    nodes.filter((node) => node.active === "true").map((node) => el.li("active: " + node.label)),
     edges.map((edge) =>
-      el(
-        "li",
-        {},
+      el.li(
         name.get(edge.from) +
           " to " +
           name.get(edge.to) +

@@ -17,9 +17,8 @@ export class Drawing {
     Object.assign(this, { handlers, scale: 80, x: 0, y: 0, graphs: [], items: [], hot: null, grid: 1 });
     this.canvas = new Canvas((...rest) => this.paint(...rest));
     this.box = el(
-      "div",
+      "div.map-box",
       {
-        class: "map-box",
         tabindex: 0,
         role: "application",
         "aria-roledescription": "map",

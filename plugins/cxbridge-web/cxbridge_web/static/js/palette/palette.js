@@ -1,27 +1,26 @@
 // Search over everything: Ctrl-K, words, arrows, Enter.
-import { button, el } from "cx/dom.js";
+import { button, el, refill, textInput } from "cx/dom.js";
 import { asked, entries, score } from "cx/palette/sources.js";
 
 const MOST = 60,
-  MOST_OF_GROUP = 12;
+  MOST_OF_GROUP = 12,
+  SCOPE = "Goals, facts, rules, skills, interfaces, log lines, views";
 
 export function palette(app, views) {
-  const input = el("input", {
+  const input = textInput({
     type: "search",
     id: "palette-input",
     role: "combobox",
     "aria-expanded": "true",
     "aria-controls": "palette-list",
-    "aria-label": "Search goals, facts, rules, skills, interfaces, log lines, views",
-    placeholder: "Goals, facts, rules, skills, interfaces, log lines, views",
-    spellcheck: "false",
-    autocomplete: "off",
+    "aria-label": "Search " + SCOPE.toLowerCase(),
+    placeholder: SCOPE,
   });
-  const list = el("div", { id: "palette-list", role: "listbox", "aria-label": "Found" }),
-    count = el("p", { class: "dim small", role: "status" });
-  const dialog = el("dialog", { id: "palette", "aria-label": "Search over everything" }, input, list, count);
+  const list = el("div#palette-list", { role: "listbox", "aria-label": "Found" }),
+    count = el("p.dim.small", { role: "status" }),
+    dialog = el("dialog#palette", { "aria-label": "Search over everything" }, input, list, count);
   document.body.append(dialog);
-  let found = { rules: [], interfaces: [], skills: [], facts: [] },
+  let found = {},
     shown = [],
     at = 0;
 
@@ -36,61 +35,46 @@ export function palette(app, views) {
   }
   function draw() {
     const words = input.value.toLowerCase().split(/\s+/).filter(Boolean),
-      groups = new Map(),
-      best = [];
-    let all = 0;
+      fitting = [];
     for (const entry of entries(app, views, found)) {
       const points = words.length ? score(entry, words) : Number(entry.group === "View");
-      if (!points) continue;
-      all += 1;
-      const group = (groups.get(entry.group) || 0) + 1;
-      groups.set(entry.group, group);
-      if (group <= MOST_OF_GROUP * 5) best.push({ entry, points });
+      if (points) fitting.push({ entry, points });
     }
-    best.sort((a, b) => b.points - a.points);
-    const taken = new Map();
-    shown = best
-      .map((each) => each.entry)
-      .filter((entry) => {
-        const number = (taken.get(entry.group) || 0) + 1;
-        taken.set(entry.group, number);
-        return number <= MOST_OF_GROUP;
-      })
+    const taken = {};
+    shown = fitting
+      .sort((a, b) => b.points - a.points)
+      .map(({ entry }) => entry)
+      .filter(({ group }) => (taken[group] = (taken[group] || 0) + 1) <= MOST_OF_GROUP)
       .slice(0, MOST);
-    list.replaceChildren(
-      ...shown.map((entry, number) =>
-        el(
-          "div",
-          { role: "option", id: "found-" + number, class: "found", on: { click: () => choose(number) } },
-          el("span", { class: "kind" }, entry.group),
-          el("span", { class: "main-text" }, entry.text),
-          el("span", { class: "dim small" }, entry.more),
-        ),
-      ),
-    );
-    count.textContent = words.length
-      ? all > shown.length
-        ? shown.length + " of " + all + " are shown"
-        : all
-          ? all + " found"
-          : "Nothing is found"
-      : "Enter opens, Esc closes";
+    refill(list, shown.map(row));
+    const all = fitting.length,
+      told = all > shown.length ? shown.length + " of " + all + " are shown" : all + " found";
+    count.textContent = words.length ? (all ? told : "Nothing is found") : "Enter opens, Esc closes";
     mark(0);
   }
+  const row = ({ group, text, more }, number) =>
+    el(
+      "div.found",
+      { role: "option", id: "found-" + number, on: { click: () => choose(number) } },
+      el("span.kind", group),
+      el("span.main-text", text),
+      el("span.dim.small", more),
+    );
   function choose(number) {
-    const entry = shown[number];
-    if (!entry) return;
+    if (!shown[number]) return;
     dialog.close();
-    location.hash = entry.href;
+    location.hash = shown[number].href;
   }
+  const actions = {
+    ArrowDown: () => mark(at + 1),
+    ArrowUp: () => mark(at - 1),
+    Enter: () => choose(at),
+    Escape: () => dialog.close(), // a field for searches would only be emptied
+  };
   input.addEventListener("input", draw);
   input.addEventListener("keydown", (event) => {
-    if (event.key === "ArrowDown") mark(at + 1);
-    else if (event.key === "ArrowUp") mark(at - 1);
-    else if (event.key === "Enter") choose(at);
-    else if (event.key === "Escape")
-      dialog.close(); // a field for searches would only be emptied
-    else return;
+    if (!Object.hasOwn(actions, event.key)) return;
+    actions[event.key]();
     event.preventDefault();
   });
   dialog.addEventListener("click", (event) => {

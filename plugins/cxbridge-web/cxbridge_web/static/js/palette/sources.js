@@ -1,5 +1,5 @@
 // What the search over everything looks through. Each entry: {group, text, more, href}.
-import { get, part } from "cx/api.js";
+import { factsPath, get, part } from "cx/api.js";
 import { MAIN_ENV } from "cx/model.js";
 import { parseCall } from "cx/skills/parameters.js";
 
@@ -7,53 +7,42 @@ const MOST_LINES = 5000; // of the log: the latest
 
 /** What has to be asked for: rules, facts of the executive, interfaces, skills. Those that fail are left out. */
 export async function asked(app) {
-  if (app.recording) return { rules: [], interfaces: [], skills: [], facts: [] };
-  const of = (path) => get(path).catch(() => []);
-  const [rules, interfaces, skills, facts] = await Promise.all([
-    of("cxbridge/rules?env=" + part(app.env)),
-    of("blackboard/interfaces"),
-    of("skiller/skills"),
-    of("clips/" + part(app.env) + "/facts?formatted=true"),
-  ]);
-  return { rules, interfaces, skills, facts };
+  if (app.recording) return {};
+  const paths = {
+    rules: "cxbridge/rules?env=" + part(app.env),
+    interfaces: "blackboard/interfaces",
+    skills: "skiller/skills",
+    facts: factsPath(app.env),
+  };
+  const answers = Object.entries(paths).map(async ([name, path]) => [name, await get(path).catch(() => [])]);
+  return Object.fromEntries(await Promise.all(answers));
 }
 
 /** All entries of what is known now. */
-export function* entries(app, views, found) {
-  const { model } = app;
-  for (const [name, title] of views) yield { group: "View", text: title, more: "", href: "#/" + name };
-  for (const goal of [...model.goals.values(), ...model.gone.values()])
-    yield {
-      group: "Goal",
-      text: goal.id,
-      more: [goal.cls, goal.mode, goal.outcome === "UNKNOWN" ? "" : goal.outcome].join(" "),
-      href: "#/goals/" + part(goal.key),
-    };
-  const rules = new Set(found.rules.map((rule) => rule.name));
-  for (const key of model.firings.keys()) rules.add(key.slice(key.indexOf(" ") + 1));
-  for (const name of rules)
-    yield { group: "Rule", text: name, more: "", href: "#/clips/rules/" + part(name) };
-  const skills = new Set(found.skills.map((skill) => skill.name));
-  for (const call of model.calls) {
-    const parsed = parseCall(call.text);
-    if (parsed) skills.add(parsed.skill);
+export function* entries(app, views, { rules = [], interfaces = [], skills = [], facts = [] }) {
+  const { model } = app,
+    entry = (group, text, href, more = "") => ({ group, text, more, href: "#/" + href });
+  for (const [name, title] of views) yield entry("View", title, name);
+  for (const goal of [...model.goals.values(), ...model.gone.values()]) {
+    const more = [goal.cls, goal.mode, goal.outcome === "UNKNOWN" ? "" : goal.outcome].join(" ");
+    yield entry("Goal", goal.id, "goals/" + part(goal.key), more);
   }
-  for (const name of skills) yield { group: "Skill", text: name, more: "", href: "#/skills/" + part(name) };
-  const uids = new Set(found.interfaces.map((each) => each.type + "::" + each.id));
-  for (const uid of model.interfaces.keys()) uids.add(uid);
-  for (const uid of uids)
-    yield { group: "Interface", text: uid, more: "", href: "#/blackboard/" + part(uid) };
-  const facts = new Map(found.facts.map((fact) => [fact.index, fact.formatted]));
-  for (const fact of model.factsOf(app.env || MAIN_ENV).values()) facts.set(fact.index, fact.text);
-  for (const [index, text] of facts)
-    yield { group: "Fact", text, more: "f-" + index, href: "#/clips/facts/f-" + index };
+  const fired = [...model.firings.keys()].map((key) => key.slice(key.indexOf(" ") + 1));
+  for (const name of new Set([...rules.map((rule) => rule.name), ...fired]))
+    yield entry("Rule", name, "clips/rules/" + part(name));
+  const called = model.calls.flatMap(({ text }) => parseCall(text)?.skill ?? []);
+  for (const name of new Set([...skills.map((skill) => skill.name), ...called]))
+    yield entry("Skill", name, "skills/" + part(name));
+  for (const uid of new Set([
+    ...interfaces.map(({ type, id }) => type + "::" + id),
+    ...model.interfaces.keys(),
+  ]))
+    yield entry("Interface", uid, "blackboard/" + part(uid));
+  const texts = new Map(facts.map((fact) => [fact.index, fact.formatted]));
+  for (const fact of model.factsOf(app.env || MAIN_ENV).values()) texts.set(fact.index, fact.text);
+  for (const [index, text] of texts) yield entry("Fact", text, "clips/facts/f-" + index, "f-" + index);
   for (const line of model.log.slice(-MOST_LINES).reverse())
-    yield {
-      group: "Log",
-      text: line.text.split("\n", 1)[0],
-      more: line.component,
-      href: "#/log?time=" + line.time,
-    };
+    yield entry("Log", line.text.split("\n", 1)[0], "log?time=" + line.time, line.component);
 }
 
 /** How well an entry fits words; 0: not at all. */

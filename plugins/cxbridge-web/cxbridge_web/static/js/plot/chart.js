@@ -28,9 +28,8 @@ export class Chart {
     Object.assign(this, { cursor: null, moment: null, axes: [], margins: { left: AXIS, right: RIGHT } });
     this.canvas = new Canvas((...rest) => this.paint(...rest));
     this.box = el(
-      "div",
+      "div.chart",
       {
-        class: "chart",
         tabindex: 0,
         role: "application",
         "aria-roledescription": "chart",

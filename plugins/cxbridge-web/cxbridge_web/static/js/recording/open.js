@@ -17,13 +17,13 @@ class Cancelled extends Error {}
 
 /** Tells how far it is, lets the page draw meanwhile, and may be cancelled. */
 function progress(app, name) {
-  const bar = el("progress", { max: 1, "aria-label": "reading " + name });
+  const bar = el.progress({ max: 1, "aria-label": "reading " + name });
   let cancelled = false,
     last = performance.now();
   const box = el(
-    "div",
-    { id: "opening", role: "status" },
-    el("span", { class: "main-text" }, "Reading " + name),
+    "div#opening",
+    { role: "status" },
+    el("span.main-text", "Reading " + name),
     bar,
     button("Cancel", () => {
       cancelled = true;
@@ -176,12 +176,7 @@ export async function openLinked(app) {
 export function chooseFile(app) {
   let input = document.getElementById("recording-file");
   if (!input) {
-    input = el("input", {
-      type: "file",
-      id: "recording-file",
-      hidden: true,
-      accept: ".mcap,.json,.jsonl,.ndjson",
-    });
+    input = el("input#recording-file", { type: "file", hidden: true, accept: ".mcap,.json,.jsonl,.ndjson" });
     input.addEventListener("change", () => {
       if (input.files.length) openFile(app, input.files[0]);
       input.value = ""; // the same file may be chosen again

@@ -11,9 +11,9 @@ const SHOWS_NOW = "This view shows what is now: the past has goals, skills, mess
 function runSelect(runs) {
   const chosen = new URLSearchParams(location.search).get("run");
   const select = el(
-    "select",
-    { id: "run-choice", "aria-label": "run" },
-    runs.map(({ path, name }) => el("option", { value: path, selected: path === chosen }, name)),
+    "select#run-choice",
+    { "aria-label": "run" },
+    runs.map(({ path, name }) => el.option({ value: path, selected: path === chosen }, name)),
   );
   select.addEventListener("change", () => location.assign(runAddress(select.value)));
   return select;
@@ -21,21 +21,20 @@ function runSelect(runs) {
 
 export function scrubber(app) {
   const bar = document.getElementById("scrub");
-  const slider = el("input", { type: "range", min: 0, step: 1, id: "moment", "aria-label": "moment" });
+  const slider = el("input#moment", { type: "range", min: 0, step: 1, "aria-label": "moment" });
   const play = button("▶", () => toggle(), { id: "play", "aria-label": "play" });
-  const output = el("span", { id: "told" });
-  const name = el("b", { class: "main-text" });
+  const output = el("span#told");
+  const name = el("b.main-text");
   const runs = app.runs && app.runs.length > 1 ? runSelect(app.runs) : null;
   name.hidden = Boolean(runs);
   const speeds = el(
-    "select",
-    { id: "speed", "aria-label": "speed" },
-    el("option", { value: "step" }, "step by step"),
-    SPEEDS.map((speed) => el("option", { value: speed }, speed + "×")),
+    "select#speed",
+    { "aria-label": "speed" },
+    el.option({ value: "step" }, "step by step"),
+    SPEEDS.map((speed) => el.option({ value: speed }, speed + "×")),
   );
   const steps = el(
-    "div",
-    { class: "scrub-line" },
+    "div.scrub-line",
     button("◂", () => app.recording.step(-1), { "aria-label": "one step back" }),
     play,
     button("▸", () => app.recording.step(1), { "aria-label": "one step on" }),
@@ -44,12 +43,11 @@ export function scrubber(app) {
   );
   bar.append(
     el(
-      "div",
-      { class: "scrub-line" },
+      "div.scrub-line",
       runs,
       name,
       output,
-      el("span", { class: "grow" }),
+      el("span.grow"),
       button(
         "Back to live",
         () => {

@@ -28,31 +28,24 @@ export function executorsOf(model, read) {
 
 export function executorTable(executors) {
   return el(
-    "div",
-    { id: "executors" },
-    el("h3", {}, "Executors"),
+    "div#executors",
+    el.h3("Executors"),
     wideTable(
       {},
       ["robot", "executor", "skills", "state"],
       executors.map((each) =>
-        el(
-          "tr",
-          {},
-          el("td", {}, each.agent),
-          el("td", {}, el("a", { href: "#/blackboard/" + part(EXECUTOR + "::" + each.id) }, each.id)),
-          el(
-            "td",
-            {},
+        el.tr(
+          el.td(each.agent),
+          el.td(el.a({ href: "#/blackboard/" + part(EXECUTOR + "::" + each.id) }, each.id)),
+          el.td(
             each.skills.map((skill, at) => [
               at ? ", " : "",
-              el("a", { href: "#/skills/" + part(skill) }, skill),
+              el.a({ href: "#/skills/" + part(skill) }, skill),
             ]),
           ),
-          el(
-            "td",
-            {},
+          el.td(
             badge(...(STATES[each.state] || ["other", "?"]), each.state),
-            each.skill ? [" ", el("code", {}, each.skill)] : "",
+            each.skill ? [" ", el.code(each.skill)] : "",
           ),
         ),
       ),

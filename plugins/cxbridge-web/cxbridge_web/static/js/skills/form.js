@@ -9,7 +9,7 @@ import { skillString } from "cx/skills/parameters.js";
  */
 export function skillForm(app, skill, parameters, call, isHeld) {
   const fields = parameters.map(({ name, last }) => {
-    const input = el("input", {
+    const input = el.input({
       type: "text",
       name,
       value: last.replace(/^"(.*)"$/s, "$1"),
@@ -19,7 +19,7 @@ export function skillForm(app, skill, parameters, call, isHeld) {
     });
     return [name, input];
   });
-  const shown = el("code", { class: "dim" });
+  const shown = el("code.dim");
   const text = () =>
     skillString(
       skill,
@@ -28,22 +28,20 @@ export function skillForm(app, skill, parameters, call, isHeld) {
   const show = () => {
     shown.textContent = text();
   };
-  const send = app.gate(el("button", { type: "submit", class: "primary" }, "Call " + skill), isHeld);
+  const send = app.gate(el("button.primary", { type: "submit" }, "Call " + skill), isHeld);
   const form = el(
-    "form",
-    { class: "skill-form", id: "skill-form", on: { input: show } },
+    "form#skill-form.skill-form",
+    { on: { input: show } },
     fields.length
       ? el(
-          "div",
-          { class: "fields" },
-          fields.map(([name, input]) => el("label", {}, el("span", {}, name), input)),
+          "div.fields",
+          fields.map(([name, input]) => el.label(el.span(name), input)),
         )
       : el(
-          "p",
-          { class: "dim small" },
+          "p.dim.small",
           "No parameters are known: the action mapping names none, and it was not called yet.",
         ),
-    el("div", { class: "tools" }, send, shown),
+    el("div.tools", send, shown),
   );
   form.addEventListener("submit", (event) => {
     event.preventDefault();

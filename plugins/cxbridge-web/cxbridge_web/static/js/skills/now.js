@@ -55,18 +55,16 @@ export const callsOf = (model, skiller) => model.calls.filter(isOf(skiller)).sli
 
 /** @param again called with the skill string of a call that is wanted again; null: nothing can be called */
 export function callList(calls, again) {
-  if (!calls.length) return el("p", { class: "dim" }, "None yet.");
+  if (!calls.length) return el("p.dim", "None yet.");
   const row = (call) =>
-    el(
-      "li",
-      {},
-      el("span", { class: "dim n" }, clockText(call.begin)),
+    el.li(
+      el("span.dim.n", clockText(call.begin)),
       skillBadge(call.status),
-      el("code", { class: "main-text" }, call.text),
-      el("span", { class: "dim n" }, call.end === null ? "" : durationText(call.end - call.begin)),
+      el("code.main-text", call.text),
+      el("span.dim.n", call.end === null ? "" : durationText(call.end - call.begin)),
       again
         ? button("again", () => again(call.text), { class: "quiet", "aria-label": "again: " + call.text })
         : null,
     );
-  return el("ol", { class: "calls" }, calls.map(row));
+  return el("ol.calls", calls.map(row));
 }

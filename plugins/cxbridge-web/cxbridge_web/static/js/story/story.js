@@ -74,8 +74,7 @@ export class Story {
       wrong = stands ? [...failed, ...waiting] : failed;
     this.ask(wrong, later);
     return el(
-      "div",
-      { class: "story" },
+      "div.story",
       this.headline(roots, waiting, stands, now),
       this.section(
         "Wanted",
@@ -114,48 +113,44 @@ export class Story {
     const reason =
       roots.map((goal) => reasonOf(goal, history)).find(Boolean) ||
       (stands && this.rootCause({ withSubject: true }));
-    return el(
-      "div",
+    return el.div(
       { class: "story-head o-" + tone, title: "began at " + timeOfDay(begin) },
-      el("h2", {}, el("i", { "aria-hidden": "true" }, stands ? "!" : OUTCOMES[worst].icon), " ", text),
-      reason ? el("p", {}, reason) : null,
+      el.h2(el.i({ "aria-hidden": "true" }, stands ? "!" : OUTCOMES[worst].icon), " ", text),
+      reason ? el.p(reason) : null,
     );
   }
 
   section(title, items, more = 0) {
     if (!items.length) return null;
-    return el(
-      "section",
-      {},
-      el("h3", {}, title),
+    return el.section(
+      el.h3(title),
       el(
-        "ul",
-        { class: "tl-list" },
-        items.map((item) => el("li", {}, item)),
-        more > 0 ? el("li", { class: "dim" }, "and " + more + " more") : null,
+        "ul.tl-list",
+        items.map((item) => el.li(item)),
+        more > 0 ? el("li.dim", "and " + more + " more") : null,
       ),
     );
   }
   link(item, text) {
-    return el("a", { href: this.host.href(pathTo(item)) }, text);
+    return el.a({ href: this.host.href(pathTo(item)) }, text);
   }
   goal(goal) {
     const outcome = outcomeAt(goal);
     return [
       this.link(goal, goal.id),
-      goal.cls && !goal.id.includes(goal.cls) ? el("span", { class: "dim" }, " " + goal.cls) : null,
+      goal.cls && !goal.id.includes(goal.cls) ? el("span.dim", " " + goal.cls) : null,
       " ",
-      outcome === "completed" ? el("span", { class: "dim" }, "✓ completed") : outcomeBadge(outcome),
+      outcome === "completed" ? el("span.dim", "✓ completed") : outcomeBadge(outcome),
     ];
   }
   call(call, longest, now) {
     const before = lateAfter(call, longest, now.time);
     return [
-      el("b", {}, call.skiller),
+      el.b(call.skiller),
       " ",
       this.link(call, call.text),
-      el("span", { class: "dim" }, " for " + durationText(Math.max(0, now.time - call.begin.time))),
-      before ? el("span", { class: "late" }, "late: at most " + durationText(before) + " before") : null,
+      el("span.dim", " for " + durationText(Math.max(0, now.time - call.begin.time))),
+      before ? el("span.late", "late: at most " + durationText(before) + " before") : null,
     ];
   }
 
@@ -178,21 +173,17 @@ export class Story {
       way = goals.slice(0, MOST).map((goal) => chain(this.host, goal, history)),
       isKnown = causes(goals[0], history).at(-1).item.kind === "skill";
     if (!isKnown && told.length)
-      way[0].append(
-        el("li", {}, el("span", { class: "dim" }, "because "), el("b", {}, linked(app, this.rootCause()))),
-      );
+      way[0].append(el.li(el("span.dim", "because "), el.b(linked(app, this.rootCause()))));
     return el(
-      "section",
-      { class: "story-why" },
-      el("h3", {}, "What went wrong, and why"),
+      "section.story-why",
+      el.h3("What went wrong, and why"),
       way,
       told.length
-        ? el(
-            "details",
+        ? el.details(
             { open: this.tellsAll, on: { toggle: ({ target }) => (this.tellsAll = target.open) } },
-            el("summary", {}, "All reasons, with the rules that decided"),
+            el.summary("All reasons, with the rules that decided"),
             causeList(app, told),
-            (this.answer.unknown || []).map((text) => el("p", { class: "dim small" }, text)),
+            (this.answer.unknown || []).map((text) => el("p.dim.small", text)),
           )
         : null,
     );
@@ -214,17 +205,15 @@ export class Story {
       counts = Object.fromEntries(NAMES.map((name) => [name, 0]));
     for (const goal of goals) counts[goalOutcome(goal.changes.at(-1))] += 1;
     return el(
-      "p",
-      { class: "dim story-counts" },
+      "p.dim.story-counts",
       goals.length + (goals.length === 1 ? " goal: " : " goals: "),
       NAMES.filter((name) => counts[name]).map((name, at) => [
         at ? ", " : "",
-        el("a", { href: "#/goals?goal=&outcome=" + part(name) }, counts[name] + " " + OUTCOMES[name].word),
+        el.a({ href: "#/goals?goal=&outcome=" + part(name) }, counts[name] + " " + OUTCOMES[name].word),
       ]),
       ". " + history.calls.length + " skill calls. ",
       history.errors.length
-        ? el(
-            "a",
+        ? el.a(
             { href: "#/log?time=" + history.errors[0].time },
             history.errors.length + (history.errors.length === 1 ? " error" : " errors") + " in the log",
           )
@@ -238,10 +227,9 @@ export function chain(host, item, history) {
   const way = causes(item, history),
     link = isOpen(outcomeAt(item)) ? "waits for " : "because ";
   return el(
-    "ol",
-    { class: "tl-why" },
+    "ol.tl-why",
     way.map(({ text, path }, at) =>
-      el("li", {}, at ? el("span", { class: "dim" }, link) : null, el("a", { href: host.href(path) }, text)),
+      el.li(at ? el("span.dim", link) : null, el.a({ href: host.href(path) }, text)),
     ),
   );
 }

@@ -19,31 +19,29 @@ export function nameOf(row, history, step) {
   const { item } = row;
   if (!isLife(row))
     return el(
-      "span",
-      { class: "main-text" },
-      el("b", {}, row.name),
-      row.kind === "robot" ? el("span", { class: "dim" }, " " + item.length) : null,
+      "span.main-text",
+      el.b(row.name),
+      row.kind === "robot" ? el("span.dim", " " + item.length) : null,
     );
   const outcome = outcomeAt(item, step),
     about = item.id + " " + (item.cls || item.name || ""),
     isQuiet = outcome === "completed" || !outcome;
-  const icon = el(
-    "i",
+  const icon = el.i(
     { class: "tl-icon" + (isQuiet ? " dim" : " o-" + outcome), "aria-hidden": "true" },
     outcome ? OUTCOMES[outcome].icon : "",
   );
   const text =
     row.kind === "goal"
       ? [
-          item.id.length > SHORT ? el("span", {}, item.id.slice(0, -TAIL)) : null,
-          el("span", {}, item.id.length > SHORT ? item.id.slice(-TAIL) : item.id),
-          item.cls && !item.id.includes(item.cls) ? el("span", { class: "dim" }, " " + item.cls) : null,
+          item.id.length > SHORT ? el.span(item.id.slice(0, -TAIL)) : null,
+          el.span(item.id.length > SHORT ? item.id.slice(-TAIL) : item.id),
+          item.cls && !item.id.includes(item.cls) ? el("span.dim", " " + item.cls) : null,
         ]
-      : [el("span", { class: "dim" }, item.id + " "), item.text];
+      : [el("span.dim", item.id + " "), item.text];
   return [
     icon,
-    el("span", { class: "main-text" + (outcome ? "" : " dim"), "aria-hidden": "true", title: about }, text),
-    el("span", { class: "hear-only" }, spoken(row, history, outcome)),
+    el.span({ class: "main-text" + (outcome ? "" : " dim"), "aria-hidden": "true", title: about }, text),
+    el("span.hear-only", spoken(row, history, outcome)),
   ];
 }
 

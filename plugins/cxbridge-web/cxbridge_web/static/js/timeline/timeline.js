@@ -54,8 +54,8 @@ export class Timeline {
   }
 
   build(tools) {
-    this.canvas = el("canvas", { class: "tl-chart", "aria-hidden": "true" });
-    const strip = el("canvas", { class: "tl-overview", "aria-hidden": "true" });
+    this.canvas = el("canvas.tl-chart", { "aria-hidden": "true" });
+    const strip = el("canvas.tl-overview", { "aria-hidden": "true" });
     this.list = new VirtualList({
       label: "Goals over time",
       height: "--row-lane",
@@ -73,23 +73,17 @@ export class Timeline {
     this.detail = new Detail(this.host, () => this.later());
     this.toolbar = new Toolbar(this, tools);
     this.tip = new Tip(this.canvas);
-    this.empty = el("div", { class: "tl-empty", hidden: true });
+    this.empty = el("div.tl-empty", { hidden: true });
     this.body = el(
-      "div",
-      { class: "tl-body" },
-      el("div", { class: "tl-corner dim" }, el("span", {}, "errors")),
+      "div.tl-body",
+      el("div.tl-corner.dim", el.span("errors")),
       this.canvas,
       this.list.box,
       this.empty,
       this.tip.box,
     );
-    this.main = el("div", { class: "tl-main" }, strip, this.body);
-    this.box = el(
-      "div",
-      { class: "tl" },
-      this.toolbar.box,
-      el("div", { class: "tl-columns" }, this.main, this.detail.box),
-    );
+    this.main = el("div.tl-main", strip, this.body);
+    this.box = el("div.tl", this.toolbar.box, el("div.tl-columns", this.main, this.detail.box));
     this.box.timeline = this; // for scripts that drive the page
     this.overview = new Overview(strip, this);
   }

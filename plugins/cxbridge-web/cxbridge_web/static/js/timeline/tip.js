@@ -5,13 +5,13 @@ export class Tip {
   /** @param canvas beside which it stands, in the same box */
   constructor(canvas) {
     this.canvas = canvas;
-    this.box = el("div", { class: "tl-tip", role: "status", hidden: true });
+    this.box = el("div.tl-tip", { role: "status", hidden: true });
   }
 
   /** @param x, y pixels within the canvas */
   show([first, ...rest], x, y) {
     const { box, canvas } = this;
-    box.replaceChildren(el("b", {}, first), ...rest.map((line) => el("span", {}, line)));
+    box.replaceChildren(el.b(first), ...rest.map((line) => el.span(line)));
     box.hidden = false;
     const most = Math.max(0, canvas.clientWidth - box.offsetWidth),
       below = y + 18,

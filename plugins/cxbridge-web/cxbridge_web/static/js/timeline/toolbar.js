@@ -8,7 +8,7 @@ export class Toolbar {
     this.timeline = timeline;
     const { window, rows } = timeline;
     this.chips = NAMES.map((name) => this.chip(name));
-    this.count = el("span", { class: "dim count", role: "status" });
+    this.count = el("span.dim.count", { role: "status" });
     this.now = button("Follow", () => timeline.toNow(), {
       class: "tl-now",
       title: "go to the newest moment, and follow it (n)",
@@ -17,15 +17,14 @@ export class Toolbar {
     this.error = button("Next error", () => timeline.toError(1), { title: "e; the one before: E" });
     this.byStep = checkbox("steps", false, (on) => window.use(on ? "step" : "time"));
     this.byStep.title = "each transition is as wide as any other";
-    const folds = el(
-      "span",
+    const folds = el.span(
       { role: "group", "aria-label": "Folds" },
       button("▸", () => this.fold(false), { class: "quiet", "aria-label": "close all", title: "close all" }),
       button("▾", () => this.fold(true), { class: "quiet", "aria-label": "open all", title: "open all" }),
     );
     const zoom = el(
-      "span",
-      { role: "group", "aria-label": "Zoom", class: "tl-zoom" },
+      "span.tl-zoom",
+      { role: "group", "aria-label": "Zoom" },
       button("−", () => window.zoom(1.7), { "aria-label": "zoom out", title: "zoom out (-)" }),
       button("+", () => window.zoom(1 / 1.7), { "aria-label": "zoom in", title: "zoom in (+)" }),
       button("Fit", () => window.fit(), { title: "the whole run (0)" }),
@@ -40,20 +39,18 @@ export class Toolbar {
     });
     sight.title = "only goals that are there in the time that is seen";
     this.box = el(
-      "div",
-      { class: "tl-bar panel-head" },
-      el("h2", {}, "Timeline"),
+      "div.tl-bar.panel-head",
+      el.h2("Timeline"),
       this.count,
-      el("div", { class: "tl-legend", role: "group", "aria-label": "Outcomes" }, this.chips),
-      el("div", { class: "tools" }, ...more, find, sight, folds, this.byStep, this.error, zoom, this.now),
+      el("div.tl-legend", { role: "group", "aria-label": "Outcomes" }, this.chips),
+      el("div.tools", ...more, find, sight, folds, this.byStep, this.error, zoom, this.now),
     );
   }
 
   chip(name) {
     const { rows } = this.timeline,
-      number = el("span", { class: "tl-number" });
-    const chip = el(
-      "button",
+      number = el("span.tl-number");
+    const chip = el.button(
       {
         type: "button",
         class: "outcome o-" + name,
@@ -66,7 +63,7 @@ export class Toolbar {
           },
         },
       },
-      el("i", { "aria-hidden": "true" }, OUTCOMES[name].icon),
+      el.i({ "aria-hidden": "true" }, OUTCOMES[name].icon),
       OUTCOMES[name].word + " ",
       number,
     );

@@ -35,39 +35,31 @@ export function open(root, app) {
     height: "--row-two",
     draw: (item) => [
       el(
-        "span",
-        { class: "two" },
+        "span.two",
+        el("span.main-text", el.b(item.id), el("span.dim", "  " + item.type)),
         el(
-          "span",
-          { class: "main-text" },
-          el("b", {}, item.id),
-          el("span", { class: "dim" }, "  " + item.type),
-        ),
-        el(
-          "span",
-          { class: "dim small main-text" },
+          "span.dim.small.main-text",
           item.writer ? "written by " + item.writer : item.known ? "no writer" : "",
           item.readers.length
             ? ", " + item.readers.length + (item.readers.length === 1 ? " reader" : " readers")
             : "",
         ),
       ),
-      item.writes ? el("span", { class: "dim small n" }, item.writes + "×") : null,
+      item.writes ? el("span.dim.small.n", item.writes + "×") : null,
     ],
     select: (item) => {
       location.hash = "#/blackboard/" + part(item.uid);
     },
   });
-  const empty = el("div", { hidden: true });
-  const counter = el("span", { class: "dim count" });
-  const head = el("div"),
-    values = el("div", { id: "values" }),
-    formPlace = el("div"),
-    sent = el("div", { id: "messages" });
-  const detail = el("div", { class: "detail" }, head, values, formPlace, sent);
+  const empty = el.div({ hidden: true });
+  const counter = el("span.dim.count");
+  const head = el.div(),
+    values = el("div#values"),
+    formPlace = el.div(),
+    sent = el("div#messages");
+  const detail = el("div.detail", head, values, formPlace, sent);
   const layout = el(
-    "div",
-    { class: "split" },
+    "div.split",
     panel(
       "Blackboard",
       [
@@ -77,7 +69,7 @@ export function open(root, app) {
           draw();
         }),
       ],
-      el("div", {}, blackboardTabs("#/blackboard")),
+      el.div(blackboardTabs("#/blackboard")),
       empty,
       list.box,
     ),
@@ -171,16 +163,15 @@ export function open(root, app) {
     }
     head.replaceChildren(
       el(
-        "div",
-        { class: "detail-head" },
-        el("a", { class: "back", href: "#/blackboard", "aria-label": "back to the interfaces" }, "←"),
-        el("h2", {}, of.id),
-        el("span", { class: "dim" }, of.type),
+        "div.detail-head",
+        el("a.back", { href: "#/blackboard", "aria-label": "back to the interfaces" }, "←"),
+        el.h2(of.id),
+        el("span.dim", of.type),
       ),
       pairs([
         ["writer", of.known ? of.writer || "none" : ""],
         ["readers", of.readers.join(", ")],
-        ["hash", of.hash ? el("code", {}, of.hash) : ""],
+        ["hash", of.hash ? el.code(of.hash) : ""],
       ]),
     );
     formPlace.replaceChildren(messageForm(app, of) || "");
@@ -208,17 +199,13 @@ export function open(root, app) {
         (of ? of.fields : []).map((field) => [field.name, field.type + (field.is_array ? "[]" : "")]),
       );
       const body = names.map((name) => {
-        const cell = el("td", { class: "value" });
+        const cell = el("td.value");
         cells.set(name, cell);
-        return el(
-          "tr",
-          {},
-          el("th", { scope: "row" }, name),
-          el("td", { class: "dim small" }, types.get(name) || ""),
+        return el.tr(
+          el.th({ scope: "row" }, name),
+          el("td.dim.small", types.get(name) || ""),
           cell,
-          el(
-            "td",
-            {},
+          el.td(
             button("plot", () => plot(app, fieldNames(chosen, name, now[name])), {
               class: "quiet small",
               "aria-label": "plot " + name,
@@ -228,10 +215,10 @@ export function open(root, app) {
       });
       refill(
         values,
-        el("h3", {}, "Values ", el("span", { class: "dim n", id: "written" })),
+        el.h3("Values ", el("span#written.dim.n")),
         names.length
-          ? el("div", { class: "wide" }, el("table", { class: "values-table" }, el("tbody", {}, body)))
-          : el("p", { class: "dim" }, of && !of.fields.length ? "It has no fields." : "No values yet."),
+          ? el("div.wide", el("table.values-table", el.tbody(body)))
+          : el("p.dim", of && !of.fields.length ? "It has no fields." : "No values yet."),
       );
     }
     for (const [name, cell] of cells) {

@@ -42,11 +42,11 @@ export function open(root, app) {
     typed = "",
     awaited = null,
     shownRule = null; // what is shown of a rule, until something else is
-  const bar = el("div"),
-    tools = el("div", { class: "tools below" }),
-    empty = el("div", { hidden: true });
-  const counter = el("span", { class: "dim count" });
-  const detail = el("div", { class: "detail" });
+  const bar = el.div(),
+    tools = el("div.tools.below"),
+    empty = el.div({ hidden: true });
+  const counter = el("span.dim.count");
+  const detail = el("div.detail");
   const envs = envSelect(app, () => {
     chosen = "";
     rules = [];
@@ -71,12 +71,7 @@ export function open(root, app) {
     wanted = text;
     draw();
   });
-  const layout = el(
-    "div",
-    { class: "split" },
-    panel("CLIPS", [envs, counter, find], bar, tools, empty, list.box),
-    detail,
-  );
+  const layout = el("div.split", panel("CLIPS", [envs, counter, find], bar, tools, empty, list.box), detail);
   root.append(layout);
 
   const fail = (error) => {
@@ -172,9 +167,8 @@ export function open(root, app) {
     bar.replaceChildren(clipsTabs(tab));
     tools.replaceChildren();
     if (tab === "facts" && !app.recording) {
-      const input = el("input", {
+      const input = el("input#new-fact", {
         type: "text",
-        id: "new-fact",
         "aria-label": "fact to assert",
         placeholder: "(my-fact (slot value))",
         spellcheck: "false",
@@ -186,10 +180,9 @@ export function open(root, app) {
         typed = input.value;
       });
       const form = el(
-        "form",
-        { class: "grow-form", id: "assert" },
+        "form#assert.grow-form",
         input,
-        app.gate(el("button", { type: "submit", class: "primary" }, "Assert")),
+        app.gate(el("button.primary", { type: "submit" }, "Assert")),
       );
       form.addEventListener("submit", async (event) => {
         event.preventDefault();
@@ -277,16 +270,15 @@ export function open(root, app) {
       refill(
         detail,
         el(
-          "div",
-          { class: "detail-head" },
+          "div.detail-head",
           back,
-          el("h2", {}, "f-" + item.fact.index),
-          el("span", { class: "dim" }, item.fact.template),
+          el.h2("f-" + item.fact.index),
+          el("span.dim", item.fact.template),
           why.button,
         ),
         why.box,
         app.recording
-          ? el("pre", {}, item.fact.text)
+          ? el.pre(item.fact.text)
           : factForm(app, app.env, item.fact, (index) => changed(item.fact.index, index)),
       );
       return;

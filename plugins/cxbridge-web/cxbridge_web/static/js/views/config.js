@@ -20,10 +20,10 @@ export function open(root, app) {
     values = [],
     plugins = [],
     problem = "";
-  const bar = el("div"),
-    body = el("div", { class: "fill scroll-page" }),
-    empty = el("div", { hidden: true });
-  const counter = el("span", { class: "dim count" });
+  const bar = el.div(),
+    body = el("div.fill.scroll-page"),
+    empty = el.div({ hidden: true });
+  const counter = el("span.dim.count");
   const find = search("Search", (text) => {
     wanted = text;
     draw();
@@ -33,15 +33,15 @@ export function open(root, app) {
     key: (item) => item.path,
     sign: (item) => item.value,
     draw: (item) => [
-      el("code", { class: "main-text end-first", title: item.path }, el("bdi", {}, item.path)),
-      el("code", { class: "value-text" }, item.value),
+      el("code.main-text.end-first", { title: item.path }, el.bdi(item.path)),
+      el("code.value-text", item.value),
     ],
     select: (item) => {
       whole.hidden = false;
-      whole.replaceChildren(el("p", { class: "dim" }, el("code", {}, item.path)), el("pre", {}, item.value));
+      whole.replaceChildren(el("p.dim", el.code(item.path)), el.pre(item.value));
     },
   });
-  const whole = el("div", { class: "log-whole", hidden: true });
+  const whole = el("div.log-whole", { hidden: true });
   root.append(panel("Config", [counter, find], bar, empty, list.box, whole, body));
 
   function flat(value, path, into) {
@@ -113,18 +113,15 @@ export function open(root, app) {
     }
     body.replaceChildren(
       el(
-        "ul",
-        { class: "cards" },
+        "ul.cards",
         found.map((each) =>
           el(
-            "li",
-            { class: "card" },
+            "li.card",
             el(
-              "div",
-              { class: "card-text" },
-              el("b", {}, each.name),
-              el("span", { class: "dim" }, each.description),
-              each.is_meta ? el("span", { class: "dim small" }, "is " + each.meta_children.join(", ")) : null,
+              "div.card-text",
+              el.b(each.name),
+              el("span.dim", each.description),
+              each.is_meta ? el("span.dim.small", "is " + each.meta_children.join(", ")) : null,
             ),
             each.is_loaded ? badge("done", "✓", "loaded") : badge("new", "○", "not loaded"),
             app.gate(
@@ -156,8 +153,7 @@ export function open(root, app) {
     const loop = status.loop || {};
     body.replaceChildren(
       el(
-        "p",
-        { class: "dim" },
+        "p.dim",
         [
           "version " + status.version,
           "process " + status.pid,
@@ -168,20 +164,17 @@ export function open(root, app) {
           .filter(Boolean)
           .join(" · "),
       ),
-      el("p", { class: "dim" }, (status.endpoints || []).join(" · ")),
+      el("p.dim", (status.endpoints || []).join(" · ")),
       el(
-        "ul",
-        { class: "cards" },
+        "ul.cards",
         status.components.map((each) =>
           el(
-            "li",
-            { class: "card" },
+            "li.card",
             el(
-              "div",
-              { class: "card-text" },
-              el("b", {}, each.name),
-              each.reason ? el("span", { class: "bad-text" }, each.reason) : null,
-              el("span", { class: "dim small" }, each.since_us ? "since " + timeOfDay(each.since_us) : ""),
+              "div.card-text",
+              el.b(each.name),
+              each.reason ? el("span.bad-text", each.reason) : null,
+              el("span.dim.small", each.since_us ? "since " + timeOfDay(each.since_us) : ""),
             ),
             componentBadge(each.state),
           ),

@@ -51,25 +51,24 @@ export function open(root, app) {
     key: (item) => String(item.number),
     sign: (item) => item.line,
     draw: (item) => [
-      el("code", { class: "main-text" }, el("b", {}, item.name), item.rest ? " " + item.rest : ""),
-      item.note ? el("span", { class: "dim small" }, item.note) : null,
+      el("code.main-text", el.b(item.name), item.rest ? " " + item.rest : ""),
+      item.note ? el("span.dim.small", item.note) : null,
     ],
     select: (item) => {
       if (part === "operators") location.hash = "#/domain/operators/" + segment(item.name);
     },
   });
-  const detail = el("div", { class: "detail", id: "operator", hidden: true });
-  const bar = el("div");
-  const empty = el("div", { hidden: true });
-  const counter = el("span", { class: "dim count" });
+  const detail = el("div#operator.detail", { hidden: true });
+  const bar = el.div();
+  const empty = el.div({ hidden: true });
+  const counter = el("span.dim.count");
   const envs = envSelect(app, () => {
     items = [];
     draw();
     renew();
   });
   const layout = el(
-    "div",
-    { class: "wide-list" },
+    "div.wide-list",
     panel(
       "Domain",
       [
@@ -142,10 +141,7 @@ export function open(root, app) {
     const inPlans = calls.flatMap((plan) =>
       plan.actions
         .filter((action) => action["operator-name"] === chosen)
-        .map((action) => ({
-          label: plan["goal-id"] + " " + action.id,
-          values: action["param-values"],
-        })),
+        .map((action) => ({ label: plan["goal-id"] + " " + action.id, values: action["param-values"] })),
     );
     const sign = JSON.stringify([chosen, operator, [...domain.facts], inPlans]);
     if (sign === drawnDetail || detail.contains(document.activeElement)) return;
@@ -170,10 +166,9 @@ export function open(root, app) {
     refill(
       detail,
       el(
-        "div",
-        { class: "detail-head" },
-        el("a", { class: "back", href: "#/domain/operators", "aria-label": "back to the operators" }, "←"),
-        el("h2", {}, operator.name),
+        "div.detail-head",
+        el("a.back", { href: "#/domain/operators", "aria-label": "back to the operators" }, "←"),
+        el.h2(operator.name),
       ),
       operatorView(domain, operator, bindings.get(chosen), inPlans.slice(0, 6)),
     );

@@ -28,12 +28,10 @@ export function open(root, app) {
     height: "--row-two",
     draw: (item) => [
       el(
-        "span",
-        { class: "two" },
-        el("b", { class: "main-text" }, item.name),
+        "span.two",
+        el("b.main-text", item.name),
         el(
-          "span",
-          { class: "dim small main-text" },
+          "span.dim.small.main-text",
           item.facts +
             " facts, " +
             item.agenda +
@@ -47,30 +45,21 @@ export function open(root, app) {
       location.hash = "#/clips/environments/" + part(item.name);
     },
   });
-  const empty = el("div", { hidden: true }),
-    detail = el("div", { class: "detail" });
-  const name = el("input", {
+  const empty = el.div({ hidden: true }),
+    detail = el("div.detail");
+  const name = el("input#new-env", {
     type: "text",
-    id: "new-env",
     "aria-label": "name of a new environment",
     placeholder: "name",
     spellcheck: "false",
     autocomplete: "off",
     autocapitalize: "off",
   });
-  const create = el("button", { type: "submit", class: "primary" }, "Create");
-  const form = el("form", { class: "grow-form", id: "create-env" }, name, create);
+  const create = el("button.primary", { type: "submit" }, "Create");
+  const form = el("form#create-env.grow-form", name, create);
   const layout = el(
-    "div",
-    { class: "split" },
-    panel(
-      "CLIPS",
-      [],
-      el("div", {}, clipsTabs("environments")),
-      el("div", { class: "tools below" }, form),
-      empty,
-      list.box,
-    ),
+    "div.split",
+    panel("CLIPS", [], el.div(clipsTabs("environments")), el("div.tools.below", form), empty, list.box),
     detail,
   );
   root.append(layout);
@@ -122,9 +111,9 @@ export function open(root, app) {
     list.set(infos);
     drawDetail();
   }
-  const field = (label, input) => el("label", {}, el("span", {}, label), input);
+  const field = (label, input) => el.label(el.span(label), input);
   const text = (placeholder, more = {}) =>
-    el("input", {
+    el.input({
       type: "text",
       placeholder,
       spellcheck: "false",
@@ -133,24 +122,18 @@ export function open(root, app) {
       ...more,
     });
   const select = (values, now) =>
-    el(
-      "select",
-      {},
-      values.map((value) => el("option", { selected: value === now }, value)),
-    );
+    el.select(values.map((value) => el.option({ selected: value === now }, value)));
   /** A form with its title, fields and button. */
   function block(title, id, fields, label, call, more = []) {
     const made = el(
-      "form",
-      { class: "part", id },
-      el("h3", {}, title),
+      "form.part",
+      { id },
+      el.h3(title),
       el(
-        "div",
-        { class: "fields" },
+        "div.fields",
         fields,
         app.gate(
-          el(
-            "button",
+          el.button(
             PROGRAMS.includes(id) ? { type: "submit", "data-needs": "programs" } : { type: "submit" },
             label,
           ),
@@ -191,7 +174,7 @@ export function open(root, app) {
       names = text("all names"),
       level = select(LEVELS, info.log_level);
     const expression = text("(+ 1 2)"),
-      answer = el("pre", { id: "env-answer", "aria-live": "polite", hidden: !output }, output);
+      answer = el("pre#env-answer", { "aria-live": "polite", hidden: !output }, output);
     const setWatch = (on) =>
       act(() =>
         put(path + "/watch", { item: item.value, names: names.value.split(/[\s,]+/).filter(Boolean), on }),
@@ -199,14 +182,9 @@ export function open(root, app) {
     refill(
       detail,
       el(
-        "div",
-        { class: "detail-head" },
-        el(
-          "a",
-          { class: "back", href: "#/clips/environments", "aria-label": "back to the environments" },
-          "←",
-        ),
-        el("h2", {}, info.name),
+        "div.detail-head",
+        el("a.back", { href: "#/clips/environments", "aria-label": "back to the environments" }, "←"),
+        el.h2(info.name),
         info.ended ? badge("failed", "!", "its rules have ended") : null,
         !info.own
           ? null
@@ -231,18 +209,18 @@ export function open(root, app) {
         [
           "look at",
           [
-            el("a", { href: "#/clips/facts", on: { click: look } }, "facts"),
+            el.a({ href: "#/clips/facts", on: { click: look } }, "facts"),
             " ",
-            el("a", { href: "#/clips/rules", on: { click: look } }, "rules"),
+            el.a({ href: "#/clips/rules", on: { click: look } }, "rules"),
             " ",
-            el("a", { href: "#/clips/agenda", on: { click: look } }, "agenda"),
+            el.a({ href: "#/clips/agenda", on: { click: look } }, "agenda"),
           ],
         ],
       ]),
       app.whyNot
-        ? el("p", { class: "note" }, "Nothing can be changed: " + app.whyNot + ".")
+        ? el("p.note", "Nothing can be changed: " + app.whyNot + ".")
         : app.whyNoPrograms
-          ? el("p", { class: "note" }, "Nothing can be evaluated or loaded: " + app.whyNoPrograms + ".")
+          ? el("p.note", "Nothing can be evaluated or loaded: " + app.whyNoPrograms + ".")
           : null,
       block("Evaluate", "env-eval", [field("expression", expression)], "Evaluate", () =>
         act(async () => {

@@ -63,8 +63,8 @@ export function open(root, app) {
       draw();
     },
   });
-  const counter = el("span", { class: "dim count" }),
-    empty = el("div", { hidden: true });
+  const counter = el("span.dim.count"),
+    empty = el.div({ hidden: true });
   const envs = envSelect(
     app,
     () => {
@@ -88,19 +88,15 @@ export function open(root, app) {
       { class: "quiet", title: label, "aria-label": label },
     );
   const layout = el(
-    "div",
-    { class: "split goals" },
+    "div.split.goals",
     el(
-      "section",
-      { class: "panel" },
+      "section.panel",
       el(
-        "div",
-        { class: "panel-head" },
-        el("h2", {}, "Goals"),
+        "div.panel-head",
+        el.h2("Goals"),
         counter,
         el(
-          "div",
-          { class: "tools" },
+          "div.tools",
           envs,
           filter.nodes,
           goneBox,
@@ -109,10 +105,10 @@ export function open(root, app) {
         ),
       ),
       el(
-        "div",
-        { class: "goal-heads dim small", "aria-hidden": "true" },
-        el("span", { class: "main-text" }, "goal"),
-        COLUMNS.map((name) => el("span", { class: "c-" + name }, name)),
+        "div.goal-heads.dim.small",
+        { "aria-hidden": "true" },
+        el("span.main-text", "goal"),
+        COLUMNS.map((name) => el.span({ class: "c-" + name }, name)),
       ),
       empty,
       list.box,
@@ -145,22 +141,21 @@ export function open(root, app) {
       isManyEnvs = !app.chosenEnv && app.environments.length > 1;
     return [
       el(
-        "span",
-        { class: "main-text", title: goal.id },
+        "span.main-text",
+        { title: goal.id },
         goal.id,
-        item.inside ? el("span", { class: "dim" }, " +" + item.inside) : null,
-        isManyEnvs ? el("span", { class: "dim" }, "  in " + (goal.env || MAIN_ENV)) : null,
-        goal.cls && !goal.id.includes(goal.cls) ? el("span", { class: "dim" }, "  " + goal.cls) : null,
+        item.inside ? el("span.dim", " +" + item.inside) : null,
+        isManyEnvs ? el("span.dim", "  in " + (goal.env || MAIN_ENV)) : null,
+        goal.cls && !goal.id.includes(goal.cls) ? el("span.dim", "  " + goal.cls) : null,
       ),
       el(
-        "span",
-        { class: "c-outcome" },
+        "span.c-outcome",
         outcome === "completed"
-          ? el("span", { class: "dim" }, OUTCOMES.completed.icon + " " + OUTCOMES.completed.word)
+          ? el("span.dim", OUTCOMES.completed.icon + " " + OUTCOMES.completed.word)
           : outcomeBadge(outcome, isOpen(outcome) ? goal.mode : undefined),
       ),
       COLUMNS.slice(1).map((name) =>
-        el("span", { class: "small dim c-" + name, title: texts[name] }, texts[name]),
+        el.span({ class: "small dim c-" + name, title: texts[name] }, texts[name]),
       ),
     ].flat();
   }

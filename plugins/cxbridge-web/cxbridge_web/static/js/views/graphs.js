@@ -30,8 +30,8 @@ export function open(root, app) {
     drawn = null,
     problem = "",
     wanted = "";
-  const bar = el("div"),
-    body = el("div", { class: "fill scroll-page", id: "drawing" });
+  const bar = el.div(),
+    body = el("div#drawing.fill.scroll-page");
   const find = search("Only with", (text) => {
     wanted = text;
     draw();
@@ -64,7 +64,7 @@ export function open(root, app) {
     else if (dot)
       refill(
         body,
-        el("h3", {}, title),
+        el.h3(title),
         drawGraph(dot, title, {
           only: wanted,
           empty,

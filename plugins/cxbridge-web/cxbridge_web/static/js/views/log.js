@@ -23,10 +23,10 @@ export function open(root, app) {
     key: (line) => String(line.number),
     sign: () => "",
     draw: (line) => [
-      el("span", { class: "dim n" }, clockText(line.time, 3)),
-      el("b", { class: "lv lv-" + line.level, title: levelName(line.level) }, line.level),
-      el("span", { class: "from dim" }, line.component),
-      el("span", { class: "text" }, line.text.split("\n", 1)[0]),
+      el("span.dim.n", clockText(line.time, 3)),
+      el.b({ class: "lv lv-" + line.level, title: levelName(line.level) }, line.level),
+      el("span.from.dim", line.component),
+      el("span.text", line.text.split("\n", 1)[0]),
     ],
     select: (line) => {
       chosen = line;
@@ -35,9 +35,9 @@ export function open(root, app) {
     },
   });
   list.box.classList.add("mono");
-  const whole = el("div", { class: "log-whole", hidden: true });
-  const empty = el("div", { hidden: true });
-  const counter = el("span", { class: "dim count" });
+  const whole = el("div.log-whole", { hidden: true });
+  const empty = el.div({ hidden: true });
+  const counter = el("span.dim.count");
   const boxes = LEVELS.map(([level, name]) =>
     checkbox(name, shownLevels.has(level), (on) => {
       if (on) shownLevels.add(level);
@@ -63,7 +63,7 @@ export function open(root, app) {
       "Log",
       [
         counter,
-        el("fieldset", { class: "levels", "aria-label": "levels" }, boxes),
+        el("fieldset.levels", { "aria-label": "levels" }, boxes),
         search("Search the log", (text) => {
           wanted = text;
           draw();
@@ -83,12 +83,8 @@ export function open(root, app) {
     whole.hidden = !chosen;
     if (chosen)
       whole.replaceChildren(
-        el(
-          "p",
-          { class: "dim" },
-          clockText(chosen.time, 6) + "  " + levelName(chosen.level) + "  " + chosen.component,
-        ),
-        el("pre", {}, chosen.text),
+        el("p.dim", clockText(chosen.time, 6) + "  " + levelName(chosen.level) + "  " + chosen.component),
+        el.pre(chosen.text),
       );
   }
   function draw() {

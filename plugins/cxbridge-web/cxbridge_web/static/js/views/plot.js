@@ -39,10 +39,9 @@ export function open(root, app) {
     },
     (time, step) => timeText(time, step),
   );
-  const list = el("datalist", { id: "plot-names" });
-  const input = el("input", {
+  const list = el("datalist#plot-names");
+  const input = el("input#plot-name", {
     type: "text",
-    id: "plot-name",
     list: "plot-names",
     "aria-label": "value to plot",
     placeholder: HINT,
@@ -51,17 +50,16 @@ export function open(root, app) {
     autocapitalize: "off",
   });
   const form = el(
-    "form",
-    { class: "call plot-add", id: "plot-add" },
+    "form#plot-add.call.plot-add",
     input,
-    el("button", { type: "submit", class: "primary" }, "Add"),
+    el("button.primary", { type: "submit" }, "Add"),
     list,
   );
-  const empty = el("div", { hidden: true });
-  const legend = el("div", { class: "plot-legend", id: "plot-legend" });
-  const followBox = el("select", { id: "plot-window", "aria-label": "how much of the past is shown" });
-  const tools = el("div", { class: "tools" });
-  root.append(panel("Plot", [tools], el("div", { class: "plot-body" }, form, empty, chart.box, legend)));
+  const empty = el.div({ hidden: true });
+  const legend = el("div#plot-legend.plot-legend");
+  const followBox = el("select#plot-window", { "aria-label": "how much of the past is shown" });
+  const tools = el("div.tools");
+  root.append(panel("Plot", [tools], el("div.plot-body", form, empty, chart.box, legend)));
 
   form.addEventListener("submit", (event) => {
     event.preventDefault();
@@ -79,16 +77,14 @@ export function open(root, app) {
   function offer() {
     const words = input.value.toLowerCase().split(/\s+/).filter(Boolean);
     const fitting = names.filter((name) => words.every((word) => name.toLowerCase().includes(word)));
-    list.replaceChildren(...fitting.slice(0, MOST_SHOWN).map((value) => el("option", { value })));
+    list.replaceChildren(...fitting.slice(0, MOST_SHOWN).map((value) => el.option({ value })));
   }
   const readNames = async () => {
     names = await choices(app);
     offer();
   };
   input.addEventListener("focus", readNames);
-  followBox.append(
-    ...WINDOWS.map(([us, text]) => el("option", { value: us, selected: us === windowUs }, text)),
-  );
+  followBox.append(...WINDOWS.map(([us, text]) => el.option({ value: us, selected: us === windowUs }, text)));
   followBox.addEventListener("change", () => {
     windowUs = Number(followBox.value);
     follows = true;
@@ -202,18 +198,14 @@ export function open(root, app) {
             { id: "proposals" },
             [
               "value",
-              ...["least", "greatest", "changes"].map((head) => el("th", { scope: "col", class: "n" }, head)),
-              el("td"),
+              ...["least", "greatest", "changes"].map((head) => el("th.n", { scope: "col" }, head)),
+              el.td(),
             ],
             best.map(({ name, count, least, greatest }) =>
-              el(
-                "tr",
-                {},
-                el("th", { scope: "row" }, name),
-                [numberText(least), numberText(greatest), String(count)].map((text) =>
-                  el("td", { class: "n" }, text),
-                ),
-                el("td", {}, button("Plot", plot([name]), { "aria-label": "plot " + name })),
+              el.tr(
+                el.th({ scope: "row" }, name),
+                [numberText(least), numberText(greatest), String(count)].map((text) => el("td.n", text)),
+                el.td(button("Plot", plot([name]), { "aria-label": "plot " + name })),
               ),
             ),
           )
@@ -230,17 +222,14 @@ export function open(root, app) {
     drawnLegend = sign;
     cells.clear();
     const rows = store.series.map((each) => {
-      const parts = ["value", "least", "greatest"].map((what) => el("td", { class: "n " + what }));
+      const parts = ["value", "least", "greatest"].map((what) => el.td({ class: "n " + what }));
       cells.set(each.name, parts);
-      return el(
-        "tr",
+      return el.tr(
         { "data-series": each.name },
-        el("th", { scope: "row" }, key(each.number), " ", el("b", {}, each.source.label)),
-        el("td", { class: "dim small main-text" }, each.source.about),
+        el.th({ scope: "row" }, key(each.number), " ", el.b(each.source.label)),
+        el("td.dim.small.main-text", each.source.about),
         parts,
-        el(
-          "td",
-          {},
+        el.td(
           button(
             "×",
             () => {
@@ -252,12 +241,12 @@ export function open(root, app) {
         ),
       );
     });
-    const heads = ["value", "of", "at the cursor", "least seen", "greatest seen", el("td")];
+    const heads = ["value", "of", "at the cursor", "least seen", "greatest seen", el.td()];
     refill(legend, dataTable({}, heads, rows));
   }
   /** A piece of the line, in its colour and pattern. */
   function key(number) {
-    return el("span", {
+    return el.span({
       class: "plot-key series-" + (number + 1) + (dashOf(number).length ? " dashed" : ""),
       "aria-hidden": "true",
     });

@@ -42,25 +42,21 @@ export function open(root, app) {
     label: "Skills",
     key: (item) => item.name,
     sign: (item) => item.who,
-    draw: (item) => [
-      el("span", { class: "main-text" }, item.name),
-      item.who ? el("span", { class: "dim small" }, item.who) : null,
-    ],
+    draw: (item) => [el("span.main-text", item.name), item.who ? el("span.dim.small", item.who) : null],
     select: (item) => {
       location.hash = "#/skills/" + part(item.name);
     },
   });
-  const empty = el("div", { hidden: true });
-  const counter = el("span", { class: "dim count" });
-  const now = el("div", { class: "now", id: "skill-now", role: "status" });
-  const graph = el("div", { class: "graph-place", id: "graph" });
-  const history = el("div", { id: "calls" }),
-    board = el("div"),
-    formOf = el("div");
-  const input = el("input", {
+  const empty = el.div({ hidden: true });
+  const counter = el("span.dim.count");
+  const now = el("div#skill-now.now", { role: "status" });
+  const graph = el("div#graph.graph-place");
+  const history = el("div#calls"),
+    board = el.div(),
+    formOf = el.div();
+  const input = el("input#skill-string", {
     type: "text",
     name: "skill",
-    id: "skill-string",
     "aria-label": "skill string",
     placeholder: 'say{text="Hello", wait=true}',
     spellcheck: "false",
@@ -71,14 +67,14 @@ export function open(root, app) {
   input.addEventListener("input", () => {
     typed = input.value;
   });
-  const callButton = el("button", { type: "submit", class: "primary" }, "Call");
+  const callButton = el("button.primary", { type: "submit" }, "Call");
   const stopButton = button(
     "Stop",
     () => app.attempt(() => remove(ask("skiller/skills/active")), "The Skiller was asked to stop"),
     { id: "stop-skill" },
   );
-  const held = el("p", { class: "dim small", id: "held", hidden: true });
-  const form = el("form", { class: "call", id: "call" }, input, callButton, stopButton, held);
+  const held = el("p#held.dim.small", { hidden: true });
+  const form = el("form#call.call", input, callButton, stopButton, held);
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
     const text = input.value.trim();
@@ -94,15 +90,14 @@ export function open(root, app) {
     await app.attempt(() => post(ask("skiller/call"), { skill_string: text }), "Called: " + text);
     readActive();
   }
-  const choice = el("select", { "aria-label": "Skiller", id: "skiller" });
+  const choice = el("select#skiller", { "aria-label": "Skiller" });
   choice.addEventListener("change", () => {
     chosenSkiller = choice.value;
     change();
     if (chosen) location.hash = "#/skills";
   });
   const split = el(
-    "div",
-    { class: "split" },
+    "div.split",
     panel(
       "Skills",
       [
@@ -117,12 +112,10 @@ export function open(root, app) {
       list.box,
     ),
     el(
-      "div",
-      { class: "detail" },
+      "div.detail",
       el(
-        "div",
-        { class: "detail-head only-phone" },
-        el("a", { class: "back", href: "#/skills", "aria-label": "back to the skills" }, "←"),
+        "div.detail-head.only-phone",
+        el("a.back", { href: "#/skills", "aria-label": "back to the skills" }, "←"),
       ),
       now,
       formOf,
@@ -172,7 +165,7 @@ export function open(root, app) {
     choice.hidden = all.length < 2;
     if (sign === drawnChoice) return;
     choice.replaceChildren(
-      ...all.map((id) => el("option", { value: id, selected: id === now }, nameOfLane(id))),
+      ...all.map((id) => el.option({ value: id, selected: id === now }, nameOfLane(id))),
     );
     if (now !== looked) change();
     drawnChoice = sign;
@@ -287,12 +280,7 @@ export function open(root, app) {
     if (sign !== drawn) {
       drawn = sign;
       now.replaceChildren(
-        el(
-          "div",
-          { class: "now-line" },
-          skillBadge(value.status),
-          el("code", { class: "big" }, value.text || "no skill called yet"),
-        ),
+        el("div.now-line", skillBadge(value.status), el("code.big", value.text || "no skill called yet")),
         pairs([
           ["error", value.error],
           ["controlled by", value.controller && (controller.name || "…")],
@@ -303,7 +291,7 @@ export function open(root, app) {
         : "State graph" + (drawing && !String(value.status).endsWith("RUNNING") ? " of the last skill" : "");
       refill(
         graph,
-        el("h3", {}, title, " ", chosen ? el("a", { href: "#/skills" }, "show the active one") : null),
+        el.h3(title, " ", chosen ? el.a({ href: "#/skills" }, "show the active one") : null),
         drawing
           ? drawGraph(drawing, title)
           : none(
@@ -343,10 +331,8 @@ export function open(root, app) {
     drawnForm = formSign;
     formOf.replaceChildren(
       formSign
-        ? el(
-            "div",
-            {},
-            el("h3", {}, "Call " + chosen),
+        ? el.div(
+            el.h3("Call " + chosen),
             skillForm(app, chosen, parametersOf(chosen, mapped, app.model.calls), call, isHeld),
           )
         : "",
@@ -361,7 +347,7 @@ export function open(root, app) {
       input.value = typed = text;
       input.focus();
     };
-    refill(history, el("h3", {}, "Calls"), callList(calls, app.recording ? null : again));
+    refill(history, el.h3("Calls"), callList(calls, app.recording ? null : again));
   }
   const stop = app.model.onChange((topics) => {
     if (topics.has("skills")) {

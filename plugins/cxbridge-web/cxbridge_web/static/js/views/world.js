@@ -26,7 +26,7 @@ export function open(root, app) {
     fitted = "",
     chosen = "",
     shown = [];
-  const where = el("p", { class: "dim small", id: "map-told", role: "status" });
+  const where = el("p#map-told.dim.small", { role: "status" });
   const drawing = new Drawing({
     hover(found) {
       where.textContent = found ? describe(found) : "";
@@ -39,29 +39,19 @@ export function open(root, app) {
       moved = true;
     },
   });
-  const choice = el("select", { "aria-label": "frame that the map is drawn in", id: "map-frame" });
+  const choice = el("select#map-frame", { "aria-label": "frame that the map is drawn in" });
   choice.addEventListener("change", () => {
     frame = choice.value;
     moved = false;
     draw();
   });
   const lanes = new Lanes((chosenTime) => app.select({ time: chosenTime }));
-  const robots = el("div", { id: "robots" }),
-    facts = el("div", {
-      id: "changed-facts",
-      tabindex: "0",
-      role: "region",
-      "aria-label": "facts that changed",
-    });
-  const table = el("div", { class: "map-table", id: "map-items" });
-  const map = el("div", { class: "world-map" }, drawing.box, table, where);
-  const body = el(
-    "div",
-    { class: "map-body" },
-    map,
-    el("div", { class: "map-side" }, robots, el("h3", {}, "Facts that changed"), facts),
-  );
-  const mapTools = el("span", { class: "tools" }, [
+  const robots = el("div#robots"),
+    facts = el("div#changed-facts", { tabindex: "0", role: "region", "aria-label": "facts that changed" });
+  const table = el("div#map-items.map-table");
+  const map = el("div.world-map", drawing.box, table, where);
+  const body = el("div.map-body", map, el("div.map-side", robots, el.h3("Facts that changed"), facts));
+  const mapTools = el("span.tools", [
     choice,
     checkbox("trails", showsTrails, (wanted) => {
       showsTrails = wanted;
@@ -186,12 +176,10 @@ export function open(root, app) {
     if (sign === drawnFacts && facts.firstChild) return;
     drawnFacts = sign;
     const rows = list.map((change) =>
-      el(
-        "li",
-        {},
-        el("span", { class: "dim n" }, clockText(change.time, 3)),
+      el.li(
+        el("span.dim.n", clockText(change.time, 3)),
         " ",
-        change.before ? el("del", {}, linked(app, change.before)) : null,
+        change.before ? el.del(linked(app, change.before)) : null,
         change.before && change.after ? " → " : null,
         change.after ? linked(app, change.after) : null,
       ),
@@ -200,7 +188,7 @@ export function open(root, app) {
       app.recording && !app.recording.isPast
         ? "They are in recordings of --trace-level facts."
         : "They are here from when this view was opened.";
-    refill(facts, rows.length ? el("ol", { class: "changes" }, rows) : none("No fact has changed", hint));
+    refill(facts, rows.length ? el("ol.changes", rows) : none("No fact has changed", hint));
   }
   let drawnChoice = "";
   function drawChoice(names) {
@@ -209,7 +197,7 @@ export function open(root, app) {
     if (sign === drawnChoice) return;
     drawnChoice = sign;
     choice.replaceChildren(
-      ...names.map((name) => el("option", { value: name, selected: name === frame }, name)),
+      ...names.map((name) => el.option({ value: name, selected: name === frame }, name)),
     );
   }
   let drawnTable = "";
@@ -220,13 +208,11 @@ export function open(root, app) {
     if (sign === drawnTable) return;
     drawnTable = sign;
     const rows = shown.map((item) =>
-      el(
-        "tr",
+      el.tr(
         { class: item.marked ? "marked" : null, "data-item": item.name },
-        el(
-          "th",
+        el.th(
           { scope: "row" },
-          el("span", { class: "plot-key series-" + (item.number + 1), "aria-hidden": "true" }),
+          el.span({ class: "plot-key series-" + (item.number + 1), "aria-hidden": "true" }),
           " ",
           button(
             item.name,
@@ -239,11 +225,11 @@ export function open(root, app) {
           ),
         ),
         item.x === null
-          ? el("td", { class: "dim small", colspan: 3 }, "in " + item.frame + ", not connected to " + frame)
+          ? el("td.dim.small", { colspan: 3 }, "in " + item.frame + ", not connected to " + frame)
           : [
-              el("td", { class: "n" }, number(item.x)),
-              el("td", { class: "n" }, number(item.y)),
-              el("td", { class: "n" }, item.yaw === null ? "" : Math.round((item.yaw * 180) / Math.PI) + "°"),
+              el("td.n", number(item.x)),
+              el("td.n", number(item.y)),
+              el("td.n", item.yaw === null ? "" : Math.round((item.yaw * 180) / Math.PI) + "°"),
             ],
       ),
     );
@@ -251,7 +237,7 @@ export function open(root, app) {
       table,
       rows.length
         ? dataTable({}, ["", "x, m", "y, m", "turn"], rows)
-        : el("p", { class: "dim" }, "No robot is here at this moment."),
+        : el("p.dim", "No robot is here at this moment."),
     );
   }
 

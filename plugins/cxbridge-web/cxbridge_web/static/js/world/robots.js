@@ -25,8 +25,7 @@ function bar(call, from, length, now) {
   const end = call.end ? call.end.time : now,
     outcome = skillOutcome(call.status),
     text = call.text + " " + OUTCOMES[outcome].word + (call.error ? ": " + call.error : "");
-  return el(
-    "span",
+  return el.span(
     {
       class: "lane-bar o-" + outcome,
       style:
@@ -37,7 +36,7 @@ function bar(call, from, length, now) {
         "%",
       title: text,
     },
-    outcome === "completed" ? null : el("i", { "aria-hidden": "true" }, OUTCOMES[outcome].icon),
+    outcome === "completed" ? null : el.i({ "aria-hidden": "true" }, OUTCOMES[outcome].icon),
     call.text,
   );
 }
@@ -49,9 +48,9 @@ function bar(call, from, length, now) {
 export class Lanes {
   constructor(choose) {
     this.choose = choose;
-    this.cursor = el("i", { class: "lane-cursor", "aria-hidden": "true" });
-    this.rows = el("div");
-    this.box = el("div", { class: "lanes-of-robots" }, this.rows);
+    this.cursor = el("i.lane-cursor", { "aria-hidden": "true" });
+    this.rows = el.div();
+    this.box = el("div.lanes-of-robots", this.rows);
     this.sign = "";
   }
 
@@ -64,15 +63,15 @@ export class Lanes {
       this.rows.replaceChildren(
         ...[...robots].map(([name, calls]) => {
           const track = el(
-            "div",
-            { class: "lane-track", role: "img", "aria-label": name + ": " + calls.length + " skill calls" },
+            "div.lane-track",
+            { role: "img", "aria-label": name + ": " + calls.length + " skill calls" },
             calls.slice(-MOST_BARS).map((call) => bar(call, from, length, to)),
           );
           track.addEventListener("pointerdown", (event) => {
             const { left, width } = track.getBoundingClientRect();
             this.choose(Math.round(from + (length * (event.clientX - left)) / width));
           });
-          return el("div", { class: "lane" }, el("b", { class: "lane-name" }, name), track);
+          return el("div.lane", el("b.lane-name", name), track);
         }),
       );
       const [track] = this.rows.querySelectorAll(".lane-track");
@@ -100,47 +99,38 @@ export function robotCards(robots, { step, time }, { placeOf, known }) {
       facts = present.filter((fact) => fact.split(" ").includes(name)).slice(0, 3),
       place = placeOf(name);
     return el(
-      "section",
-      { class: "robot", "data-robot": name },
-      el(
-        "p",
-        {},
-        el("b", {}, name),
+      "section.robot",
+      { "data-robot": name },
+      el.p(
+        el.b(name),
         " ",
-        call
-          ? skillBadge(over ? call.status : "S_RUNNING")
-          : el("span", { class: "dim" }, "has done nothing yet"),
+        call ? skillBadge(over ? call.status : "S_RUNNING") : el("span.dim", "has done nothing yet"),
       ),
       call
-        ? el(
-            "p",
-            {},
-            el("code", {}, call.text),
+        ? el.p(
+            el.code(call.text),
             " ",
             el(
-              "span",
-              { class: "dim" },
+              "span.dim",
               over
                 ? "ended at " + clockText(call.end.time, 3)
                 : "for " + durationText(Math.max(0, time - call.begin.time)),
             ),
           )
         : null,
-      call && over && call.error ? el("p", { class: "bad-text" }, call.error) : null,
+      call && over && call.error ? el("p.bad-text", call.error) : null,
       call && call.action
         ? el(
-            "p",
-            { class: "small" },
+            "p.small",
             "for ",
-            el(
-              "a",
+            el.a(
               { href: ["#/timeline", ...partsOf(pathTo(call.action)).map(part)].join("/") },
               "action " + call.action.id + " " + call.action.name + " of " + call.action.goal,
             ),
           )
         : null,
-      place ? el("p", { class: "small" }, "at " + place) : null,
-      facts.length ? el("p", { class: "small dim" }, facts.join("; ")) : null,
+      place ? el("p.small", "at " + place) : null,
+      facts.length ? el("p.small.dim", facts.join("; ")) : null,
     );
   });
 }
