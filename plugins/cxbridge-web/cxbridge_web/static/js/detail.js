@@ -11,7 +11,7 @@ import { chain, Story } from "cx/story/story.js";
 import { lastUpTo } from "cx/timeline/history.js";
 import { pathTo, resolve } from "cx/timeline/path.js";
 import { outcomeAt, timesOf } from "cx/timeline/spans.js";
-import { ask, canAsk, goalWhy } from "cx/why.js";
+import { answer, canAsk } from "cx/why.js";
 
 const MOST = 200, // entries of a list
   MOST_LINES = 8,
@@ -307,14 +307,14 @@ export class Detail {
   /** Why it is so: as the events tell it, and on demand as `cxbridge why` does. */
   reasons(item) {
     const mayAsk = item.kind !== "skill" && canAsk(this.host.app, item.env),
-      answer = this.why?.key === item.key ? this.why.node : null,
+      told = this.why?.key === item.key ? this.why.node : null,
       way = outcomeAt(item) === "completed" ? [] : causes(item, this.history);
     if (way.length < 2 && !mayAsk) return null;
     return el(
       "section#why-text.story-why",
       el.h3("Why"),
-      answer || (way.length > 1 ? chain(this.host, item, this.history) : null),
-      mayAsk && !answer
+      told || (way.length > 1 ? chain(this.host, item, this.history) : null),
+      mayAsk && !told
         ? button("Why?", () => this.askWhy(item), {
             id: "why",
             title: "all that is known, as cxbridge why tells it",
@@ -330,12 +330,7 @@ export class Detail {
       this.sign = this.target = "";
       this.later();
     };
-    show(el("p.dim", "…"));
-    try {
-      show(goalWhy(this.host.app, await ask(this.host.app, kind, name, env)));
-    } catch (error) {
-      show(el("p.error-box", error.message));
-    }
+    await answer(this.host.app, [kind, name, env], show);
   }
   async askPlans() {
     const goal = this.readOf,

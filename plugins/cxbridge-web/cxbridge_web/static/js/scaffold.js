@@ -47,7 +47,7 @@ export class Lifetime {
 export class ListPanel {
   /**
    * @param life of the view
-   * @param options title; find: label of the search; before, after: tools beside counter and search; above: nodes
+   * @param options title; find: label of the search, or nodes that search; before, after: tools beside counter and search; above: nodes
    * between the tools and the list; below; detail: a node; row: options of the list
    * @param draw called when another text is searched
    */
@@ -57,10 +57,11 @@ export class ListPanel {
     life.add(() => this.list.gone());
     this.counter = el("span.dim.count");
     this.empty = el.div({ hidden: true });
-    this.find = search(find, (text) => {
+    const searched = (text) => {
       this.wanted = text;
       draw();
-    });
+    };
+    this.find = typeof find === "string" ? search(find, searched) : find;
     this.panel = panel(
       title,
       [before, this.counter, this.find, after],

@@ -2,12 +2,12 @@
 // of `cxbridge why` as lists of reasons, with links.
 import { get, part } from "cx/api.js";
 import { highlighted } from "cx/clips/source.js";
-import { button, el } from "cx/dom.js";
+import { button, el, link, note, refill } from "cx/dom.js";
 import { linked } from "cx/links.js";
 import { MAIN_ENV } from "cx/names.js";
 
 const clock = (seconds) => seconds.toFixed(3) + " s";
-const ruleLink = (name) => el.a({ href: "#/clips/rules/" + part(name) }, name);
+const small = (...children) => el("p.dim.small", ...children);
 
 /**
  * Ask why. A recording is asked about its chosen moment, and about its end for the story of the run.
@@ -25,157 +25,119 @@ export async function ask(app, kind, name = "", env = MAIN_ENV) {
   return recording.why(kind, name, env);
 }
 
-/** Reasons of reasons. @param list of {text, because} */
-export function causeList(app, list, rules) {
-  if (!list.length) return null;
-  return el(
-    "ul.causes",
-    list.map((cause) => el.li(linked(app, cause.text, rules), causeList(app, cause.because, rules))),
-  );
-}
-
-function moments(app, list, rules) {
-  if (!list.length) return null;
-  return el.details(
-    el.summary("Step by step (" + list.length + ")"),
-    el(
-      "ol.history",
-      list.map((moment) =>
-        el.li(
-          el("span.dim.n", clock(moment.seconds)),
-          " ",
-          linked(app, moment.text.trim(), rules),
-          moment.rules.length ? el("span.dim.small", "  by ", ruleLink(moment.rules.at(-1))) : null,
-        ),
-      ),
-    ),
-  );
-}
-
-const notes = (list) => (list || []).map((note) => el("p.dim.small", note));
-
 /** Whether something answers why in an environment: a daemon explains its executive's only. */
 export const canAsk = (app, env) =>
   app.recording && !app.recording.isPast ? Boolean(app.recording.why) : (env || MAIN_ENV) === MAIN_ENV;
+
+/** Fill a node with the answer to why, or with the reason why there is none. */
+export async function answer(app, question, show) {
+  show(note("…"));
+  try {
+    const data = await ask(app, ...question);
+    show("verdict" in data ? ruleWhy(app, data) : goalWhy(app, data));
+  } catch (error) {
+    show(el("p.error-box", error.message));
+  }
+}
 
 /**
  * A button that asks why, and the place of the answer.
  * @param about attributes of both: {button, box}
  */
 export function whyBox(app, kind, name, env, about) {
-  const box = el.div(about.box);
-  async function answer() {
-    box.replaceChildren(el("p.dim", "…"));
-    try {
-      box.replaceChildren(el.h3("Why"), answerOf(app, await ask(app, kind, name, env)));
-    } catch (error) {
-      box.replaceChildren(el("p.error-box", error.message));
-    }
-  }
-  return { button: canAsk(app, env) ? button("Why?", answer, about.button) : null, box };
+  const box = el.div(about.box),
+    show = (node) => refill(box, el.h3("Why"), node),
+    call = () => answer(app, [kind, name, env], show);
+  return { button: canAsk(app, env) ? button("Why?", call, about.button) : null, box };
 }
 
-/** An answer to why of any kind. */
-const answerOf = (app, data) => ("verdict" in data ? ruleWhy(app, data) : goalWhy(app, data));
+const causeItems = (items) => (items.length ? el("ul.causes", items) : null);
+/** Reasons of reasons. @param list of {text, because} */
+export const causeList = (app, list, rules) =>
+  causeItems(
+    list.map(({ text, because }) => el.li(linked(app, text, rules), causeList(app, because, rules))),
+  );
+
+function moments(app, list, rules) {
+  if (!list.length) return null;
+  const item = ({ seconds, text, rules: before }) => {
+    const rule = before.at(-1),
+      by = rule && el("span.dim.small", "  by ", link("#/clips/rules/" + part(rule), rule));
+    return el.li(el("span.dim.n", clock(seconds)), " ", linked(app, text.trim(), rules), by);
+  };
+  return el.details(el.summary("Step by step (" + list.length + ")"), el("ol.history", list.map(item)));
+}
+const foot = ({ where, notes }) => [small("in " + where), (notes || []).map((text) => small(text))];
 
 /** @param data of GET /cxbridge/why?goal=, ?action= or ?fact= */
-export function goalWhy(app, data) {
+function goalWhy(app, data) {
   const stories = data.goals || data.actions || [data],
-    rules = new Set([
-      ...(data.rules || []),
-      ...stories.flatMap((story) => story.moments.flatMap((moment) => moment.rules)),
-    ]);
-  return el(
-    "div.why",
-    stories.map((story) =>
-      el.section(
-        el("p.cause", linked(app, story.cause.text, rules)),
-        causeList(app, story.cause.because, rules),
-        moments(app, story.moments, rules),
+    fired = stories.flatMap((story) => story.moments.flatMap((moment) => moment.rules)),
+    rules = new Set([...(data.rules || []), ...fired]);
+  const section = ({ cause, moments: list }) =>
+    el.section(
+      el("p.cause", linked(app, cause.text, rules)),
+      causeList(app, cause.because, rules),
+      moments(app, list, rules),
+    );
+  return el("div.why", stories.map(section), foot(data));
+}
+
+const ICONS = {
+  yes: ["completed", "✓", "yes"],
+  no: ["failed", "✗", "no"],
+  unknown: ["formulated", "–", "not reached"],
+};
+const matches = ({ number, more }) => number + (more ? " or more" : "");
+
+/** The condition elements of a rule, with the facts that match each. */
+function elements({ elements: list, failing }) {
+  const item = ({ number, text, alone, joined }) => {
+    const isFailing = failing === number,
+      [outcome, icon, word] = ICONS[isFailing ? "no" : !joined ? "unknown" : joined.number ? "yes" : "no"];
+    return el.li(
+      { class: isFailing ? "failing" : "" },
+      el.i({ class: "dot outcome o-" + outcome, "aria-label": word }, icon),
+      el("code.source", highlighted(text)),
+      el(
+        "span.dim.small.n",
+        alone ? matches(alone) + " alone" : "",
+        joined ? ", " + matches(joined) + " with those before" : "",
       ),
-    ),
-    el("p.dim.small", "in " + data.where),
-    notes(data.notes),
-  );
+    );
+  };
+  return el("ol.elements", list.map(item));
 }
 
-const ICONS = { yes: ["completed", "✓"], no: ["failed", "✗"], unknown: ["formulated", "–"] };
-function mark(state) {
-  const [outcome, icon] = ICONS[state];
-  return el.i(
-    { class: "dot outcome o-" + outcome, "aria-label": state === "unknown" ? "not reached" : state },
-    icon,
+function failure(app, { reason, near, inner }) {
+  const deviation = ({ slot, value, wanted }) =>
+    el.li("slot ", el.b(slot), " has ", el.code(value), ", wanted ", el.code(wanted));
+  const items = near.map(({ fact, deviations }) =>
+    el.li(linked(app, fact), causeItems(deviations.map(deviation))),
   );
-}
-const matches = (found) => (found ? found.number + (found.more ? " or more" : "") : "");
-
-function elements(data) {
-  return el(
-    "ol.elements",
-    data.elements.map((each) => {
-      const state = !each.joined ? "unknown" : each.joined.number ? "yes" : "no";
-      return el.li(
-        { class: data.failing === each.number ? "failing" : "" },
-        mark(data.failing === each.number ? "no" : state),
-        el("code.source", highlighted(each.text)),
-        el(
-          "span.dim.small.n",
-          each.alone ? matches(each.alone) + " alone" : "",
-          each.joined ? ", " + matches(each.joined) + " with those before" : "",
-        ),
-      );
-    }),
-  );
-}
-
-function failure(app, found) {
-  if (!found) return null;
   return el.div(
-    el.p(linked(app, found.reason)),
-    el(
-      "ul.causes",
-      found.near.map((near) =>
-        el.li(
-          linked(app, near.fact),
-          el(
-            "ul.causes",
-            near.deviations.map((each) =>
-              el.li(
-                "slot ",
-                el.b(each.slot),
-                " has ",
-                el.code(each.value),
-                ", wanted ",
-                el.code(each.wanted),
-              ),
-            ),
-          ),
-        ),
-      ),
-      found.inner.map((inner) => el.li(failure(app, inner))),
-    ),
+    el.p(linked(app, reason)),
+    causeItems([...items, ...inner.map((each) => el.li(failure(app, each)))]),
   );
 }
 
 /** @param data of GET /cxbridge/why?rule= */
 function ruleWhy(app, data) {
+  const { verdict, bases, fired, last_fired: last, errors } = data,
+    joined = (list, by) => [list].flat().join(by);
   return el(
     "div.why",
-    el("p.cause", linked(app, data.verdict)),
+    el("p.cause", linked(app, verdict)),
     data.elements ? elements(data) : null,
-    failure(app, data.failure),
-    data.bases && data.bases.length
-      ? el.p("It matches: ", linked(app, data.bases.map((basis) => [basis].flat().join(", ")).join("; ")))
-      : null,
-    data.last_fired
-      ? el(
-          "p.dim",
-          "Fired " + data.fired + "×, last at " + clock(data.last_fired.seconds) + ": ",
-          linked(app, [data.last_fired.facts].flat().join(" ")),
-        )
-      : null,
-    (data.errors || []).map((error) => el("p.error-box", [error].flat().join(" "))),
-    el("p.dim.small", "in " + data.where),
-    notes(data.notes),
+    data.failure ? failure(app, data.failure) : null,
+    bases?.length > 0 &&
+      el.p("It matches: ", linked(app, bases.map((basis) => joined(basis, ", ")).join("; "))),
+    last &&
+      note(
+        "Fired " + fired + "×, last at " + clock(last.seconds) + ": ",
+        linked(app, joined(last.facts, " ")),
+      ),
+    (errors || []).map((error) => el("p.error-box", joined(error, " "))),
+    foot(data),
   );
 }

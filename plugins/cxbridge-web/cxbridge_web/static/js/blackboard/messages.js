@@ -1,98 +1,71 @@
 // Messages of an interface: those that were sent, and a form to send one.
-import { part, post } from "cx/api.js";
-import { clockText, el } from "cx/dom.js";
+import { idPath, part, post } from "cx/api.js";
+import { changeTools, choice, clockText, el, form, refill, textInput } from "cx/dom.js";
 
 const MOST = 20;
 let chosenMessage = ""; // stays when another interface was looked at
 
-/** An interface's id as a part of an address. */
-export const idPath = (id) => id.split("/").map(part).join("/");
-
 /** The messages that were sent to an interface, the latest first; nothing when there are none. */
 export function sentMessages(app, uid) {
-  const mine = app.model.messages
-    .filter((each) => each.uid === uid)
-    .slice(-MOST)
-    .reverse();
+  const mine = app.model.messages.filter((each) => each.uid === uid).slice(-MOST);
   if (!uid || !mine.length) return [];
-  const rows = mine.map((each) =>
+  const row = ({ time, message, values, sender, outcome }) =>
     el.li(
-      el("span.dim.n", clockText(each.time, 3)),
-      el.b(each.message),
-      el("code.main-text", JSON.stringify(each.values)),
-      el("span.dim.small", [each.sender, each.outcome].join(" ")),
-    ),
-  );
-  return [el.h3("Messages"), el("ol.calls", rows)];
+      el("span.dim.n", clockText(time, 3)),
+      el.b(message),
+      el("code.main-text", JSON.stringify(values)),
+      el("span.dim.small", sender + " " + outcome),
+    );
+  return [el.h3("Messages"), el("ol.calls", mine.reverse().map(row))];
 }
 
+const isCheckbox = ({ type, is_array: isArray }) => type === "bool" && !isArray;
 function inputOf(field) {
   if (field.enums.length) return el.select(field.enums.map((item) => el.option(item)));
-  if (field.type === "bool" && !field.is_array) return el.input({ type: "checkbox" });
-  if (field.is_array) return el.input({ type: "text", placeholder: "1, 2, 3" });
-  if (field.type === "string") return el.input({ type: "text" });
+  if (isCheckbox(field)) return el.input({ type: "checkbox" });
+  if (field.is_array || field.type === "string")
+    return textInput({ placeholder: field.is_array ? "1, 2, 3" : null });
   return el.input({ type: "number", step: /float|double/.test(field.type) ? "any" : "1", value: "0" });
 }
-function convert(field, text) {
-  if (field.enums.length || field.type === "string") return text;
-  if (field.type === "bool") return text === "true" || text === "1";
-  return Number(text);
+function convert({ enums, type }, text) {
+  if (enums.length || type === "string") return text;
+  return type === "bool" ? text === "true" || text === "1" : Number(text);
 }
-function valueOf(field, input) {
-  if (field.is_array)
-    return input.value
-      .split(",")
-      .filter((each) => each.trim())
-      .map((each) => convert(field, each.trim()));
-  if (input.type === "checkbox") return input.checked;
-  return convert(field, input.value);
+function valueOf(field, { checked, value }) {
+  if (isCheckbox(field)) return checked;
+  if (!field.is_array) return convert(field, value);
+  const texts = value.split(",").map((each) => each.trim());
+  return texts.filter(Boolean).map((text) => convert(field, text));
 }
-const fieldLabel = (field, input) =>
-  el.label(el.span(field.name, el("span.dim.small", " " + field.type + (field.is_array ? "[]" : ""))), input);
+const labelled = ({ name, type, is_array: isArray }, input) =>
+  el.label(el.span(name, el("span.dim.small", " " + type + (isArray ? "[]" : ""))), input);
 
 /** The form of a message: an input a field, by its type; null when the interface takes none. */
-export function messageForm(app, of) {
-  const types = of.message_types;
+export function messageForm(app, { type: ofType, id, message_types: types }) {
   if (app.recording || !types.length) return null;
   if (!types.some((each) => each.name === chosenMessage)) chosenMessage = types[0].name;
-  const choice = el.select(
-    { "aria-label": "message" },
-    types.map((each) => el.option({ value: each.name, selected: each.name === chosenMessage }, each.name)),
-  );
   const fields = el("div.fields");
-  let inputs = new Map();
-  function drawFields() {
-    const type = types.find((each) => each.name === chosenMessage);
-    inputs = new Map(type.fields.map((field) => [field, inputOf(field)]));
-    fields.replaceChildren(...[...inputs].map(([field, input]) => fieldLabel(field, input)));
+  let inputs = [];
+  function show(name) {
+    chosenMessage = name;
+    inputs = types.find((each) => each.name === name).fields.map((field) => [field, inputOf(field)]);
+    refill(
+      fields,
+      inputs.map(([field, input]) => labelled(field, input)),
+    );
   }
-  choice.addEventListener("change", () => {
-    chosenMessage = choice.value;
-    drawFields();
-  });
-  const form = el(
-    "form#message.message",
-    el.h3("Send a message"),
-    choice,
-    fields,
-    el(
-      "div.tools",
-      app.gate(el("button.primary", { type: "submit" }, "Send")),
-      app.whyNot ? el("span.dim.small", app.whyNot) : null,
-    ),
-  );
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
-    const values = [...inputs].map(([field, input]) => [field.name, valueOf(field, input)]),
-      type = chosenMessage;
+  const select = choice({ "aria-label": "message" }, show);
+  const send = () => {
+    const type = chosenMessage,
+      values = inputs.map(([field, input]) => [field.name, valueOf(field, input)]);
     app.attempt(async () => {
-      const answer = await post("cxbridge/blackboard/" + part(of.type) + "/" + idPath(of.id) + "/messages", {
-        type,
-        fields: Object.fromEntries(values),
-      });
+      const path = "cxbridge/blackboard/" + part(ofType) + "/" + idPath(id) + "/messages",
+        answer = await post(path, { type, fields: Object.fromEntries(values) });
       app.toast(type + " sent, number " + answer.msgid);
     });
-  });
-  drawFields();
-  return form;
+  };
+  const names = types.map(({ name }) => name);
+  select.offer(names, chosenMessage);
+  show(chosenMessage);
+  return form("#message.message", send, el.h3("Send a message"), select, fields, changeTools(app, "Send"));
 }

@@ -2,92 +2,85 @@
 import { el } from "cx/dom.js";
 import { recordedRules } from "cx/clips/constructs.js";
 
-function inOrder(items) {
-  for (let at = 1; at < items.length; at++)
-    if (items[at].fact.index < items[at - 1].fact.index)
-      return items.sort((a, b) => a.fact.index - b.fact.index);
-  return items;
-}
-function factText(fact) {
-  const head = "(" + fact.template;
-  return fact.text.startsWith(head) ? ["(", el.b(fact.template), fact.text.slice(head.length)] : [fact.text];
+const small = (text) => el("span.dim.small.wide-only", text);
+
+/** The order of facts by the owner of their deftemplate, of templateOwners(): the agent's come first. */
+export const rankOf = ({ core, own }, template) => (own.has(template) ? 0 : core.has(template) ? 2 : 1);
+
+function factText({ template, text }) {
+  const head = "(" + template;
+  return text.startsWith(head) ? ["(", el.b(template), text.slice(head.length)] : [text];
 }
 
 /**
  * @param facts all that are known
- * @param owners core, own: which deftemplates are the CX core's, which the agent's: the agent's come first
- * @param wanted what a fact must contain, in lower case
+ * @param owners of templateOwners()
+ * @param matches whether a text is searched
  */
-export function factItems(facts, { core, own }, wanted) {
+export function factItems(facts, owners, matches) {
   const groups = [[], [], []];
-  const rank = ({ template }) => (own.has(template) ? 0 : core.has(template) ? 2 : 1);
   for (const fact of facts) {
-    if (wanted && !("f-" + fact.index + " " + fact.text).toLowerCase().includes(wanted)) continue;
-    const isCore = core.has(fact.template);
-    groups[rank(fact)].push({
-      key: "f-" + fact.index,
+    const key = "f-" + fact.index,
+      rank = rankOf(owners, fact.template),
+      isCore = rank === 2;
+    if (!matches(key + " " + fact.text)) continue;
+    groups[rank].push({
+      key,
       sign: fact.text,
       fact,
       rowClass: isCore ? "of-core" : "",
       draw: () => [
-        el("span.dim.n.index", "f-" + fact.index),
+        el("span.dim.n.index", key),
         el("code.main-text", factText(fact)),
-        isCore ? el("span.dim.small.wide-only", "core") : null,
+        isCore ? small("core") : null,
       ],
     });
   }
-  return groups.flatMap(inOrder);
+  return groups.flatMap((items) => items.sort((a, b) => a.fact.index - b.fact.index));
 }
 
 /** The rules of a recording: those that have fired, then the others of its files. */
 export function rulesOfRecording(app) {
   const fired = [...app.model.firings.keys()]
     .filter((key) => key.startsWith(app.env + " "))
-    .map((key) => ({ name: key.slice(app.env.length + 1), agenda: 0 }));
-  const names = new Set(fired.map((rule) => rule.name));
-  const others = recordedRules(app.recording, app.env)
-    .filter((rule) => !names.has(rule.name))
-    .map((rule) => ({ ...rule, agenda: 0 }));
-  return [...fired, ...others];
+    .map((key) => ({ name: key.slice(app.env.length + 1) }));
+  const names = new Set(fired.map((rule) => rule.name)),
+    others = recordedRules(app.recording, app.env).filter((rule) => !names.has(rule.name));
+  return [...fired, ...others].map((rule) => ({ ...rule, agenda: 0 }));
 }
 
 /** @param firings how often a rule has fired */
-export function ruleItems(rules, firings, { wanted, onlyFired }) {
-  return [...rules]
+export const ruleItems = (rules, firings, matches, onlyFired) =>
+  [...rules]
     .sort((a, b) => Number(Boolean(a.core)) - Number(Boolean(b.core)))
+    .map((rule) => ({ rule, fired: firings(rule) }))
     .filter(
-      (rule) =>
-        (!wanted || (rule.name + " " + (rule.file || "")).toLowerCase().includes(wanted)) &&
-        (!onlyFired || firings(rule) || rule.agenda),
+      ({ rule, fired }) =>
+        matches(rule.name + " " + (rule.file || "")) && (!onlyFired || fired || rule.agenda),
     )
-    .map((rule) => {
-      const fired = firings(rule);
-      return {
-        key: "r-" + rule.name,
-        sign: fired + " " + rule.agenda,
-        rule,
-        draw: () => [
-          el("span.main-text", rule.name),
-          rule.agenda ? el("span.pill", rule.agenda + " on the agenda") : null,
-          fired ? el("span.dim.small.n", fired + "×") : null,
-          rule.core ? el("span.dim.small.wide-only", "core") : null,
-          rule.salience ? el("span.dim.small.n.wide-only", "salience " + rule.salience) : null,
-        ],
-      };
-    });
-}
-
-export function agendaItems(agenda, wanted) {
-  return agenda
-    .filter((each) => !wanted || (each.rule + " " + each.basis).toLowerCase().includes(wanted))
-    .map((each, at) => ({
-      key: "a-" + at,
-      sign: each.rule + each.basis,
-      rule: { name: each.rule },
+    .map(({ rule, fired }) => ({
+      key: "r-" + rule.name,
+      sign: fired + " " + rule.agenda,
+      rule,
       draw: () => [
-        el("span.dim.n.index", String(each.salience)),
-        el("span.main-text", each.rule),
-        el("code.dim.small", each.basis),
+        el("span.main-text", rule.name),
+        rule.agenda ? el("span.pill", rule.agenda + " on the agenda") : null,
+        fired ? el("span.dim.small.n", fired + "×") : null,
+        rule.core ? small("core") : null,
+        rule.salience ? small("salience " + rule.salience) : null,
       ],
     }));
-}
+
+export const agendaItems = (agenda, matches) =>
+  agenda
+    .filter(({ rule, basis }) => matches(rule + " " + basis))
+    .map(({ rule, basis, salience }, at) => ({
+      key: "a-" + at,
+      sign: rule + basis,
+      rule: { name: rule },
+      draw: () => [
+        el("span.dim.n.index", String(salience)),
+        el("span.main-text", rule),
+        el("code.dim.small", basis),
+      ],
+    }));

@@ -1,5 +1,5 @@
 // One rule: where it is, its source, why it has not fired.
-import { el } from "cx/dom.js";
+import { el, note, refill } from "cx/dom.js";
 import { whyBox } from "cx/why.js";
 import { constructText } from "cx/clips/constructs.js";
 import { highlighted } from "cx/clips/source.js";
@@ -12,55 +12,39 @@ import { highlighted } from "cx/clips/source.js";
  */
 export function ruleDetail(app, rule, firings, back) {
   const source = el("div#rule-source"),
-    env = app.env,
-    why = whyBox(app, "rule", rule.name, env, { button: { id: "why-rule" }, box: { id: "why-text" } });
-  const place = el("p.dim");
+    why = whyBox(app, "rule", rule.name, app.env, { button: { id: "why-rule" }, box: { id: "why-text" } }),
+    place = note();
   let found = rule;
-  function drawPlace() {
-    place.replaceChildren(
-      [
-        rule.module,
-        found && found.file ? found.file + ":" + found.line : "",
-        found && found.core ? "CX core" : "",
-        rule.salience ? "salience " + rule.salience : "",
-        firings ? "fired " + firings + "×" : "",
-      ]
-        .filter(Boolean)
-        .join(" · "),
-    );
+  function update(known, count) {
+    const { file, line, core } = found || {},
+      parts = [
+        known.module,
+        file && file + ":" + line,
+        core && "CX core",
+        known.salience && "salience " + known.salience,
+        count && "fired " + count + "×",
+      ];
+    [rule, firings] = [known, count];
+    place.textContent = parts.filter(Boolean).join(" · ");
   }
-  drawPlace();
-  constructText(app, env, "defrule", rule.name).then(
-    (construct) => {
-      if (!construct) {
-        source.replaceChildren(
-          el(
-            "p.dim",
-            app.recording
-              ? "The recording has no file with this rule."
-              : "No file that can be read has this rule.",
-          ),
-        );
-        return;
-      }
-      found = construct;
-      drawPlace();
-      source.replaceChildren(
-        el.h3("Source"),
-        el(
-          "pre.source",
-          { tabindex: "0", "aria-label": "source of " + rule.name },
-          highlighted(construct.text),
+  function show(construct) {
+    if (!construct)
+      return refill(
+        source,
+        note(
+          app.recording
+            ? "The recording has no file with this rule."
+            : "No file that can be read has this rule.",
         ),
       );
-    },
-    () => {}, // where it is said already
-  );
-  const nodes = [el("div.detail-head", back, el.h2(rule.name), why.button), place, why.box, source];
-  function update(known, count) {
-    rule = known;
-    firings = count;
-    drawPlace();
+    found = construct;
+    update(rule, firings);
+    const about = { tabindex: "0", "aria-label": "source of " + rule.name };
+    return refill(source, el.h3("Source"), el("pre.source", about, highlighted(construct.text)));
   }
-  return { nodes, update };
+  update(rule, firings);
+  // why a source cannot be read is told with the rule itself
+  constructText(app, app.env, "defrule", rule.name).then(show, () => {});
+  const head = el("div.detail-head", back, el.h2(rule.name), why.button);
+  return { nodes: [head, place, why.box, source], update };
 }

@@ -1,4 +1,6 @@
 // Facts as CLIPS prints them, taken apart: (template (slot value ...) ...), or (template value ...).
+import { bare } from "cx/names.js";
+
 const TOKEN = /"(?:\\.|[^"\\])*"|[()]|[^\s()"]+/gs;
 
 /**
@@ -28,108 +30,84 @@ export function parseFact(text) {
 const unquote = (token) => (token.startsWith('"') ? token.slice(1, -1).replace(/\\(.)/gs, "$1") : token);
 /** The values in the text of a slot: texts without quotes. */
 export const valuesOf = (text) => ((text || "").match(TOKEN) || []).map(unquote);
-const bare = (text) => (text === "nil" ? "" : text);
-const first = (slots, name) => bare(valuesOf(slots.get(name))[0] || "");
-const all = (slots, name) => valuesOf(slots.get(name));
 
-function slotsOf(facts, template) {
-  return facts
-    .filter((fact) => fact.template === template)
-    .map((fact) => parseFact(fact.text))
-    .filter((each) => each && each.slots)
-    .map((each) => each.slots);
+/** The slots of facts by deftemplate: `first(name)` and `all(name)` have the values of a slot. */
+export function slotsBy(facts) {
+  const found = new Map();
+  for (const { text } of facts) {
+    const { template, slots } = parseFact(text) || {};
+    if (!slots) continue;
+    const all = (name) => valuesOf(slots.get(name)),
+      first = (name) => bare(all(name)[0] || "");
+    if (!found.has(template)) found.set(template, []);
+    found.get(template).push({ all, first });
+  }
+  return (template) => found.get(template) || [];
 }
 
+// what the API calls values: slots with one value, slots with several, and numbers and truths
+const named = (names, get) => Object.fromEntries(names.map((name) => [name, get(name)]));
+const GOAL = ["id", "class", "type", "sub-type", "parent", "mode", "outcome", "message", "priority"],
+  GOAL_LISTS = ["error", "meta", "required-resources", "acquired-resources"];
+
+function goalOf({ all, first }, plans) {
+  const own = plans.filter((plan) => plan.first("goal-id") === first("id"));
+  return {
+    ...named(GOAL, first),
+    ...named(GOAL_LISTS, all),
+    parameters: all("params"),
+    plans: own.map((plan) => plan.first("id")),
+  };
+}
+const actionOf = ({ all, first }) => ({
+  id: Number(first("id")),
+  "operator-name": first("action-name"),
+  "param-values": all("param-values"),
+  state: first("state"),
+  executable: first("executable") === "TRUE",
+  duration: Number(first("duration")) || 0,
+});
+function planOf({ first }, actions) {
+  const isOf = (action) =>
+    action.first("goal-id") === first("goal-id") && action.first("plan-id") === first("id");
+  return {
+    ...named(["id", "goal-id"], first),
+    cost: Number(first("cost")) || 0,
+    actions: actions
+      .filter(isOf)
+      .map(actionOf)
+      .sort((a, b) => a.id - b.id),
+  };
+}
+function operatorOf({ first }, parameters) {
+  const own = parameters.filter((each) => each.first("operator") === first("name"));
+  return {
+    name: first("name"),
+    "wait-sensed": first("wait-sensed") !== "FALSE",
+    parameters: own.map((each) => named(["name", "type"], each.first)),
+  };
+}
+const predicateOf = ({ all, first }) => ({
+  name: first("name"),
+  sensed: first("sensed") === "TRUE",
+  ...named(["param-names", "param-types"], all),
+});
+const factOf = ({ all, first }) => ({ name: first("name"), "param-values": all("param-values") });
+
+/** @param templates of the facts that become a list, and of those that belong to them */
+function modelOf(templates, of) {
+  const make = (facts) => {
+    const [own, parts = []] = templates.map(slotsBy(facts));
+    return own.map((slots) => of(slots, parts));
+  };
+  return { templates, make };
+}
 /** Facts -> what the API tells of the executive's own environment. */
 export const MODELS = {
-  goals: {
-    templates: ["goal", "plan"],
-    make(facts) {
-      const plans = slotsOf(facts, "plan");
-      return slotsOf(facts, "goal").map((slots) => ({
-        id: first(slots, "id"),
-        class: first(slots, "class"),
-        type: first(slots, "type"),
-        "sub-type": first(slots, "sub-type"),
-        parent: first(slots, "parent"),
-        mode: first(slots, "mode"),
-        outcome: first(slots, "outcome"),
-        error: all(slots, "error"),
-        message: first(slots, "message"),
-        priority: first(slots, "priority"),
-        parameters: all(slots, "params"),
-        meta: all(slots, "meta"),
-        "required-resources": all(slots, "required-resources"),
-        "acquired-resources": all(slots, "acquired-resources"),
-        plans: plans
-          .filter((plan) => first(plan, "goal-id") === first(slots, "id"))
-          .map((plan) => first(plan, "id")),
-      }));
-    },
-  },
-  plans: {
-    templates: ["plan", "plan-action"],
-    make(facts) {
-      const actions = slotsOf(facts, "plan-action");
-      return slotsOf(facts, "plan").map((plan) => ({
-        id: first(plan, "id"),
-        "goal-id": first(plan, "goal-id"),
-        cost: Number(first(plan, "cost")) || 0,
-        actions: actions
-          .filter(
-            (action) =>
-              first(action, "goal-id") === first(plan, "goal-id") &&
-              first(action, "plan-id") === first(plan, "id"),
-          )
-          .map((action) => ({
-            id: Number(first(action, "id")),
-            "operator-name": first(action, "action-name"),
-            "param-values": all(action, "param-values"),
-            state: first(action, "state"),
-            executable: first(action, "executable") === "TRUE",
-            duration: Number(first(action, "duration")) || 0,
-          }))
-          .sort((a, b) => a.id - b.id),
-      }));
-    },
-  },
-  "domain-facts": {
-    templates: ["domain-fact"],
-    make: (facts) =>
-      slotsOf(facts, "domain-fact").map((slots) => ({
-        name: first(slots, "name"),
-        "param-values": all(slots, "param-values"),
-      })),
-  },
-  "domain-objects": {
-    templates: ["domain-object"],
-    make: (facts) =>
-      slotsOf(facts, "domain-object").map((slots) => ({
-        name: first(slots, "name"),
-        type: first(slots, "type"),
-      })),
-  },
-  "domain-predicates": {
-    templates: ["domain-predicate"],
-    make: (facts) =>
-      slotsOf(facts, "domain-predicate").map((slots) => ({
-        name: first(slots, "name"),
-        sensed: first(slots, "sensed") === "TRUE",
-        "param-names": all(slots, "param-names"),
-        "param-types": all(slots, "param-types"),
-      })),
-  },
-  "domain-operators": {
-    templates: ["domain-operator", "domain-operator-parameter"],
-    make(facts) {
-      const parameters = slotsOf(facts, "domain-operator-parameter");
-      return slotsOf(facts, "domain-operator").map((slots) => ({
-        name: first(slots, "name"),
-        "wait-sensed": first(slots, "wait-sensed") !== "FALSE",
-        parameters: parameters
-          .filter((each) => first(each, "operator") === first(slots, "name"))
-          .map((each) => ({ name: first(each, "name"), type: first(each, "type") })),
-      }));
-    },
-  },
+  goals: modelOf(["goal", "plan"], goalOf),
+  plans: modelOf(["plan", "plan-action"], planOf),
+  "domain-facts": modelOf(["domain-fact"], factOf),
+  "domain-objects": modelOf(["domain-object"], ({ first }) => named(["name", "type"], first)),
+  "domain-predicates": modelOf(["domain-predicate"], predicateOf),
+  "domain-operators": modelOf(["domain-operator", "domain-operator-parameter"], operatorOf),
 };

@@ -1,89 +1,65 @@
 // Conditions of PDDL: made of the facts of a domain, evaluated, and drawn as a tree that shows which atom is
 // false. A node is {type, text, satisfied (null: not known), children}.
-import { el } from "cx/dom.js";
+import { el, plural } from "cx/dom.js";
 
 const TYPES = { conjunction: "and", disjunction: "or", negation: "not" };
 const EQUALITY = "EQUALITY";
+const atomText = (...words) => "(" + words.join(" ") + ")";
 
 /** A formula as the API says it of a plan-action. */
-export function ofApi(formula) {
-  const children = (formula.child || []).map(ofApi);
-  if (formula.type in TYPES || children.length) {
-    if (formula.type === "atom" && children.length === 1) return children[0];
-    return {
-      type: formula.type,
-      text: TYPES[formula.type] || formula.type,
-      satisfied: formula["is-satisfied"],
-      children,
-    };
-  }
-  const values = formula["param-values"] || [];
-  return {
-    type: "atom",
-    text: "(" + [formula.name, ...values].join(" ") + ")",
-    satisfied: formula["is-satisfied"],
-    children,
-  };
-}
-
-/** The arguments of an atom: constants stand in the place of parameters. */
-function argumentsOf(atom, binding) {
-  return atom.names.map((name, at) => {
-    const constant = atom.constants[at];
-    if (constant && constant !== "nil") return constant;
-    return binding.get(name) || "?" + name;
-  });
+export function ofApi({ type, child = [], name, "param-values": values = [], "is-satisfied": satisfied }) {
+  const children = child.map(ofApi);
+  if (type === "atom" && children.length === 1) return children[0];
+  if (type in TYPES || children.length) return { type, text: TYPES[type] || type, satisfied, children };
+  return { type: "atom", text: atomText(name, ...values), satisfied, children };
 }
 
 /** How many facts an atom with open parameters fits. */
-function countMatching(words, facts) {
-  let count = 0;
-  for (const fact of facts) {
-    const others = fact.split(" ");
-    if (
-      others.length === words.length &&
-      words.every((word, at) => word.startsWith("?") || word === others[at])
-    )
-      count += 1;
-  }
-  return count;
+const countMatching = (words, facts) =>
+  [...facts]
+    .map((fact) => fact.split(" "))
+    .filter(({ length }) => length === words.length)
+    .filter((found) => words.every((word, at) => word.startsWith("?") || word === found[at])).length;
+
+function evaluatedAtom({ name, names, constants }, binding, facts) {
+  // constants stand in the place of parameters
+  const isGiven = (constant) => constant && constant !== "nil",
+    values = names.map((each, at) =>
+      isGiven(constants[at]) ? constants[at] : binding.get(each) || "?" + each,
+    ),
+    isOpen = values.some((value) => value.startsWith("?")),
+    isEquality = name === EQUALITY,
+    words = [name, ...values],
+    matching = isOpen && !isEquality ? countMatching(words, facts) : 0,
+    known = isEquality ? values[0] === values[1] : facts.has(words.join(" "));
+  return {
+    type: "atom",
+    text: atomText(isEquality ? "=" : name, ...values),
+    note: matching ? plural(matching, "fact") + (matching === 1 ? " matches" : " match") : "",
+    // an atom with open parameters that fits no fact is false with any arguments
+    satisfied: !isOpen ? known : matching || isEquality ? null : false,
+    children: [],
+  };
 }
+
+const CONNECTIVES = {
+  negation: ([first = null]) => (first === null ? null : !first),
+  disjunction: (all) => all.includes(true) || (all.includes(null) ? null : false),
+  conjunction: (all) => (all.includes(false) ? false : !all.includes(null) || null),
+};
 
 /** @param facts a Set of "name argument ..." that are true */
 export function evaluated(formula, binding, facts) {
-  if (formula.type === "atom") {
-    const values = argumentsOf(formula, binding),
-      isOpen = values.some((value) => value.startsWith("?"));
-    const name = formula.name === EQUALITY ? "=" : formula.name;
-    const words = [formula.name, ...values],
-      matching = isOpen && formula.name !== EQUALITY ? countMatching(words, facts) : 0;
-    return {
-      type: "atom",
-      text: "(" + [name, ...values].join(" ") + ")",
-      note: matching ? matching + (matching === 1 ? " fact matches" : " facts match") : "",
-      satisfied: isOpen
-        ? matching || formula.name === EQUALITY
-          ? null
-          : false // with any arguments
-        : formula.name === EQUALITY
-          ? values[0] === values[1]
-          : facts.has(words.join(" ")),
-      children: [],
-    };
-  }
+  const { type } = formula;
+  if (type === "atom") return evaluatedAtom(formula, binding, facts);
   const children = formula.children.map((child) => evaluated(child, binding, facts)),
-    all = children.map((child) => child.satisfied);
-  const satisfied =
-    formula.type === "negation"
-      ? all[0] === null || all[0] === undefined
-        ? null
-        : !all[0]
-      : formula.type === "disjunction"
-        ? all.includes(true) || (all.includes(null) ? null : false)
-        : all.includes(false)
-          ? false
-          : !all.includes(null) || null;
-  return { type: formula.type, text: TYPES[formula.type] || formula.type, satisfied, children };
+    join = CONNECTIVES[type] || CONNECTIVES.conjunction;
+  return {
+    type,
+    text: TYPES[type] || type,
+    satisfied: join(children.map((child) => child.satisfied)),
+    children,
+  };
 }
 
 const LOOKS = new Map([
@@ -92,16 +68,16 @@ const LOOKS = new Map([
   [null, ["formulated", "–", "not known"]],
 ]);
 
-export function formulaTree(node) {
-  const [outcome, icon, word] = LOOKS.get(node.satisfied ?? null);
+export function formulaTree({ satisfied, text, note, children }) {
+  const [outcome, icon, word] = LOOKS.get(satisfied ?? null);
   return el(
     "ul.formula",
     el.li(
-      { class: node.satisfied === false ? "is-false" : "" },
+      { class: satisfied === false ? "is-false" : "" },
       el.i({ class: "dot outcome o-" + outcome, title: word, role: "img", "aria-label": word }, icon),
-      el.code(node.text),
-      node.note ? el("span.dim.small", "  " + node.note) : null,
-      node.children.map(formulaTree),
+      el.code(text),
+      note ? el("span.dim.small", "  " + note) : null,
+      children.map(formulaTree),
     ),
   );
 }

@@ -1,21 +1,24 @@
 // One operator: its precondition with what is true and false now, and its effects, for arguments that can be
 // chosen.
-import { el } from "cx/dom.js";
+import { button, dim, el, field, note, refill, textInput } from "cx/dom.js";
 import { evaluated, formulaTree } from "cx/domain/formula.js";
 
-/** What an atom says with these arguments. */
-const atomText = (atom, binding) => evaluated(atom, binding, new Set()).text;
-
-function effectItem(effect, binding, facts) {
-  const holds = effect.condition ? evaluated(effect.condition, binding, facts) : null;
+function effectItem({ positive, atom, condition }, binding, facts) {
+  const holds = condition && evaluated(condition, binding, facts);
   return el.li(
-    el.b({ class: effect.positive ? "plus" : "minus" }, effect.positive ? "+" : "−"),
-    el("span.hear-only", effect.positive ? "becomes true: " : "becomes false: "),
+    el.b({ class: positive ? "plus" : "minus" }, positive ? "+" : "−"),
+    el("span.hear-only", positive ? "becomes true: " : "becomes false: "),
     " ",
-    el.code(atomText(effect.atom, binding)),
-    holds ? el.div(el("span.dim", "when"), formulaTree(holds)) : null,
+    el.code(evaluated(atom, binding, new Set()).text),
+    holds && el.div(dim("when"), formulaTree(holds)),
   );
 }
+const truth = (satisfied) =>
+  satisfied === null
+    ? "with the arguments above it can be evaluated"
+    : satisfied
+      ? "is true now"
+      : "is false now";
 
 /**
  * @param domain of readDomain()
@@ -23,78 +26,51 @@ function effectItem(effect, binding, facts) {
  * @param calls of this operator in plans: [{label, values}]
  */
 export function operatorView(domain, operator, binding, calls) {
-  const body = el("div#operator-state");
+  const body = el("div#operator-state"),
+    { parameters, precondition, effects, exogenous, waitsForSensing } = operator;
   function draw() {
-    const known = operator.precondition ? evaluated(operator.precondition, binding, domain.facts) : null;
-    body.replaceChildren(
-      el.h3(
-        "Precondition ",
-        known
-          ? el(
-              "span.dim",
-              known.satisfied === null
-                ? "with the arguments above it can be evaluated"
-                : known.satisfied
-                  ? "is true now"
-                  : "is false now",
-            )
-          : null,
-      ),
-      known ? formulaTree(known) : el("p.dim", "none: it is always applicable"),
+    const known = precondition && evaluated(precondition, binding, domain.facts),
+      items = effects.map((effect) => effectItem(effect, binding, domain.facts));
+    refill(
+      body,
+      el.h3("Precondition ", known && dim(truth(known.satisfied))),
+      known ? formulaTree(known) : note("none: it is always applicable"),
       el.h3("Effects"),
-      operator.effects.length
-        ? el(
-            "ul.effects",
-            operator.effects.map((effect) => effectItem(effect, binding, domain.facts)),
-          )
-        : el("p.dim", "none"),
+      items.length ? el("ul.effects", items) : note("none"),
     );
   }
-  const inputs = operator.parameters.map(({ name, type }) => {
-    const input = el.input({
-      type: "text",
-      list: "domain-values",
-      value: binding.get(name) || "",
-      spellcheck: "false",
-      autocomplete: "off",
-    });
+  const inputs = parameters.map(({ name }) => {
+    const input = textInput({ list: "domain-values", value: binding.get(name) || "" });
     input.addEventListener("input", () => {
       if (input.value.trim()) binding.set(name, input.value.trim());
       else binding.delete(name);
       draw();
     });
-    return [name, type, input];
+    return input;
   });
   function take(values) {
-    for (const [at, [name, , input]] of inputs.entries()) {
+    for (const [at, input] of inputs.entries()) {
       input.value = values[at] || "";
-      binding.set(name, input.value);
+      binding.set(parameters[at].name, input.value);
     }
     draw();
   }
   draw();
+  const about = [
+    exogenous && "exogenous: the agent does not execute the operator",
+    waitsForSensing && "waits until sensed effects are observed",
+  ];
   return el.div(
-    el(
-      "p.dim",
-      [
-        operator.exogenous ? "exogenous: somebody else carries it out" : "",
-        operator.waitsForSensing ? "waits until sensed effects are observed" : "",
-      ]
-        .filter(Boolean)
-        .join(" · "),
-    ),
-    calls.length
-      ? el(
-          "p.tools",
-          el("span.dim", "in plans:"),
-          calls.map((call) =>
-            el.button({ type: "button", on: { click: () => take(call.values) } }, call.label),
-          ),
-        )
-      : null,
+    note(about.filter(Boolean).join(" · ")),
+    calls.length > 0 &&
+      el(
+        "p.tools",
+        dim("in plans:"),
+        calls.map(({ label, values }) => button(label, () => take(values))),
+      ),
     el(
       "div.fields",
-      inputs.map(([name, type, input]) => el.label(el.span("?" + name + " - " + type), input)),
+      parameters.map(({ name, type }, at) => field("?" + name + " - " + type, inputs[at])),
     ),
     el(
       "datalist#domain-values",

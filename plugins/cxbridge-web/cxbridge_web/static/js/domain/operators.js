@@ -1,5 +1,5 @@
 // The operators of a domain: parameters, precondition and effects, made of the facts of the executive.
-import { parseFact, valuesOf } from "cx/clips/text.js";
+import { slotsBy } from "cx/clips/text.js";
 
 export const TEMPLATES = [
   "domain-operator",
@@ -11,76 +11,56 @@ export const TEMPLATES = [
   "pddl-formula",
   "pddl-predicate",
 ];
+const DEEPEST = 30; // formulas that are part of each other end
 
-/** @param texts of facts, any deftemplates */
-export function readDomain(texts) {
-  const of = new Map(TEMPLATES.map((template) => [template, []]));
-  for (const text of new Set(texts)) {
-    const fact = parseFact(text);
-    if (fact && fact.slots && of.has(fact.template)) of.get(fact.template).push(fact.slots);
-  }
-  const one = (slots, name) => valuesOf(slots.get(name))[0] || "",
-    many = (slots, name) => valuesOf(slots.get(name));
-  const partsOf = (template, whole) => of.get(template).filter((slots) => one(slots, "part-of") === whole);
+const atomOf = ({ all, first }) => ({
+  type: "atom",
+  name: first("predicate"),
+  names: all("param-names"),
+  constants: all("param-constants"),
+});
+
+/** @param facts of any deftemplates */
+export function readDomain(facts) {
+  const of = slotsBy(new Map(facts.map((fact) => [fact.text, fact])).values());
+  const partsOf = (template, whole) => of(template).filter(({ first }) => first("part-of") === whole);
 
   function formulas(whole, depth = 0) {
-    if (depth > 30) return [];
-    const inner = partsOf("pddl-formula", whole).flatMap((slots) => {
-      const children = formulas(one(slots, "id"), depth + 1),
-        type = one(slots, "type");
-      return type === "atom" ? children : [{ type, children }];
+    if (depth > DEEPEST) return [];
+    const inner = partsOf("pddl-formula", whole).flatMap(({ first }) => {
+      const children = formulas(first("id"), depth + 1);
+      return first("type") === "atom" ? children : [{ type: first("type"), children }];
     });
-    const atoms = partsOf("pddl-predicate", whole).map((slots) => ({
-      type: "atom",
-      name: one(slots, "predicate"),
-      names: many(slots, "param-names"),
-      constants: many(slots, "param-constants"),
-    }));
-    return [...inner, ...atoms];
+    return [...inner, ...partsOf("pddl-predicate", whole).map(atomOf)];
   }
   const conditionOf = (whole) => {
     const found = formulas(whole);
     return found.length > 1 ? { type: "conjunction", children: found } : found[0] || null;
   };
-  const operators = of.get("domain-operator").map((slots) => {
-    const name = one(slots, "name"),
-      types = new Map(
-        of
-          .get("domain-operator-parameter")
-          .filter((each) => one(each, "operator") === name)
-          .map((each) => [one(each, "name"), one(each, "type")]),
-      );
+  const effectOf = (effect) => ({
+    positive: effect.first("type") !== "NEGATIVE",
+    atom: atomOf(effect),
+    condition: conditionOf(effect.first("name")),
+  });
+  const operators = of("domain-operator").map(({ all, first }) => {
+    const name = first("name"),
+      own = of("domain-operator-parameter").filter((each) => each.first("operator") === name),
+      types = new Map(own.map((each) => [each.first("name"), each.first("type")]));
     return {
       name,
-      waitsForSensing: one(slots, "wait-sensed") !== "FALSE",
-      exogenous: one(slots, "exogenous") === "TRUE",
-      parameters: many(slots, "param-names").map((each) => ({
-        name: each,
-        type: types.get(each) || "object",
-      })),
+      waitsForSensing: first("wait-sensed") !== "FALSE",
+      exogenous: first("exogenous") === "TRUE",
+      parameters: all("param-names").map((each) => ({ name: each, type: types.get(each) || "object" })),
       precondition: conditionOf(name),
-      effects: partsOf("domain-effect", name).map((effect) => ({
-        positive: one(effect, "type") !== "NEGATIVE",
-        atom: {
-          type: "atom",
-          name: one(effect, "predicate"),
-          names: many(effect, "param-names"),
-          constants: many(effect, "param-constants"),
-        },
-        condition: conditionOf(one(effect, "name")),
-      })),
+      effects: partsOf("domain-effect", name).map(effectOf),
     };
   });
-  const facts = of.get("domain-fact").map((slots) => [one(slots, "name"), ...many(slots, "param-values")]);
-  const objects = of
-    .get("domain-object")
-    .map((slots) => ({ name: one(slots, "name"), type: one(slots, "type") }));
+  const words = of("domain-fact").map(({ all, first }) => [first("name"), ...all("param-values")]),
+    objects = of("domain-object").map(({ first }) => first("name"));
   return {
     operators: operators.sort((a, b) => (a.name < b.name ? -1 : 1)),
-    facts: new Set(facts.map((words) => words.join(" "))),
+    facts: new Set(words.map((each) => each.join(" "))),
     /** Objects, and what facts are about (constants are no objects). */
-    values: [
-      ...new Set([...objects.map((each) => each.name), ...facts.flatMap((words) => words.slice(1))]),
-    ].sort(),
+    values: [...new Set([...objects, ...words.flatMap(([, ...values]) => values)])].sort(),
   };
 }

@@ -1,52 +1,37 @@
 // A form that calls one skill: a field for each parameter that is known.
-import { el } from "cx/dom.js";
+import { el, field, form, submit, textInput } from "cx/dom.js";
 import { skillString } from "cx/skills/parameters.js";
 
 /**
  * @param parameters of parametersOf()
  * @param call called with the skill string
- * @param isHeld whether somebody else controls the Skiller
+ * @param isHeld whether another client controls the Skiller
  */
 export function skillForm(app, skill, parameters, call, isHeld) {
-  const fields = parameters.map(({ name, last }) => {
-    const input = el.input({
-      type: "text",
-      name,
-      value: last.replace(/^"(.*)"$/s, "$1"),
-      spellcheck: "false",
-      autocomplete: "off",
-      autocapitalize: "off",
-    });
-    return [name, input];
-  });
-  const shown = el("code.dim");
-  const text = () =>
-    skillString(
-      skill,
-      fields.filter(([, input]) => input.value.trim()).map(([name, input]) => [name, input.value]),
-    );
+  const inputs = parameters.map(({ name, last }) =>
+      textInput({ name, value: last.replace(/^"(.*)"$/s, "$1") }),
+    ),
+    shown = el("code.dim");
+  const given = () => inputs.filter(({ value }) => value.trim()).map(({ name, value }) => [name, value]),
+    text = () => skillString(skill, given());
   const show = () => {
     shown.textContent = text();
   };
-  const send = app.gate(el("button.primary", { type: "submit" }, "Call " + skill), isHeld);
-  const form = el(
-    "form#skill-form.skill-form",
-    { on: { input: show } },
-    fields.length
+  const made = form(
+    "#skill-form.skill-form",
+    () => call(text()),
+    inputs.length
       ? el(
           "div.fields",
-          fields.map(([name, input]) => el.label(el.span(name), input)),
+          inputs.map((input) => field(input.name, input)),
         )
       : el(
           "p.dim.small",
           "No parameters are known: the action mapping names none, and it was not called yet.",
         ),
-    el("div.tools", send, shown),
+    el("div.tools", app.gate(submit("Call " + skill), isHeld), shown),
   );
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
-    call(text());
-  });
+  made.addEventListener("input", show);
   show();
-  return form;
+  return made;
 }

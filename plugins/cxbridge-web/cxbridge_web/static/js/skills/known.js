@@ -1,5 +1,4 @@
 // The skills of a Skiller by name, and why there may be none.
-import { none } from "cx/dom.js";
 import { parseCall } from "cx/skills/parameters.js";
 
 /**
@@ -10,8 +9,8 @@ import { parseCall } from "cx/skills/parameters.js";
  */
 export function knownSkills(names, executors, calls) {
   const who = new Map(names.map((name) => [name, []]));
-  for (const each of executors)
-    for (const skill of each.skills) who.set(skill, [...(who.get(skill) || []), each.id]);
+  for (const { id, skills } of executors)
+    for (const skill of skills) who.set(skill, [...(who.get(skill) || []), id]);
   for (const { text } of calls) {
     const called = parseCall(text);
     if (called && !who.has(called.skill)) who.set(called.skill, []);
@@ -21,20 +20,17 @@ export function knownSkills(names, executors, calls) {
     .sort((a, b) => (a.name < b.name ? -1 : 1));
 }
 
-/**
- * @param how isRecording, hasCalls, skiller, showsGraphs, hasGraph, problem, isSearch: there are skills, but none
- * matches
- */
+/** Text and hint of a list without skills. */
 export function noSkills({ isRecording, hasCalls, skiller, showsGraphs, hasGraph, problem, isSearch }) {
-  if (isRecording && !isSearch && !hasCalls)
-    return none("No skill called yet", "A recording shows the skills that were called up to its moment.");
-  if (isSearch) return none("No skill matches");
-  if (problem) return none(problem);
-  if (hasGraph || isRecording) return none("No list of skills", "The Skiller has not shown its list.");
-  if (showsGraphs) return none("No skills", "The Skiller knows none, or there is no Skiller.");
-  return none(
+  if (isSearch) return ["No skill matches"];
+  if (isRecording && !hasCalls)
+    return ["No skill called yet", "A recording shows the skills that were called up to its moment."];
+  if (problem) return [problem];
+  if (hasGraph || isRecording) return ["No list of skills", "The Skiller has not shown its list."];
+  if (showsGraphs) return ["No skills", "The Skiller knows none, or there is no Skiller."];
+  return [
     "No list of skills",
     skiller +
       " has no SkillerDebugInterface: neither its skills nor their graphs are known. It can be called.",
-  );
+  ];
 }

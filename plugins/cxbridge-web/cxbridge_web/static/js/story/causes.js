@@ -1,6 +1,6 @@
 // Why something failed, was rejected, or goes on, as far as the events tell: from a goal down to the sub-goal, the
 // action and the skill call behind the goal. `why` of the server knows more (rules, facts): js/why.js.
-import { childrenOf, parentsOf } from "cx/forest.js";
+import { forestOfGoals } from "cx/forest.js";
 import { isOpen, OUTCOMES } from "cx/outcome.js";
 import { pathTo } from "cx/timeline/path.js";
 import { outcomeAt, timesOf } from "cx/timeline/spans.js";
@@ -16,10 +16,7 @@ export function forestOf(history) {
   const before = forests.get(history),
     { shape } = history;
   if (before && before.shape === shape) return before;
-  const goals = [...history.goals.values()],
-    parents = parentsOf(goals),
-    roots = goals.filter(({ key }) => !parents.get(key)),
-    forest = { shape, roots, children: childrenOf(goals, parents) };
+  const forest = { shape, ...forestOfGoals([...history.goals.values()]) };
   forests.set(history, forest);
   return forest;
 }

@@ -1,5 +1,5 @@
 // Rows of the timeline: robots, then the trees of goals with their plan-actions; folds and filters.
-import { childrenOf, parentsOf } from "cx/forest.js";
+import { forestOfGoals } from "cx/forest.js";
 import { NAMES } from "cx/outcome.js";
 import { outcomeAt, spansOf } from "cx/timeline/spans.js";
 
@@ -101,9 +101,7 @@ export class Rows {
 
   addGoals(rows) {
     const { goals, filters } = this,
-      parents = parentsOf(goals),
-      children = childrenOf(goals, parents),
-      roots = goals.filter(({ key }) => !parents.get(key));
+      { parents, children, roots } = forestOfGoals(goals);
     // with a filter, those that fit stand with the goals above them
     const shown = filters ? this.withAncestors(goals, parents) : null;
     const envs = new Set(goals.map(({ env }) => env)).size > 1;

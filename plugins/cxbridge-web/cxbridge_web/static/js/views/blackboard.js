@@ -1,84 +1,94 @@
 // Interfaces: who writes and reads them, their values as they change, and messages to send.
-import { get, part, throttled } from "cx/api.js";
-import { idPath, messageForm, sentMessages } from "cx/blackboard/messages.js";
-import { button, clockText, el, none, pairs, panel, refill, search, tabs } from "cx/dom.js";
+import { get, idPath, part } from "cx/api.js";
+import { messageForm, sentMessages } from "cx/blackboard/messages.js";
+import {
+  backLink,
+  button,
+  clockText,
+  dim,
+  el,
+  none,
+  note,
+  pairs,
+  plural,
+  redraw,
+  refill,
+  tabs,
+} from "cx/dom.js";
 import { fieldNames } from "cx/plot/names.js";
 import { plot } from "cx/plot/store.js";
-import { VirtualList } from "cx/virtual.js";
+import { Lifetime, ListPanel } from "cx/scaffold.js";
 
 export const tab = { title: "Blackboard", order: 50 };
 export const kinds = ["interface"];
 const SOON_MS = 1000,
   LIST_MS = 5000;
+const TABS = [
+  ["#/blackboard", "Interfaces"],
+  ["#/blackboard/graph", "Graph"],
+  ["#/blackboard/transforms", "Transforms"],
+];
+export const blackboardTabs = (current) => tabs("Parts of the blackboard", TABS, current);
 
-export const blackboardTabs = (current) =>
-  tabs(
-    "Parts of the blackboard",
-    [
-      ["#/blackboard", "Interfaces"],
-      ["#/blackboard/graph", "Graph"],
-      ["#/blackboard/transforms", "Transforms"],
-    ],
-    current,
-  );
+const readersOf = ({ readers }) => (readers.length ? ", " + plural(readers.length, "reader") : "");
+const interfaceRow = (item) => [
+  el(
+    "span.two",
+    el("span.main-text", el.b(item.id), dim("  " + item.type)),
+    el(
+      "span.dim.small.main-text",
+      (item.writer ? "written by " + item.writer : item.known ? "no writer" : "") + readersOf(item),
+    ),
+  ),
+  item.writes ? el("span.dim.small.n", item.writes + "×") : null,
+];
+/** An interface of which a recording has values only. */
+function recordedInterface(uid) {
+  const [type, id] = uid.split(/::(.*)/s);
+  return { uid, type, id, writer: "", readers: [], known: false, fields: [], message_types: [] };
+}
+function valueText(value) {
+  if (Array.isArray(value)) return value.map(valueText).join(", ");
+  return typeof value === "object" && value !== null ? JSON.stringify(value) : String(value);
+}
+function flash(cell) {
+  if (cell.animate && !matchMedia("(prefers-reduced-motion: reduce)").matches)
+    cell.animate([{ backgroundColor: "var(--mark)" }, { backgroundColor: "transparent" }], 900);
+}
 
 export function open(root, app) {
   let infos = [],
-    wanted = "",
     chosen = "",
     problem = "",
     data = null;
-  const list = new VirtualList({
-    label: "Interfaces",
-    key: (item) => item.uid,
-    sign: (item) => item.writer + item.readers.length + item.writes,
-    height: "--row-two",
-    draw: (item) => [
-      el(
-        "span.two",
-        el("span.main-text", el.b(item.id), el("span.dim", "  " + item.type)),
-        el(
-          "span.dim.small.main-text",
-          item.writer ? "written by " + item.writer : item.known ? "no writer" : "",
-          item.readers.length
-            ? ", " + item.readers.length + (item.readers.length === 1 ? " reader" : " readers")
-            : "",
-        ),
-      ),
-      item.writes ? el("span.dim.small.n", item.writes + "×") : null,
-    ],
-    select: (item) => {
-      location.hash = "#/blackboard/" + part(item.uid);
-    },
-  });
-  const empty = el.div({ hidden: true });
-  const counter = el("span.dim.count");
-  const head = el.div(),
+  const life = new Lifetime(),
+    head = el.div(),
     values = el("div#values"),
     formPlace = el.div(),
     sent = el("div#messages");
-  const detail = el("div.detail", head, values, formPlace, sent);
-  const layout = el(
-    "div.split",
-    panel(
-      "Blackboard",
-      [
-        counter,
-        search("Search interfaces", (text) => {
-          wanted = text;
-          draw();
-        }),
-      ],
-      el.div(blackboardTabs("#/blackboard")),
-      empty,
-      list.box,
-    ),
-    detail,
+  const page = new ListPanel(
+    life,
+    {
+      title: "Blackboard",
+      find: "Search interfaces",
+      above: el.div(blackboardTabs("#/blackboard")),
+      detail: el("div.detail", head, values, formPlace, sent),
+      row: {
+        key: (item) => item.uid,
+        sign: (item) => item.writer + item.readers.length + item.writes,
+        height: "--row-two",
+        draw: interfaceRow,
+        select: (item) => {
+          location.hash = "#/blackboard/" + part(item.uid);
+        },
+      },
+    },
+    draw,
   );
-  root.append(layout);
+  root.append(page.split);
 
   const info = () => infos.find((each) => each.uid === chosen);
-  const readList = throttled(
+  const readList = life.reader(
     async () => {
       infos = (await get("blackboard/interfaces")).map((each) => ({
         ...each,
@@ -96,186 +106,122 @@ export function open(root, app) {
       draw();
     },
   );
-  const readData = throttled(
-    async () => {
-      const of = info();
-      if (!of) return;
-      const answer = await get("blackboard/interfaces/" + part(of.type) + "/" + idPath(of.id) + "/data");
-      if (of.uid === chosen) {
-        data = answer;
-        drawValues();
-      }
-    },
-    SOON_MS,
-    (error) => {
-      problem = error.message;
-    },
-  );
+  const readData = life.reader(async () => {
+    const of = info();
+    if (!of) return;
+    const answer = await get("blackboard/interfaces/" + part(of.type) + "/" + idPath(of.id) + "/data");
+    if (of.uid !== chosen) return;
+    data = answer;
+    drawValues();
+  }, SOON_MS);
 
-  function rows() {
-    if (!app.recording) return infos;
-    return [...app.model.interfaces.keys()].sort().map((uid) => {
-      const [type, id] = split(uid);
-      return { uid, type, id, writer: "", readers: [], known: false, fields: [], message_types: [] };
-    });
-  }
-  function split(uid) {
-    const at = uid.indexOf("::");
-    return [uid.slice(0, at), uid.slice(at + 2)];
-  }
+  const all = () => (app.recording ? [...app.model.interfaces.keys()].sort().map(recordedInterface) : infos);
   function draw() {
-    const all = rows(),
-      items = all
-        .filter((each) => each.uid.toLowerCase().includes(wanted))
-        .map((each) => ({
-          ...each,
-          writes: app.recording ? (app.model.interfaces.get(each.uid) || { writes: 0 }).writes : 0,
-        }));
-    counter.textContent =
-      items.length === all.length ? String(all.length) : items.length + " of " + all.length;
-    list.box.hidden = !items.length;
-    empty.hidden = items.length > 0;
-    if (!items.length)
-      empty.replaceChildren(
-        all.length
-          ? none("No interface matches")
-          : none(problem || "No interfaces", problem ? "" : "Nobody has opened one."),
-      );
-    list.set(items);
-  }
-
-  let drawnHead = "";
-  function drawHead() {
-    layout.classList.toggle("has-detail", Boolean(chosen));
-    const of = info() || rows().find((each) => each.uid === chosen);
-    const sign = JSON.stringify([chosen, of, app.whyNot]);
-    if (sign === drawnHead) return;
-    drawnHead = sign;
-    if (!of) {
-      head.replaceChildren(
-        none(
-          chosen ? "There is no " + chosen : "Choose an interface",
-          chosen ? "" : "Its values are shown here as they change; messages can be sent to its writer.",
-        ),
-      );
-      for (const each of [values, formPlace, sent]) each.replaceChildren();
-      return;
-    }
-    head.replaceChildren(
-      el(
-        "div.detail-head",
-        el("a.back", { href: "#/blackboard", "aria-label": "back to the interfaces" }, "←"),
-        el.h2(of.id),
-        el("span.dim", of.type),
-      ),
-      pairs([
-        ["writer", of.known ? of.writer || "none" : ""],
-        ["readers", of.readers.join(", ")],
-        ["hash", of.hash ? el.code(of.hash) : ""],
-      ]),
+    const found = all(),
+      writesOf = ({ uid }) => (app.recording ? (app.model.interfaces.get(uid)?.writes ?? 0) : 0),
+      items = found
+        .filter(({ uid }) => page.matches(uid))
+        .map((each) => ({ ...each, writes: writesOf(each) })),
+      hint = problem ? "" : "No interface is open.";
+    page.show(
+      items,
+      found.length,
+      found.length ? "No interface matches" : [problem || "No interfaces", hint],
     );
-    formPlace.replaceChildren(messageForm(app, of) || "");
-    if (of.known) readData();
   }
-
-  const show = (value) =>
-    Array.isArray(value)
-      ? value.map(show).join(", ")
-      : typeof value === "object" && value !== null
-        ? JSON.stringify(value)
-        : String(value);
-  const cells = new Map();
-  let cellsOf = "";
-  function drawValues() {
-    const live = app.model.interfaces.get(chosen);
-    const now = { ...(data && !app.recording ? data.data : {}), ...(live ? live.values : {}) };
-    const of = info(),
-      names = Object.keys(now);
-    const sign = chosen + "\n" + names.join("\n");
-    if (sign !== cellsOf) {
-      cellsOf = sign;
-      cells.clear();
-      const types = new Map(
-        (of ? of.fields : []).map((field) => [field.name, field.type + (field.is_array ? "[]" : "")]),
-      );
-      const body = names.map((name) => {
-        const cell = el("td.value");
-        cells.set(name, cell);
-        return el.tr(
-          el.th({ scope: "row" }, name),
-          el("td.dim.small", types.get(name) || ""),
-          cell,
-          el.td(
-            button("plot", () => plot(app, fieldNames(chosen, name, now[name])), {
-              class: "quiet small",
-              "aria-label": "plot " + name,
-            }),
-          ),
+  function drawHead() {
+    page.showsDetail(chosen);
+    const of = info() || all().find((each) => each.uid === chosen);
+    if (!redraw(head, [chosen, of, app.whyNot], () => (of ? headOf(of) : nothing()))) return;
+    refill(formPlace, of && messageForm(app, of));
+    if (!of) for (const each of [values, sent]) redraw(each, "", () => []);
+    if (of?.known) readData();
+  }
+  const nothing = () =>
+    chosen
+      ? none("There is no " + chosen)
+      : none(
+          "Choose an interface",
+          "Its values are shown here as they change; messages can be sent to its writer.",
         );
-      });
-      refill(
-        values,
-        el.h3("Values ", el("span#written.dim.n")),
-        names.length
-          ? el("div.wide", el("table.values-table", el.tbody(body)))
-          : el("p.dim", of && !of.fields.length ? "It has no fields." : "No values yet."),
-      );
-    }
+  const headOf = (of) => [
+    el("div.detail-head", backLink("#/blackboard", "interfaces"), el.h2(of.id), dim(of.type)),
+    pairs([
+      ["writer", of.known ? of.writer || "none" : ""],
+      ["readers", of.readers.join(", ")],
+      ["hash", of.hash ? el.code(of.hash) : ""],
+    ]),
+  ];
+
+  const cells = new Map();
+  function drawValues() {
+    const live = app.model.interfaces.get(chosen),
+      now = { ...(data && !app.recording ? data.data : {}), ...live?.values };
+    redraw(values, [chosen, Object.keys(now)], () => valuesTable(now));
     for (const [name, cell] of cells) {
-      const text = show(now[name]);
+      const text = valueText(now[name]),
+        isFirst = cell.textContent === "";
       if (cell.textContent === text) continue;
-      const first = cell.textContent === "";
       cell.textContent = text;
-      if (!first && cell.animate && !matchMedia("(prefers-reduced-motion: reduce)").matches)
-        cell.animate([{ backgroundColor: "var(--mark)" }, { backgroundColor: "transparent" }], 900);
+      if (!isFirst) flash(cell);
     }
     const written = document.getElementById("written");
     if (written) written.textContent = live ? clockText(live.time, 3) : data ? data.timestamp : "";
   }
-  const drawMessages = () => refill(sent, ...sentMessages(app, chosen));
+  function valuesTable(now) {
+    const { fields } = info() || { fields: null },
+      types = new Map(fields?.map(({ name, type, is_array: many }) => [name, type + (many ? "[]" : "")])),
+      missing = fields && !fields.length ? "It has no fields." : "No values yet.";
+    cells.clear();
+    const rows = Object.keys(now).map((name) => {
+      cells.set(name, el("td.value"));
+      const add = () => plot(app, fieldNames(chosen, name, now[name])),
+        plotting = button("plot", add, { class: "quiet small", "aria-label": "plot " + name });
+      return el.tr(
+        el.th({ scope: "row" }, name),
+        el("td.dim.small", types.get(name)),
+        cells.get(name),
+        el.td(plotting),
+      );
+    });
+    return [
+      el.h3("Values ", el("span#written.dim.n")),
+      rows.length ? el("div.wide", el("table.values-table", el.tbody(rows))) : note(missing),
+    ];
+  }
+  const drawMessages = () => refill(sent, sentMessages(app, chosen));
 
-  const stop = app.model.onChange((topics) => {
-    if (topics.has("interfaces")) {
+  life.add(
+    app.model.onChange((topics) => {
+      if (topics.has("messages")) drawMessages();
+      if (!topics.has("interfaces")) return;
       drawValues();
       draw();
-      if (
-        !app.recording &&
-        [...app.model.interfaces.keys()].some(
-          (uid) => infos.length && !infos.some((each) => each.uid === uid),
-        )
-      )
+      const known = new Set(infos.map(({ uid }) => uid));
+      if (!app.recording && infos.length && [...app.model.interfaces.keys()].some((uid) => !known.has(uid)))
         readList();
-    }
-    if (topics.has("messages")) drawMessages();
-  });
-  const renewed = app.onRenew(() => {
+    }),
+    app.onRenew(() => {
+      readList();
+      readData();
+    }),
+  );
+  if (!app.recording) {
     readList();
-    readData();
-  });
-  if (!app.recording) readList();
-  const again = setInterval(() => {
-    if (!app.recording && !document.hidden) readList();
-  }, 2 * LIST_MS);
+    life.every(2 * LIST_MS, readList);
+  }
   draw();
   return {
     go([uid = ""]) {
       chosen = uid;
       data = null;
-      drawnHead = "";
-      list.mark(uid, true);
+      redraw(head);
+      page.list.mark(uid, true);
       drawHead();
-      if (chosen) {
-        drawValues();
-        drawMessages();
-      }
+      if (!chosen) return;
+      drawValues();
+      drawMessages();
     },
-    close() {
-      stop();
-      renewed();
-      clearInterval(again);
-      readList.stop();
-      readData.stop();
-      list.gone();
-    },
+    close: life.close,
   };
 }

@@ -1,219 +1,157 @@
 // The configuration, the daemon's components, and its plugins.
-import { get, part, put, throttled } from "cx/api.js";
-import { button, timeOfDay, el, none, panel, search, tabs } from "cx/dom.js";
-import { badge } from "cx/dom.js";
+import { get, part, put } from "cx/api.js";
+import { badge, button, dim, el, note, refill, tabs, timeOfDay } from "cx/dom.js";
 import { componentBadge } from "cx/looks.js";
-import { VirtualList } from "cx/virtual.js";
+import { Lifetime, ListPanel } from "cx/scaffold.js";
 
 export const tab = { title: "Config", order: 90, formerly: "settings" };
 export const kinds = [];
-const TABS = [
-  ["config", "Configuration"],
-  ["plugins", "Plugins"],
-  ["components", "Components"],
-];
-const SOON_MS = 1000;
+const TABS = { config: "Configuration", plugins: "Plugins", components: "Components" };
+const SOON_MS = 1000,
+  AGAIN_MS = 2000;
+
+function flat(value, path, into = []) {
+  if (value !== null && typeof value === "object" && !Array.isArray(value))
+    for (const [name, each] of Object.entries(value)) flat(each, path + "/" + name, into);
+  else into.push({ path, value: Array.isArray(value) ? "[" + value.join(", ") + "]" : String(value) });
+  return into;
+}
+const card = (text, ...more) => el("li.card", el("div.card-text", text), more);
+const aboutDaemon = ({ version, pid, started_us: since, clock, loop = {} }) =>
+  [
+    "version " + version,
+    "process " + pid,
+    "since " + timeOfDay(since),
+    "clock " + clock,
+    loop.count ? loop.count + " loops, one in " + (loop.period_us / 1000).toFixed(1) + " ms" : "",
+  ]
+    .filter(Boolean)
+    .join(" · ");
+const componentCard = ({ name, reason, since_us: since, state }) =>
+  card(
+    [
+      el.b(name),
+      reason ? el("span.bad-text", reason) : null,
+      el("span.dim.small", since ? "since " + timeOfDay(since) : ""),
+    ],
+    componentBadge(state),
+  );
 
 export function open(root, app) {
   let tab = "config",
-    wanted = "",
     values = [],
     plugins = [],
     problem = "";
-  const bar = el.div(),
+  const life = new Lifetime(),
+    bar = el.div(),
     body = el("div.fill.scroll-page"),
-    empty = el.div({ hidden: true });
-  const counter = el("span.dim.count");
-  const find = search("Search", (text) => {
-    wanted = text;
-    draw();
-  });
-  const list = new VirtualList({
-    label: "Configuration",
-    key: (item) => item.path,
-    sign: (item) => item.value,
-    draw: (item) => [
-      el("code.main-text.end-first", { title: item.path }, el.bdi(item.path)),
-      el("code.value-text", item.value),
-    ],
-    select: (item) => {
-      whole.hidden = false;
-      whole.replaceChildren(el("p.dim", el.code(item.path)), el.pre(item.value));
+    whole = el("div.log-whole", { hidden: true });
+  const page = new ListPanel(
+    life,
+    {
+      title: "Config",
+      find: "Search",
+      above: bar,
+      below: [whole, body],
+      row: {
+        key: (item) => item.path,
+        sign: (item) => item.value,
+        draw: ({ path, value }) => [
+          el("code.main-text.end-first", { title: path }, el.bdi(path)),
+          el("code.value-text", value),
+        ],
+        select: ({ path, value }) => {
+          whole.hidden = false;
+          refill(whole, note(el.code(path)), el.pre(value));
+        },
+      },
     },
-  });
-  const whole = el("div.log-whole", { hidden: true });
-  root.append(panel("Config", [counter, find], bar, empty, list.box, whole, body));
-
-  function flat(value, path, into) {
-    if (value !== null && typeof value === "object" && !Array.isArray(value))
-      for (const [name, each] of Object.entries(value)) flat(each, path + "/" + name, into);
-    else into.push({ path, value: Array.isArray(value) ? "[" + value.join(", ") + "]" : String(value) });
-    return into;
-  }
-  const fail = (error) => {
-    problem = error.message;
-    draw();
-  };
-  const readConfig = throttled(
-    async () => {
-      values = flat((await get("config")).config, "", []);
-      problem = "";
-      draw();
-    },
-    SOON_MS,
-    fail,
+    draw,
   );
-  const readPlugins = throttled(
-    async () => {
-      plugins = await get("plugins");
-      problem = "";
-      draw();
-    },
-    SOON_MS,
-    fail,
-  );
+  root.append(page.panel);
 
-  function nothing(text, hint = "") {
-    empty.hidden = false;
-    empty.replaceChildren(none(text, hint));
-  }
+  const reading = (read) =>
+    life.reader(
+      async () => {
+        await read();
+        problem = "";
+        draw();
+      },
+      SOON_MS,
+      (error) => {
+        problem = error.message;
+        draw();
+      },
+    );
+  const readConfig = reading(async () => {
+    values = flat((await get("config")).config, "");
+  });
+  const readPlugins = reading(async () => {
+    plugins = await get("plugins");
+  });
+
   function draw() {
-    find.hidden = tab === "components";
-    list.box.hidden = tab !== "config";
-    body.hidden = tab === "config";
-    empty.hidden = true;
+    page.find.hidden = tab === "components";
+    body.hidden = tab === "config" || Boolean(app.recording);
     if (tab !== "config") whole.hidden = true;
+    const hint = "cxbridge trace extract gets the files of a run out of its recording.";
     if (app.recording) {
-      list.box.hidden = body.hidden = true;
-      counter.textContent = "";
-      nothing("Not in a recording", "cxbridge trace extract gets the files of a run out of its recording.");
-      return;
-    }
-    if (tab === "config") {
-      const items = values.filter(
-        (item) => !wanted || (item.path + " " + item.value).toLowerCase().includes(wanted),
-      );
-      counter.textContent =
-        items.length === values.length ? String(items.length) : items.length + " of " + values.length;
-      list.box.hidden = !items.length;
-      if (!items.length) nothing(values.length ? "Nothing matches" : problem || "Empty");
-      list.set(items);
+      page.show([], 0, ["Not in a recording", hint]);
+      page.counter.textContent = "";
+    } else if (tab === "config") {
+      const items = values.filter(({ path, value }) => page.matches(path, value));
+      page.show(items, values.length, values.length ? "Nothing matches" : problem || "Empty");
     } else if (tab === "plugins") drawPlugins();
     else drawComponents();
   }
+  /** Show cards in place of the list. */
+  function drawCards(items, nothing, ...above) {
+    page.show([], 0, nothing);
+    page.empty.hidden = items.length > 0;
+    page.counter.textContent = String(items.length);
+    refill(body, items.length ? [above, el("ul.cards", items)] : []);
+  }
   function drawPlugins() {
-    const found = plugins.filter(
-      (each) => !wanted || (each.name + " " + each.description).toLowerCase().includes(wanted),
-    );
-    counter.textContent = String(found.length);
-    if (!found.length) {
-      body.replaceChildren();
-      nothing(plugins.length ? "Nothing matches" : problem || "No plugins");
-      return;
-    }
-    body.replaceChildren(
-      el(
-        "ul.cards",
-        found.map((each) =>
-          el(
-            "li.card",
-            el(
-              "div.card-text",
-              el.b(each.name),
-              el("span.dim", each.description),
-              each.is_meta ? el("span.dim.small", "is " + each.meta_children.join(", ")) : null,
-            ),
-            each.is_loaded ? badge("done", "✓", "loaded") : badge("new", "○", "not loaded"),
-            app.gate(
-              button(each.is_loaded ? "Unload" : "Load", () => change(each), {
-                "aria-label": (each.is_loaded ? "Unload " : "Load ") + each.name,
-              }),
-            ),
-          ),
-        ),
-      ),
+    const found = plugins.filter(({ name, description }) => page.matches(name, description));
+    drawCards(found.map(pluginCard), plugins.length ? "Nothing matches" : problem || "No plugins");
+  }
+  function pluginCard(plugin) {
+    const { name, description, is_meta: isMeta, meta_children: children, is_loaded: isLoaded } = plugin,
+      word = isLoaded ? "Unload" : "Load";
+    return card(
+      [el.b(name), dim(description), isMeta ? el("span.dim.small", "is " + children.join(", ")) : null],
+      isLoaded ? badge("done", "✓", "loaded") : badge("new", "○", "not loaded"),
+      app.gate(button(word, () => change(plugin), { "aria-label": word + " " + name })),
     );
   }
-  async function change(plugin) {
-    const wish = plugin.is_loaded ? "UNLOADED" : "LOADED";
-    await app.attempt(
-      () => put("plugins/" + part(plugin.name), { desired_state: wish }),
-      plugin.name + " is " + wish.toLowerCase(),
-    );
+  async function change({ name, is_loaded: isLoaded }) {
+    const wish = isLoaded ? "UNLOADED" : "LOADED",
+      call = () => put("plugins/" + part(name), { desired_state: wish });
+    await app.attempt(call, name + " is " + wish.toLowerCase());
     readPlugins();
     app.readStatus();
   }
   function drawComponents() {
-    const { status } = app;
-    if (!status) {
-      nothing("Nothing known yet");
-      return;
-    }
-    counter.textContent = String(status.components.length);
-    const loop = status.loop || {};
-    body.replaceChildren(
-      el(
-        "p.dim",
-        [
-          "version " + status.version,
-          "process " + status.pid,
-          "since " + timeOfDay(status.started_us),
-          "clock " + status.clock,
-          loop.count ? loop.count + " loops, one in " + (loop.period_us / 1000).toFixed(1) + " ms" : "",
-        ]
-          .filter(Boolean)
-          .join(" · "),
-      ),
-      el("p.dim", (status.endpoints || []).join(" · ")),
-      el(
-        "ul.cards",
-        status.components.map((each) =>
-          el(
-            "li.card",
-            el(
-              "div.card-text",
-              el.b(each.name),
-              each.reason ? el("span.bad-text", each.reason) : null,
-              el("span.dim.small", each.since_us ? "since " + timeOfDay(each.since_us) : ""),
-            ),
-            componentBadge(each.state),
-          ),
-        ),
-      ),
-    );
+    const { status } = app,
+      about = status && [note(aboutDaemon(status)), note((status.endpoints || []).join(" · "))];
+    drawCards(status ? status.components.map(componentCard) : [], "Nothing known yet", about);
   }
   const renew = () => {
-    if (app.recording) return;
-    if (tab === "config") readConfig();
-    else if (tab === "plugins") readPlugins();
-    else app.readStatus();
+    if (!app.recording) ({ config: readConfig, plugins: readPlugins, components: app.readStatus })[tab]();
   };
-  const renewed = app.onRenew(renew);
-  const again = setInterval(() => {
-    if (tab === "components" && !app.recording) draw();
-  }, 2000);
+  life.add(app.onRenew(renew));
+  life.every(AGAIN_MS, () => tab === "components" && draw());
   return {
     go([name = "config"]) {
-      const next = TABS.some(([key]) => key === name) ? name : "config";
-      if (next !== tab) find.value = wanted = "";
+      const next = Object.hasOwn(TABS, name) ? name : "config";
+      if (next !== tab) page.find.value = page.wanted = "";
       tab = next;
-      bar.replaceChildren(
-        tabs(
-          "Parts",
-          TABS.map(([key, title]) => ["#/config/" + key, title]),
-          "#/config/" + tab,
-        ),
-      );
+      const entries = Object.entries(TABS).map(([key, title]) => ["#/config/" + key, title]);
+      refill(bar, tabs("Parts", entries, "#/config/" + tab));
       problem = "";
       renew();
       draw();
     },
-    close() {
-      renewed();
-      clearInterval(again);
-      readConfig.stop();
-      readPlugins.stop();
-      list.gone();
-    },
+    close: life.close,
   };
 }

@@ -1,104 +1,90 @@
 // The PDDL domain: facts, objects, predicates, operators.
-import { get, part as segment, throttled } from "cx/api.js";
+import { part as segment } from "cx/api.js";
 import { MODELS } from "cx/clips/text.js";
-import { checkbox, el, none, panel, refill, search, tabs } from "cx/dom.js";
+import { backLink, checkbox, el, none, redraw, refill, tabs } from "cx/dom.js";
 import { operatorView } from "cx/domain/operator_view.js";
 import { readDomain, TEMPLATES } from "cx/domain/operators.js";
-import { envSelect, readOf } from "cx/env.js";
-import { VirtualList } from "cx/virtual.js";
+import { envSelect, readFacts, readOf } from "cx/env.js";
+import { Lifetime, ListPanel } from "cx/scaffold.js";
 
 export const tab = { title: "Domain", order: 40 };
 export const kinds = ["fact"];
-const SOON_MS = 1500;
+const SOON_MS = 1500,
+  MOST_CALLS = 6;
 const typed = (names, types) =>
   names.map((name, at) => "?" + name + (types[at] ? " - " + types[at] : "")).join(" ");
+/** Each part: the name, the rest and a remark of a row. */
 const PARTS = {
-  facts: {
-    title: "Facts",
-    path: "domain-facts",
-    text: (each) => [each.name, each["param-values"].join(" ")],
-  },
-  objects: { title: "Objects", path: "domain-objects", text: (each) => [each.name, each.type] },
-  predicates: {
-    title: "Predicates",
-    path: "domain-predicates",
-    text: (each) => [each.name, typed(each["param-names"], each["param-types"]), each.sensed ? "sensed" : ""],
-  },
-  operators: {
-    title: "Operators",
-    path: "domain-operators",
-    text: (each) => [
-      each.name,
-      each.parameters.map((one) => "?" + one.name + " - " + one.type).join(" "),
-      each["wait-sensed"] ? "waits for sensing" : "",
-    ],
-  },
+  facts: (each) => [each.name, each["param-values"].join(" ")],
+  objects: (each) => [each.name, each.type],
+  predicates: (each) => [
+    each.name,
+    typed(each["param-names"], each["param-types"]),
+    each.sensed ? "sensed" : "",
+  ],
+  operators: ({ name, parameters, "wait-sensed": waits }) => [
+    name,
+    typed(...["name", "type"].map((key) => parameters.map((each) => each[key]))),
+    waits ? "waits for sensing" : "",
+  ],
 };
+const LINKS = Object.keys(PARTS).map((key) => ["#/domain/" + key, key[0].toUpperCase() + key.slice(1)]);
 
 export function open(root, app) {
   let part = "facts",
     items = [],
-    wanted = "",
     problem = "",
     byName = true,
     chosen = "",
     domain = null,
-    calls = [],
-    drawnDetail = "";
-  const bindings = new Map(); // operator -> Map parameter -> argument
-  const list = new VirtualList({
-    label: "Domain",
-    key: (item) => String(item.number),
-    sign: (item) => item.line,
-    draw: (item) => [
-      el("code.main-text", el.b(item.name), item.rest ? " " + item.rest : ""),
-      item.note ? el("span.dim.small", item.note) : null,
-    ],
-    select: (item) => {
-      if (part === "operators") location.hash = "#/domain/operators/" + segment(item.name);
-    },
-  });
-  const detail = el("div#operator.detail", { hidden: true });
-  const bar = el.div();
-  const empty = el.div({ hidden: true });
-  const counter = el("span.dim.count");
+    calls = [];
+  const bindings = new Map(), // operator -> Map parameter -> argument
+    life = new Lifetime(),
+    detail = el("div#operator.detail", { hidden: true }),
+    bar = el.div();
   const envs = envSelect(app, () => {
     items = [];
     draw();
     renew();
   });
-  const layout = el(
-    "div.wide-list",
-    panel(
-      "Domain",
-      [
-        envs,
-        counter,
-        search("Search the domain", (text) => {
-          wanted = text;
-          draw();
-        }),
-        checkbox("by name", true, (on) => {
-          byName = on;
-          draw();
-        }),
-      ],
-      bar,
-      empty,
-      list.box,
-    ),
-    detail,
+  const page = new ListPanel(
+    life,
+    {
+      title: "Domain",
+      find: "Search the domain",
+      before: envs,
+      after: checkbox("by name", true, (on) => {
+        byName = on;
+        draw();
+      }),
+      above: bar,
+      detail,
+      row: {
+        key: (item) => String(item.number),
+        sign: (item) => item.line,
+        draw: ({ name, rest, note }) => [
+          el("code.main-text", el.b(name), rest ? " " + rest : ""),
+          note ? el("span.dim.small", note) : null,
+        ],
+        select: (item) => {
+          if (part === "operators") location.hash = "#/domain/operators/" + segment(item.name);
+        },
+      },
+    },
+    draw,
   );
-  root.append(layout);
+  root.append(page.split);
 
-  const read = throttled(
+  const factsNow = () => [...app.model.factsOf(app.env).values()],
+    pathOf = (name) => "domain-" + name;
+  const read = life.reader(
     async () => {
       const asked = part,
         { env } = app,
-        answer = await readOf(env, PARTS[asked].path);
+        answer = await readOf(env, pathOf(asked));
       if (asked !== part || env !== app.env) return;
       problem = "";
-      take(answer.map(PARTS[asked].text));
+      take(answer);
     },
     SOON_MS,
     (error) => {
@@ -106,162 +92,98 @@ export function open(root, app) {
       take([]);
     },
   );
-
   /** The facts that operators are made of. */
-  const readDetails = throttled(
-    async () => {
-      if (part !== "operators") return;
-      if (app.recording) {
-        const facts = [...app.model.factsOf(app.env).values()];
-        domain = readDomain(facts.map((fact) => fact.text));
-        calls = MODELS.plans.make(facts.filter((fact) => MODELS.plans.templates.includes(fact.template)));
-      } else {
-        const { env } = app,
-          lists = await Promise.all(
-            TEMPLATES.map((template) =>
-              get("clips/" + segment(env) + "/facts?formatted=true&template=" + template),
-            ),
-          );
-        calls = await readOf(env, "plans");
-        domain = readDomain(lists.flat().map((fact) => fact.formatted));
-      }
-      drawDetail();
-    },
-    SOON_MS,
-    (error) => {
-      problem = error.message;
-    },
-  );
+  const readDetails = life.reader(async () => {
+    if (part !== "operators") return;
+    const { env, recording } = app;
+    calls = recording ? MODELS.plans.make(factsNow()) : await readOf(env, "plans");
+    domain = readDomain(recording ? factsNow() : await readFacts(env, TEMPLATES));
+    drawDetail();
+  }, SOON_MS);
+
   function drawDetail() {
     const isShown = part === "operators";
-    layout.className = isShown ? "split" + (chosen ? " has-detail" : "") : "wide-list";
+    page.split.className = isShown ? "split" : "wide-list";
+    page.showsDetail(isShown && chosen);
     detail.hidden = !isShown;
-    if (!isShown || !domain) return;
-    const operator = domain.operators.find((each) => each.name === chosen);
-    const inPlans = calls.flatMap((plan) =>
-      plan.actions
-        .filter((action) => action["operator-name"] === chosen)
-        .map((action) => ({ label: plan["goal-id"] + " " + action.id, values: action["param-values"] })),
-    );
-    const sign = JSON.stringify([chosen, operator, [...domain.facts], inPlans]);
-    if (sign === drawnDetail || detail.contains(document.activeElement)) return;
-    drawnDetail = sign;
-    if (!operator) {
-      refill(
-        detail,
-        chosen
+    if (!isShown || !domain || detail.contains(document.activeElement)) return;
+    const operator = domain.operators.find((each) => each.name === chosen),
+      inPlans = calls.flatMap((plan) =>
+        plan.actions
+          .filter((action) => action["operator-name"] === chosen)
+          .map((action) => ({ label: plan["goal-id"] + " " + action.id, values: action["param-values"] })),
+      );
+    redraw(detail, [chosen, operator, [...domain.facts], inPlans], () =>
+      operator
+        ? operatorDetail(operator, inPlans)
+        : chosen
           ? none("There is no operator " + chosen)
           : none(
               "Choose an operator",
               "Its precondition and effects are shown here, with what is false now.",
             ),
-      );
-      return;
-    }
-    if (!bindings.has(chosen))
-      bindings.set(
-        chosen,
-        new Map(operator.parameters.map((each, at) => [each.name, inPlans[0] ? inPlans[0].values[at] : ""])),
-      );
-    refill(
-      detail,
-      el(
-        "div.detail-head",
-        el("a.back", { href: "#/domain/operators", "aria-label": "back to the operators" }, "←"),
-        el.h2(operator.name),
-      ),
-      operatorView(domain, operator, bindings.get(chosen), inPlans.slice(0, 6)),
     );
+  }
+  function operatorDetail(operator, inPlans) {
+    const values = inPlans[0]?.values ?? [],
+      usual = operator.parameters.map(({ name }, at) => [name, values[at] ?? ""]);
+    if (!bindings.has(chosen)) bindings.set(chosen, new Map(usual));
+    return [
+      el("div.detail-head", backLink("#/domain/operators", "operators"), el.h2(operator.name)),
+      operatorView(domain, operator, bindings.get(chosen), inPlans.slice(0, MOST_CALLS)),
+    ];
   }
 
-  function take(rows) {
-    items = rows.map(([name, rest = "", note = ""], number) => ({
-      number,
-      name,
-      rest,
-      note,
-      line: name + " " + rest + " " + note,
-    }));
+  function take(list) {
+    items = list.map(PARTS[part]).map(([name, rest = "", note = ""], number) => {
+      const line = name + " " + rest + " " + note;
+      return { number, name, rest, note, line };
+    });
     draw();
   }
-  /** Of a recording: made of its facts. */
-  function recorded() {
-    const { templates, make } = MODELS[PARTS[part].path];
-    take(
-      make([...app.model.factsOf(app.env).values()].filter((fact) => templates.includes(fact.template))).map(
-        PARTS[part].text,
-      ),
-    );
-  }
   function draw() {
-    const found = items.filter((item) => !wanted || item.line.toLowerCase().includes(wanted));
+    const found = items.filter((item) => page.matches(item.line));
     if (byName) found.sort((a, b) => (a.line < b.line ? -1 : a.line > b.line ? 1 : 0));
-    counter.textContent =
-      found.length === items.length ? String(items.length) : found.length + " of " + items.length;
-    list.box.hidden = !found.length;
-    empty.hidden = found.length > 0;
-    if (!found.length) {
-      empty.replaceChildren(
-        items.length
-          ? none("Nothing matches")
-          : none(
-              problem || "No " + PARTS[part].title.toLowerCase(),
-              app.recording
-                ? "They are in recordings of --trace-level facts."
-                : problem
-                  ? ""
-                  : "The executive has not loaded a domain.",
-            ),
-      );
-    }
-    list.set(found);
+    const hint = app.recording
+      ? "They are in recordings of --trace-level facts."
+      : problem
+        ? ""
+        : "The executive has not loaded a domain.";
+    page.show(found, items.length, items.length ? "Nothing matches" : [problem || "No " + part, hint]);
     mark();
   }
   const mark = () => {
     const item = chosen && items.find((each) => each.name === chosen);
-    if (item) list.mark(String(item.number), true);
+    if (item) page.list.mark(String(item.number), true);
   };
   function renew() {
     envs.renew();
-    if (app.recording) recorded();
+    if (app.recording) take(MODELS[pathOf(part)].make(factsNow()));
     else read();
     readDetails();
   }
-  const dirty = throttled(async () => renew(), SOON_MS);
-  const stop = app.model.onChange((topics) => {
-    if (topics.has("facts")) dirty();
-  });
-  const renewed = app.onRenew(renew);
+  const soon = life.reader(async () => renew(), SOON_MS);
+  life.add(
+    app.model.onChange((topics) => topics.has("facts") && soon()),
+    app.onRenew(renew),
+  );
   return {
     go([name = "facts", which = ""]) {
       const before = part;
-      part = name in PARTS ? name : "facts";
+      part = Object.hasOwn(PARTS, name) ? name : "facts";
       chosen = which;
-      drawnDetail = "";
+      redraw(detail);
       drawDetail();
       if (part === before && items.length) {
         readDetails();
         mark();
         return;
       }
-      bar.replaceChildren(
-        tabs(
-          "Parts of the domain",
-          Object.entries(PARTS).map(([key, one]) => ["#/domain/" + key, one.title]),
-          "#/domain/" + part,
-        ),
-      );
+      refill(bar, tabs("Parts of the domain", LINKS, "#/domain/" + part));
       items = [];
-      list.box.scrollTop = 0;
+      page.list.box.scrollTop = 0;
       renew();
     },
-    close() {
-      stop();
-      renewed();
-      read.stop();
-      readDetails.stop();
-      dirty.stop();
-      list.gone();
-    },
+    close: life.close,
   };
 }

@@ -1,70 +1,44 @@
 // The goals as a table, in the order of their trees; beside it the goal that is chosen.
 import { part } from "cx/api.js";
 import { Detail } from "cx/detail.js";
-import { button, checkbox, clockText, durationText, el, none, paced } from "cx/dom.js";
+import { button, checkbox, clockText, dim, durationText, el, none } from "cx/dom.js";
 import { envSelect } from "cx/env.js";
-import { childrenOf, parentsOf } from "cx/forest.js";
+import { forestOfGoals, rowsOf } from "cx/forest.js";
 import { filterQuery, goalFilter } from "cx/goals/filter.js";
 import { durationOf, progressOf, robotsOf } from "cx/goals/numbers.js";
-import { rowsOf } from "cx/goals/tree.js";
 import { MAIN_ENV } from "cx/names.js";
 import { goalOutcome, isOpen, outcomeBadge, OUTCOMES } from "cx/outcome.js";
+import { Lifetime, ListPanel } from "cx/scaffold.js";
 import { inWords, reasonOf } from "cx/story/causes.js";
 import { PageHost, timelineAddress } from "cx/timeline/host.js";
-import { VirtualList } from "cx/virtual.js";
 
 export const tab = { title: "Goals", order: 20 };
 export const moment = "past";
 export const kinds = [];
-const TICK_MS = 1000;
+const TICK_MS = 1000,
+  NARROW = 760; // pixels: there details take the place of the table
 const COLUMNS = ["outcome", "why", "robot", "done", "began", "took"];
 const closed = new Set(); // stays when another view was open
 let withGone = null; // null: while there are no others
 
 /** Where the table shows a goal; its actions and skill calls are in the timeline. */
-const address = (path) =>
-  path.action || path.skill
-    ? timelineAddress(path)
-    : path.goal
-      ? "#/goals/" + part(path.goal) + filterQuery()
-      : "#/goals" + filterQuery({ goal: "" });
+function address(path) {
+  if (path.action || path.skill) return timelineAddress(path);
+  return path.goal ? "#/goals/" + part(path.goal) + filterQuery() : "#/goals" + filterQuery({ goal: "" });
+}
+const shortTime = (us) => durationText(us < 1e6 ? us : Math.floor(us / 1e5) * 1e5);
+const { word, icon } = OUTCOMES.completed,
+  completed = () => dim(icon + " " + word);
 
 export function open(root, app) {
   let chosen = "",
     children = new Map();
-  const host = new PageHost(app, () => drawDetail(), address),
+  const life = new Lifetime(),
+    host = new PageHost(app, () => drawDetail(), address),
     detail = new Detail(host, () => drawDetail());
+  life.add(() => detail.close());
   detail.box.id = "goal";
   detail.box.classList.add("detail");
-  const list = new VirtualList({
-    label: "Goals",
-    height: "--row-goal",
-    key: (item) => item.goal.key,
-    sign: (item) => {
-      const { mode, outcome, error, cls } = item.goal;
-      return JSON.stringify([
-        item.depth,
-        item.open,
-        item.inside,
-        mode,
-        outcome,
-        error,
-        cls,
-        cellsOf(item.goal),
-      ]);
-    },
-    draw: drawRow,
-    select: (item, how) => {
-      if (how !== "key" || root.clientWidth > 760) host.go({ goal: item.goal.key }, how === "key");
-    },
-    open: (item, on) => {
-      if (on) closed.delete(item.goal.key);
-      else closed.add(item.goal.key);
-      draw();
-    },
-  });
-  const counter = el("span.dim.count"),
-    empty = el.div({ hidden: true });
   const envs = envSelect(
     app,
     () => {
@@ -79,43 +53,54 @@ export function open(root, app) {
     draw();
   });
   const fold = (text, label, call) =>
-    button(
-      text,
-      () => {
-        call();
-        draw();
-      },
-      { class: "quiet", title: label, "aria-label": label },
-    );
-  const layout = el(
-    "div.split.goals",
-    el(
-      "section.panel",
-      el(
-        "div.panel-head",
-        el.h2("Goals"),
-        counter,
-        el(
-          "div.tools",
-          envs,
-          filter.nodes,
-          goneBox,
-          fold("▸", "close all", () => all().forEach((goal) => closed.add(goal.key))),
-          fold("▾", "open all", () => closed.clear()),
-        ),
-      ),
-      el(
-        "div.goal-heads.dim.small",
-        { "aria-hidden": "true" },
-        el("span.main-text", "goal"),
-        COLUMNS.map((name) => el.span({ class: "c-" + name }, name)),
-      ),
-      empty,
-      list.box,
-    ),
-    detail.box,
+    drawing(text, call, { class: "quiet", title: label, "aria-label": label });
+  const heads = el(
+    "div.goal-heads.dim.small",
+    { "aria-hidden": "true" },
+    el("span.main-text", "goal"),
+    COLUMNS.map((name) => el.span({ class: "c-" + name }, name)),
   );
-  root.append(layout);
+  const page = new ListPanel(
+    life,
+    {
+      title: "Goals",
+      before: envs,
+      find: filter.nodes,
+      after: [
+        goneBox,
+        fold("▸", "close all", () => all().forEach((goal) => closed.add(goal.key))),
+        fold("▾", "open all", () => closed.clear()),
+      ],
+      above: heads,
+      detail: detail.box,
+      row: {
+        height: "--row-goal",
+        key: (item) => item.goal.key,
+        sign: ({ goal, ...row }) =>
+          JSON.stringify([row, goal.mode, goal.outcome, goal.error, goal.cls, cellsOf(goal)]),
+        draw: drawRow,
+        select: (item, how) => {
+          if (how !== "key" || root.clientWidth > NARROW) host.go({ goal: item.goal.key }, how === "key");
+        },
+        open: ({ goal: { key } }, on) => {
+          closed[on ? "delete" : "add"](key);
+          draw();
+        },
+      },
+    },
+    draw,
+  );
+  const { list } = page;
+  page.split.classList.add("goals");
+  root.append(page.split);
+  /** A button that changes what the table shows. */
+  function drawing(text, call, attributes) {
+    const changed = () => {
+      call();
+      draw();
+    };
+    return button(text, changed, attributes);
+  }
 
   /** What a row says besides its name, by column. */
   function cellsOf(goal) {
@@ -123,104 +108,95 @@ export function open(root, app) {
       duration = durationOf(goal, app.now),
       actions = app.model.actions.get(goal.key),
       item = host.history.goals.get(goal.key),
-      isBad = outcome === "failed" || outcome === "rejected",
-      progress = progressOf(goal, children.get(goal.key), actions);
+      isBad = outcome === "failed" || outcome === "rejected";
     return {
       outcome,
       why: isBad ? (item && reasonOf(item, host.history)) || inWords(goal.error || "") : "",
       robot: [...robotsOf(actions)].join(", "),
-      done: progress ? progress.done + "/" + progress.of : "",
+      done: progressOf(children.get(goal.key), actions),
       began: goal.history.length ? clockText(goal.history[0].time) : "",
-      took: duration ? (duration.waited ? duration.verb + " " : "") + shortTime(duration.us) : "",
+      took: duration ? (duration.waits + " " + shortTime(duration.us)).trim() : "",
     };
   }
-  const shortTime = (us) => (us < 1e6 ? durationText(us) : durationText(Math.floor(us / 1e5) * 1e5));
-  function drawRow(item) {
-    const { goal } = item,
-      { outcome, ...texts } = cellsOf(goal),
+  function drawRow({ goal, inside }) {
+    const { outcome, ...texts } = cellsOf(goal),
       isManyEnvs = !app.chosenEnv && app.environments.length > 1;
     return [
       el(
         "span.main-text",
         { title: goal.id },
         goal.id,
-        item.inside ? el("span.dim", " +" + item.inside) : null,
-        isManyEnvs ? el("span.dim", "  in " + (goal.env || MAIN_ENV)) : null,
-        goal.cls && !goal.id.includes(goal.cls) ? el("span.dim", "  " + goal.cls) : null,
+        inside > 0 && dim(" +" + inside),
+        isManyEnvs && dim("  in " + (goal.env || MAIN_ENV)),
+        goal.cls && !goal.id.includes(goal.cls) && dim("  " + goal.cls),
       ),
       el(
         "span.c-outcome",
         outcome === "completed"
-          ? el("span.dim", OUTCOMES.completed.icon + " " + OUTCOMES.completed.word)
+          ? completed()
           : outcomeBadge(outcome, isOpen(outcome) ? goal.mode : undefined),
       ),
       COLUMNS.slice(1).map((name) =>
         el.span({ class: "small dim c-" + name, title: texts[name] }, texts[name]),
       ),
-    ].flat();
+    ];
   }
   function all() {
     const { goals, gone } = app.model,
       isGone = withGone ?? !goals.size;
     goneBox.firstChild.checked = isGone;
-    const known = isGone ? [...gone.values(), ...goals.values()] : [...goals.values()];
+    const known = [...(isGone ? gone.values() : []), ...goals.values()];
     return app.chosenEnv ? known.filter((goal) => (goal.env || MAIN_ENV) === app.env) : known;
   }
 
   function draw() {
     envs.renew();
     const goals = all(),
-      parents = parentsOf(goals),
-      isFlat = filter.isSet;
-    children = childrenOf(goals, parents);
+      forest = forestOfGoals(goals),
+      items = rowsOf(forest, { isFlat: filter.isSet, closed, fits: filter.fits });
+    ({ children } = forest);
     filter.offer(goals);
-    const items = rowsOf(goals, parents, children, { isFlat, closed, fits: (goal) => filter.fits(goal) });
-    counter.textContent = isFlat ? items.length + " of " + goals.length : String(goals.length);
-    list.box.hidden = !items.length;
-    empty.hidden = items.length > 0;
-    if (!items.length) drawEmpty(goals);
-    list.set(items);
+    page.show(items, goals.length, !items.length && nothing(goals));
+    if (!filter.isSet) page.count(goals.length, goals.length);
   }
-  function drawEmpty(goals) {
+  function nothing(goals) {
     const gone = app.model.gone.size,
       soon = app.recording
         ? "None at this moment of the recording."
-        : app.goalsProblem || (gone ? "" : "They appear here as soon as the executive formulates them.");
-    empty.replaceChildren(goals.length ? none("No goal matches") : none("No goals now", soon));
-    const offer = (text, call) =>
-      empty.firstChild.append(
-        button(text, () => {
-          call();
-          draw();
-        }),
+        : app.goalsProblem || (gone ? "" : "They appear here as soon as the executive formulates them."),
+      box = goals.length ? none("No goal matches") : none("No goals now", soon);
+    const showGone = () => {
+      withGone = true;
+    };
+    if (goals.length) box.append(drawing("Show all goals", () => filter.clear()));
+    else if (gone)
+      box.append(
+        drawing("Show " + (gone === 1 ? "the one that is" : "the " + gone + " that are") + " gone", showGone),
       );
-    if (goals.length && filter.isSet) offer("Show all goals", () => filter.clear());
-    else if (!goals.length && gone)
-      offer("Show " + (gone === 1 ? "the one that is" : "the " + gone + " that are") + " gone", () => {
-        withGone = true;
-      });
+    return box;
   }
   function drawDetail() {
-    layout.classList.toggle("has-detail", Boolean(chosen));
+    page.showsDetail(chosen);
     if (chosen) detail.draw({ goal: chosen });
   }
 
-  const soon = paced(draw, () => app.model.goals.size + app.model.gone.size);
-  const stop = app.model.onChange((topics) => {
-    if (!topics.has("goals") && !topics.has("skills")) return;
-    soon();
-    drawDetail();
-  });
-  const tick = setInterval(() => {
-    if (document.hidden || app.recording) return;
+  const soon = life.paced(draw, () => app.model.goals.size + app.model.gone.size);
+  life.add(
+    app.model.onChange((topics) => {
+      if (!topics.has("goals") && !topics.has("skills")) return;
+      soon();
+      drawDetail();
+    }),
+  );
+  life.every(TICK_MS, () => {
+    if (app.recording) return;
     if (list.items.some((item) => isOpen(goalOutcome(item.goal)))) list.update();
     drawDetail();
-  }, TICK_MS);
-  const follow = ({ detail: { changed, goal, time } }) => {
+  });
+  life.listen(app, "select", ({ detail: { changed, goal, time } }) => {
     if (changed.includes("time")) host.momentIs(time);
     if (changed.includes("goal") && goal !== chosen) location.replace(address(goal ? { goal } : {}));
-  };
-  app.addEventListener("select", follow);
+  });
   draw();
   return {
     go([key = app.selection.value.goal]) {
@@ -231,13 +207,6 @@ export function open(root, app) {
       list.mark(chosen, true);
       drawDetail();
     },
-    close() {
-      stop();
-      clearInterval(tick);
-      app.removeEventListener("select", follow);
-      soon.stop();
-      detail.close();
-      list.gone();
-    },
+    close: life.close,
   };
 }

@@ -1,8 +1,9 @@
 // Drawings of the blackboard (who writes and reads what) and of the coordinate frames, as Fawkes' webview
 // has them.
-import { get, throttled } from "cx/api.js";
-import { button, el, none, panel, refill, search } from "cx/dom.js";
+import { get } from "cx/api.js";
+import { button, el, none, panel, redraw, refill, search } from "cx/dom.js";
 import { drawGraph } from "cx/graph/draw.js";
+import { Lifetime } from "cx/scaffold.js";
 import { blackboardTabs } from "cx/views/blackboard.js";
 
 export const parts = ["blackboard/graph", "blackboard/transforms"];
@@ -13,32 +14,31 @@ const GRAPHS = {
   graph: {
     title: "Who writes and reads what",
     path: "blackboard/graph",
-    empty: "Nobody has opened an interface.",
-    own: "#/blackboard/graph",
+    empty: "No interface is open.",
   },
   transforms: {
     title: "Coordinate frames",
     path: "transforms/graph",
-    empty: "Nobody publishes transforms: no TransformInterface or Position3DInterface of a frame is there.",
-    own: "#/blackboard/transforms",
+    empty: "No transforms: there is no TransformInterface, and no Position3DInterface of a frame.",
   },
 };
+const href = (name) => (name.includes("::") ? "#/blackboard/" + encodeURIComponent(name) : "");
 
 export function open(root, app) {
   let which = "graph",
     dot = "",
-    drawn = null,
     problem = "",
-    wanted = "";
-  const bar = el.div(),
+    only = "";
+  const life = new Lifetime(),
+    bar = el.div(),
     body = el("div#drawing.fill.scroll-page");
   const find = search("Only with", (text) => {
-    wanted = text;
+    only = text;
     draw();
   });
   root.append(panel("Blackboard", [find, button("Read again", () => read())], bar, body));
 
-  const read = throttled(
+  const read = life.reader(
     async () => {
       const asked = which,
         answer = await get(GRAPHS[asked].path);
@@ -53,44 +53,25 @@ export function open(root, app) {
       draw();
     },
   );
-
   function draw() {
-    const sign = [which, dot, problem, wanted].join("\n");
-    if (sign === drawn) return;
-    drawn = sign;
     const { title, empty } = GRAPHS[which];
-    if (app.recording) refill(body, none("Not in a recording"));
-    else if (problem) refill(body, none(problem));
-    else if (dot)
-      refill(
-        body,
-        el.h3(title),
-        drawGraph(dot, title, {
-          only: wanted,
-          empty,
-          href: (name) => (name.includes("::") ? "#/blackboard/" + encodeURIComponent(name) : ""),
-        }),
+    if (app.recording || problem || dot)
+      redraw(body, [which, dot, problem, only], () =>
+        app.recording || problem
+          ? none(problem || "Not in a recording")
+          : [el.h3(title), drawGraph(dot, title, { only, empty, href })],
       );
   }
-  const renewed = app.onRenew(read);
-  const again = setInterval(() => {
-    if (!app.recording && !document.hidden && app.connection === "open") read();
-  }, AGAIN_MS);
+  life.add(app.onRenew(read));
+  life.every(AGAIN_MS, () => app.recording || app.connection !== "open" || read());
   return {
     go([name]) {
-      if (name !== which) {
-        dot = "";
-        problem = "";
-      }
-      which = name in GRAPHS ? name : "graph";
-      bar.replaceChildren(blackboardTabs(GRAPHS[which].own));
+      if (name !== which) dot = problem = "";
+      which = Object.hasOwn(GRAPHS, name) ? name : "graph";
+      refill(bar, blackboardTabs("#/blackboard/" + which));
       if (!app.recording) read();
       draw();
     },
-    close() {
-      renewed();
-      clearInterval(again);
-      read.stop();
-    },
+    close: life.close,
   };
 }
