@@ -7,3 +7,15 @@ export const isUnnamed = ({ kind, goal, mode }) => kind === "goal" && goal === "
 /** The fields of a multislot as CLIPS prints them in parentheses; strings without their quotes. */
 export const fields = (text = "") =>
   [...text.slice(1, -1).matchAll(/"([^"]*)"|[^\s"]+/g)].map(([word, string]) => string ?? word);
+
+/** How many elements of an ordered list come before the first that does not meet a condition. */
+export function countWhile(list, meets) {
+  let low = 0,
+    high = list.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (meets(list[middle])) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}

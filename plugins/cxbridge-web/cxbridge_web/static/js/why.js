@@ -7,6 +7,7 @@ import { linked } from "cx/links.js";
 import { MAIN_ENV } from "cx/names.js";
 
 const clock = (seconds) => seconds.toFixed(3) + " s";
+const ruleLink = (name) => link("#/clips/rules/" + part(name), name);
 const small = (...children) => el("p.dim.small", ...children);
 
 /**
@@ -62,12 +63,20 @@ function moments(app, list, rules) {
   if (!list.length) return null;
   const item = ({ seconds, text, rules: before }) => {
     const rule = before.at(-1),
-      by = rule && el("span.dim.small", "  by ", link("#/clips/rules/" + part(rule), rule));
+      by = rule && el("span.dim.small", "  by ", ruleLink(rule));
     return el.li(el("span.dim.n", clock(seconds)), " ", linked(app, text.trim(), rules), by);
   };
   return el.details(el.summary("Step by step (" + list.length + ")"), el("ol.history", list.map(item)));
 }
 const foot = ({ where, notes }) => [small("in " + where), (notes || []).map((text) => small(text))];
+
+/** Which rule made the plan: the last that fired before the goal was EXPANDED. */
+function planned(list) {
+  const { seconds, rules } = list.findLast(({ text }) => text.trim() === "EXPANDED") || { rules: [] };
+  return rules.length
+    ? small("The plan is of rule ", ruleLink(rules.at(-1)), ", at " + clock(seconds))
+    : null;
+}
 
 /** @param data of GET /cxbridge/why?goal=, ?action= or ?fact= */
 function goalWhy(app, data) {
@@ -78,6 +87,7 @@ function goalWhy(app, data) {
     el.section(
       el("p.cause", linked(app, cause.text, rules)),
       causeList(app, cause.because, rules),
+      planned(list),
       moments(app, list, rules),
     );
   return el("div.why", stories.map(section), foot(data));
@@ -109,15 +119,26 @@ function elements({ elements: list, failing }) {
   return el("ol.elements", list.map(item));
 }
 
-function failure(app, { reason, near, inner }) {
+/** Tell behind a fact which rule asserted it, as soon as that is known. */
+function asserted(app, text) {
+  const place = el("span.dim.small"),
+    [name] = /^f-\d+/.exec(text) || [];
+  const tell = ({ rules = [] }) => rules.length && refill(place, " asserted by ", ruleLink(rules[0]));
+  // a recording without firings does not know the rule
+  if (name) ask(app, "fact", name, app.env).then(tell, () => {});
+  return place;
+}
+
+function failure(app, { reason, near, facts = [], inner }) {
   const deviation = ({ slot, value, wanted }) =>
     el.li("slot ", el.b(slot), " has ", el.code(value), ", wanted ", el.code(wanted));
   const items = near.map(({ fact, deviations }) =>
-    el.li(linked(app, fact), causeItems(deviations.map(deviation))),
+    el.li(linked(app, fact), asserted(app, fact), causeItems(deviations.map(deviation))),
   );
+  const matching = facts.map((fact) => el.li(linked(app, fact), asserted(app, fact)));
   return el.div(
     el.p(linked(app, reason)),
-    causeItems([...items, ...inner.map((each) => el.li(failure(app, each)))]),
+    causeItems([...items, ...matching, ...inner.map((each) => el.li(failure(app, each)))]),
   );
 }
 

@@ -1,8 +1,6 @@
 // The map on a canvas: a grid in metres, the navigation graph, frames, robots and their trails.
-import { Canvas, niceStep } from "cx/canvas.js";
+import { Canvas, dashOf, dot, drawingKeys, fillBox, gestures, line, niceStep } from "cx/canvas.js";
 import { el } from "cx/dom.js";
-import { dashOf } from "cx/plot/chart.js";
-import { gestures } from "cx/panzoom.js";
 
 const LEAST = 2,
   MOST = 4000, // pixels a metre
@@ -10,6 +8,7 @@ const LEAST = 2,
   ZOOM = 1.3,
   MARGIN = 1.25;
 const NEAR = 14; // pixels around something that count as it
+const AXES = ["#d1242f", "#1a7f37"]; // x and y of a frame, as in rviz
 
 export class Drawing {
   /** @param handlers.hover(item or null), handlers.pick(item) something on the map; handlers.moved() by hand */
@@ -34,13 +33,22 @@ export class Drawing {
       leave: () => this.hover(null),
       press: (x, y) => handlers.pick(this.near(x, y)),
     });
-    this.box.addEventListener("keydown", (event) => this.onKey(event));
+    const zoomIn = () => this.zoom(ZOOM);
+    drawingKeys(this.box, {
+      ArrowLeft: () => this.move(STEP, 0),
+      ArrowRight: () => this.move(-STEP, 0),
+      ArrowUp: () => this.move(0, STEP),
+      ArrowDown: () => this.move(0, -STEP),
+      "+": zoomIn,
+      "=": zoomIn,
+      "-": () => this.zoom(1 / ZOOM),
+      0: () => this.fit(),
+    });
   }
 
   /** @param items {x, y, yaw, name, kind, number, seen, trail, goal, marked}; graphs: {name, nodes, edges} */
   show(graphs, items) {
-    this.graphs = graphs;
-    this.items = items;
+    Object.assign(this, { graphs, items });
     this.canvas.later();
   }
 
@@ -52,96 +60,70 @@ export class Drawing {
     this.canvas.later();
   }
   zoom(factor, x = this.canvas.width / 2, y = this.canvas.height / 2) {
-    const before = this.metres(x, y);
+    const [left, top] = this.metres(x, y);
     this.scale = Math.min(MOST, Math.max(LEAST, this.scale * factor));
-    const after = this.metres(x, y);
-    this.x += before.x - after.x;
-    this.y += before.y - after.y;
-    this.fitted = "";
-    this.handlers.moved();
-    this.canvas.later();
+    const [right, bottom] = this.metres(x, y);
+    this.x += left - right;
+    this.y += top - bottom;
+    this.move(0, 0);
   }
   centre(x, y) {
-    this.x = x;
-    this.y = y;
+    Object.assign(this, { x, y });
     this.canvas.later();
   }
   /** Show all there is. Returns whether there is anything. */
   fit() {
-    const points = [
-      ...this.graphs.flatMap(({ nodes }) => Object.values(nodes).map(({ x, y }) => [x, y])),
-      ...this.items.flatMap((item) => [[item.x, item.y], ...item.trail]),
-    ];
-    const { width, height } = this.canvas;
+    const { width, height } = this.canvas,
+      nodes = this.graphs.flatMap((graph) => Object.values(graph.nodes)),
+      points = [
+        ...[...nodes, ...this.items].map(({ x, y }) => [x, y]),
+        ...this.items.flatMap(({ trail }) => trail),
+      ];
     if (!points.length || !width) return false;
-    const range = (at) => {
-      let least = Infinity,
-        greatest = -Infinity;
-      for (const point of points) {
-        least = Math.min(least, point[at]);
-        greatest = Math.max(greatest, point[at]);
-      }
-      return [least, greatest];
-    };
+    const range = (at) =>
+      points.reduce(
+        ([least, most], point) => [Math.min(least, point[at]), Math.max(most, point[at])],
+        [Infinity, -Infinity],
+      );
     const [left, right] = range(0),
-      [low, high] = range(1);
-    this.x = (left + right) / 2;
-    this.y = (low + high) / 2;
-    const scale = Math.min(
-      width / Math.max(1, (right - left) * MARGIN),
-      height / Math.max(1, (high - low) * MARGIN),
-    );
+      [low, high] = range(1),
+      fits = (room, span) => room / Math.max(1, span * MARGIN),
+      scale = Math.min(fits(width, right - left), fits(height, high - low));
     this.scale = Math.min(MOST, Math.max(LEAST, scale));
     this.fitted = width + " " + height;
-    this.canvas.later();
+    this.centre((left + right) / 2, (low + high) / 2);
     return true;
   }
 
-  px(x) {
-    return this.canvas.width / 2 + (x - this.x) * this.scale;
-  }
-  py(y) {
-    return this.canvas.height / 2 - (y - this.y) * this.scale;
+  /** The pixel of a place in metres, and the place of a pixel. */
+  at(x, y) {
+    const { width, height } = this.canvas;
+    return [width / 2 + (x - this.x) * this.scale, height / 2 - (y - this.y) * this.scale];
   }
   metres(x, y) {
-    return {
-      x: this.x + (x - this.canvas.width / 2) / this.scale,
-      y: this.y - (y - this.canvas.height / 2) / this.scale,
-    };
+    const { width, height } = this.canvas;
+    return [this.x + (x - width / 2) / this.scale, this.y - (y - height / 2) / this.scale];
   }
 
   /** What is at a pixel: a robot or frame, else a node. */
   near(x, y) {
-    const close = (each) => Math.hypot(this.px(each.x) - x, this.py(each.y) - y) <= NEAR;
-    const item = this.items.find(close);
-    if (item) return item;
-    for (const { nodes } of this.graphs)
-      for (const [name, node] of Object.entries(nodes))
-        if (close(node)) return { ...node, name, kind: "node" };
-    return null;
+    const nodes = this.graphs.flatMap((graph) => Object.entries(graph.nodes)),
+      all = [...this.items, ...nodes.map(([name, node]) => ({ ...node, name, kind: "node" }))];
+    const isClose = (each) => {
+      const [left, top] = this.at(each.x, each.y);
+      return Math.hypot(left - x, top - y) <= NEAR;
+    };
+    return all.find(isClose) || null;
   }
   hover(found) {
-    if ((found && found.name) === (this.hot && this.hot.name)) return;
+    if (found?.name === this.hot?.name) return;
     this.hot = found;
     this.handlers.hover(found);
   }
 
-  onKey(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const way = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-    if (way) this.move(way[0] * STEP, way[1] * STEP);
-    else if (event.key === "+" || event.key === "=") this.zoom(ZOOM);
-    else if (event.key === "-") this.zoom(1 / ZOOM);
-    else if (event.key === "0") this.fit();
-    else return;
-    event.preventDefault();
-    event.stopPropagation(); // numbers lead to other views
-  }
-
   paint(context, width, height, colours) {
     if (this.fitted && this.fitted !== width + " " + height) this.fit(); // the room has changed
-    context.fillStyle = colours.back;
-    context.fillRect(0, 0, width, height);
+    fillBox(context, colours.back, 0, 0, width, height);
     this.paintGrid(context, width, height, colours);
     for (const graph of this.graphs) this.paintGraph(context, graph, colours);
     for (const item of this.items) this.paintTrail(context, item, colours);
@@ -154,176 +136,107 @@ export class Drawing {
 
   paintGrid(context, width, height, colours) {
     const step = (this.grid = niceStep(width / this.scale, width / 90)),
-      { x: left, y: top } = this.metres(0, 0),
-      { x: right, y: low } = this.metres(width, height);
-    context.strokeStyle = colours.line;
-    context.lineWidth = 1;
-    for (const [from, to, isAcross] of [
-      [left, right, false],
-      [low, top, true],
-    ])
-      for (let at = Math.ceil(from / step); at * step <= to; at++) {
-        context.globalAlpha = at === 0 ? 1 : 0.45;
-        context.beginPath();
-        if (isAcross) {
-          context.moveTo(0, this.py(at * step));
-          context.lineTo(width, this.py(at * step));
-        } else {
-          context.moveTo(this.px(at * step), 0);
-          context.lineTo(this.px(at * step), height);
-        }
-        context.stroke();
-      }
-    context.globalAlpha = 1;
+      [left, top] = this.metres(0, 0),
+      [right, low] = this.metres(width, height),
+      look = (at) => ({ stroke: colours.line, alpha: at === 0 ? 1 : 0.45 });
+    for (let at = Math.ceil(left / step); at * step <= right; at++)
+      line(context, [this.at(at * step, top), this.at(at * step, low)], look(at));
+    for (let at = Math.ceil(low / step); at * step <= top; at++)
+      line(context, [this.at(left, at * step), this.at(right, at * step)], look(at));
   }
 
-  paintScale(context, height, colours) {
+  paintScale(context, height, { text: colour }) {
     const wide = this.grid * this.scale,
-      text = this.grid >= 1 ? this.grid + " m" : Math.round(this.grid * 100) + " cm";
-    context.strokeStyle = context.fillStyle = colours.text;
-    context.lineWidth = 2;
-    context.beginPath();
-    context.moveTo(14, height - 20);
-    context.lineTo(14, height - 14);
-    context.lineTo(14 + wide, height - 14);
-    context.lineTo(14 + wide, height - 20);
-    context.stroke();
+      text = this.grid >= 1 ? this.grid + " m" : Math.round(this.grid * 100) + " cm",
+      [left, right, top, low] = [14, 14 + wide, height - 20, height - 14];
+    line(
+      context,
+      [
+        [left, top],
+        [left, low],
+        [right, low],
+        [right, top],
+      ],
+      { stroke: colour, width: 2 },
+    );
+    context.fillStyle = colour;
     context.textAlign = "center";
     context.textBaseline = "bottom";
-    context.fillText(text, 14 + wide / 2, height - 17);
+    context.fillText(text, left + wide / 2, height - 17);
   }
 
   paintGraph(context, { nodes, edges }, colours) {
-    context.strokeStyle = context.fillStyle = colours.dim;
-    context.lineWidth = 1.6;
-    for (const edge of Object.values(edges)) {
-      const from = nodes[edge.from],
-        to = nodes[edge.to];
-      if (!from || !to) continue;
-      context.beginPath();
-      context.moveTo(this.px(from.x), this.py(from.y));
-      context.lineTo(this.px(to.x), this.py(to.y));
-      context.stroke();
-      if (edge.directed) this.paintArrow(context, from, to);
+    for (const { from, to, directed } of Object.values(edges)) {
+      if (!nodes[from] || !nodes[to]) continue;
+      const ends = [nodes[from], nodes[to]].map(({ x, y }) => this.at(x, y));
+      line(context, ends, { stroke: colours.dim, width: 1.6 });
+      if (directed) this.paintArrow(context, ...ends, colours.dim);
     }
-    context.textAlign = "left";
-    context.textBaseline = "bottom";
-    const named = Object.keys(nodes).length * 900 < this.canvas.width * this.canvas.height || this.scale > 60;
+    const { width, height } = this.canvas,
+      isNamed = Object.keys(nodes).length * 900 < width * height || this.scale > 60;
     for (const [name, node] of Object.entries(nodes)) {
-      const x = this.px(node.x),
-        y = this.py(node.y);
-      context.beginPath();
-      context.arc(x, y, 5, 0, 7);
-      context.fillStyle = node.unconnected ? colours.back : colours.panel;
-      context.strokeStyle = colours.dim;
-      context.fill();
-      context.stroke();
-      if (named) this.paintText(context, name, x + 8, y - 5, colours.text, colours.back);
+      const [x, y] = this.at(node.x, node.y),
+        fill = node.unconnected ? colours.back : colours.panel;
+      dot(context, x, y, 5, { fill, stroke: colours.dim, width: 1.6 });
+      if (isNamed) this.paintText(context, name, x + 8, y - 5, colours.text, colours.back, "bottom");
     }
   }
-
-  paintText(context, text, x, y, colour, back) {
-    context.lineJoin = "round";
-    context.lineWidth = 3;
+  paintText(context, text, x, y, colour, back, baseline = "top") {
+    Object.assign(context, { textAlign: "left", textBaseline: baseline, lineJoin: "round", lineWidth: 3 });
     context.strokeStyle = back;
     context.strokeText(text, x, y);
     context.fillStyle = colour;
     context.fillText(text, x, y);
-    context.lineWidth = 1.6;
   }
-
-  paintArrow(context, from, to) {
-    const angle = Math.atan2(this.py(to.y) - this.py(from.y), this.px(to.x) - this.px(from.x)),
-      x = this.px((from.x + 2 * to.x) / 3),
-      y = this.py((from.y + 2 * to.y) / 3);
+  /** A shape of points around a place, turned. */
+  shape(context, [x, y], angle, points, look) {
     context.save();
     context.translate(x, y);
     context.rotate(angle);
-    context.beginPath();
-    context.moveTo(6, 0);
-    context.lineTo(-4, -4);
-    context.lineTo(-4, 4);
-    context.closePath();
-    context.fill();
+    line(context, points, look);
     context.restore();
   }
+  paintArrow(context, [x1, y1], [x2, y2], fill) {
+    const place = [(x1 + 2 * x2) / 3, (y1 + 2 * y2) / 3];
+    this.shape(context, place, Math.atan2(y2 - y1, x2 - x1), ARROW, { fill });
+  }
 
-  paintTrail(context, item, colours) {
-    const colour = colours.series[item.number];
-    context.strokeStyle = colour;
-    context.globalAlpha = 0.6;
-    context.lineWidth = item.kind === "frame" ? 1.2 : 2.4;
-    context.setLineDash(dashOf(item.number));
-    context.beginPath();
-    item.trail.forEach(([x, y], at) => {
-      if (at) context.lineTo(this.px(x), this.py(y));
-      else context.moveTo(this.px(x), this.py(y));
-    });
-    context.stroke();
-    if (item.goal) {
-      context.setLineDash([2, 4]);
-      context.beginPath();
-      context.moveTo(this.px(item.x), this.py(item.y));
-      context.lineTo(this.px(item.goal.x), this.py(item.goal.y));
-      context.arc(this.px(item.goal.x), this.py(item.goal.y), 6, 0, 7);
-      context.stroke();
-    }
-    context.setLineDash([]);
-    context.globalAlpha = 1;
+  paintTrail(context, { number, kind, trail, goal, x, y }, { series }) {
+    const look = { stroke: series[number], alpha: 0.6, width: kind === "frame" ? 1.2 : 2.4 },
+      way = trail.map((point) => this.at(...point));
+    line(context, way, { ...look, dash: dashOf(number) });
+    if (!goal) return;
+    const place = this.at(goal.x, goal.y);
+    line(context, [this.at(x, y), place], { ...look, dash: [2, 4] });
+    dot(context, ...place, 6, { ...look, dash: [2, 4] });
   }
 
   paintRobot(context, item, colours) {
-    const x = this.px(item.x),
-      y = this.py(item.y),
-      size = Math.max(10, Math.min(26, 0.16 * this.scale));
-    context.save();
-    context.translate(x, y);
-    context.globalAlpha = item.seen ? 1 : 0.45;
-    context.fillStyle = colours.series[item.number];
-    context.strokeStyle = colours.back;
-    context.lineWidth = 2;
-    context.beginPath();
-    if (item.yaw === null) context.arc(0, 0, size * 0.7, 0, 7);
-    else {
-      context.rotate(-item.yaw);
-      context.moveTo(size, 0);
-      context.lineTo(-size * 0.75, -size * 0.7);
-      context.lineTo(-size * 0.35, 0);
-      context.lineTo(-size * 0.75, size * 0.7);
-      context.closePath();
-    }
-    context.fill();
-    context.stroke();
-    context.restore();
-    if (item.marked) {
-      context.strokeStyle = colours.focus;
-      context.lineWidth = 2;
-      context.beginPath();
-      context.arc(x, y, size + 6, 0, 7);
-      context.stroke();
-    }
-    context.textAlign = "left";
-    context.textBaseline = "top";
+    const place = this.at(item.x, item.y),
+      [x, y] = place,
+      size = Math.max(10, Math.min(26, 0.16 * this.scale)),
+      alpha = item.seen ? 1 : 0.45,
+      look = { fill: colours.series[item.number], stroke: colours.back, width: 2, alpha };
+    if (item.yaw === null) dot(context, x, y, size * 0.7, look);
+    else
+      this.shape(
+        context,
+        place,
+        -item.yaw,
+        ROBOT.map((point) => point.map((at) => at * size)),
+        look,
+      );
+    if (item.marked) dot(context, x, y, size + 6, { stroke: colours.focus, width: 2 });
     this.paintText(context, item.label || item.name, x + size + 4, y + 4, colours.text, colours.back);
   }
 
   paintFrame(context, item, colours) {
-    const x = this.px(item.x),
-      y = this.py(item.y);
-    context.lineWidth = 2.2;
-    for (const [turn, colour] of [
-      [0, "#d1242f"],
-      [Math.PI / 2, "#1a7f37"],
-    ]) {
-      const angle = (item.yaw ?? 0) + turn;
-      context.strokeStyle = colour;
-      context.beginPath();
-      context.moveTo(x, y);
-      context.lineTo(x + 20 * Math.cos(angle), y - 20 * Math.sin(angle));
-      context.stroke();
+    const [x, y] = this.at(item.x, item.y);
+    for (const [at, stroke] of AXES.entries()) {
+      const angle = (item.yaw ?? 0) + (at * Math.PI) / 2,
+        end = [x + 20 * Math.cos(angle), y - 20 * Math.sin(angle)];
+      line(context, [[x, y], end], { stroke, width: 2.2 });
     }
-    context.textAlign = "left";
-    context.textBaseline = "top";
     this.paintText(context, item.name, x + 4, y + 5, colours.dim, colours.back);
   }
 
@@ -331,3 +244,15 @@ export class Drawing {
     this.canvas.gone();
   }
 }
+
+const ARROW = [
+    [6, 0],
+    [-4, -4],
+    [-4, 4],
+  ],
+  ROBOT = [
+    [1, 0],
+    [-0.75, -0.7],
+    [-0.35, 0],
+    [-0.75, 0.7],
+  ];

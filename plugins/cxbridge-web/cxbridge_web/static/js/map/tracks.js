@@ -1,119 +1,111 @@
-// Where robots and frames were over time, from interface writes: poses, transforms, what navigators say.
-import { compose, inverse, yawOf } from "cx/map/plane.js";
+// Where robots and frames were over time, from interface writes: poses, transforms, what navigators say. Poses are
+// in the plane: {x, y, yaw}, metres and radians.
+import { countWhile } from "cx/names.js";
 
 const MOST_POINTS = 20_000;
-const TYPES = new Set(["Position3DInterface", "TransformInterface", "NavigatorInterface"]);
-const typeOf = (uid) => uid.slice(0, uid.indexOf("::"));
-const idOf = (uid) => uid.slice(uid.indexOf("::") + 2);
+const USUAL = ["map", "world", "odom"];
+const SAME = ["x", "y", "yaw", "frame", "seen", "goalX", "goalY"];
+const HERE = { x: 0, y: 0, yaw: 0 };
 const bare = (frame) => String(frame || "").replace(/^\//, ""); // as in tf: a leading slash does not count
+
+/** The turn about z of a quaternion x, y, z, w. */
+function yawOf(rotation) {
+  if (rotation?.length !== 4) return 0;
+  const [x, y, z, w] = rotation;
+  return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+}
+/** A pose that is given in another pose, seen from where that one is given. */
+function compose(outer, inner) {
+  const cos = Math.cos(outer.yaw),
+    sin = Math.sin(outer.yaw);
+  return {
+    x: outer.x + cos * inner.x - sin * inner.y,
+    y: outer.y + sin * inner.x + cos * inner.y,
+    yaw: outer.yaw + inner.yaw,
+  };
+}
+function inverse({ x, y, yaw }) {
+  const cos = Math.cos(yaw),
+    sin = Math.sin(yaw);
+  return { x: -(cos * x + sin * y), y: sin * x - cos * y, yaw: -yaw };
+}
 
 /** A pose in a frame, or a frame in its parent, over time. */
 class Track {
-  constructor(uid, kind, name) {
-    Object.assign(this, { uid, kind, name, points: [], isStatic: false });
+  points = [];
+  isStatic = false;
+
+  constructor(kind, name) {
+    Object.assign(this, { kind, name });
   }
   add(point) {
-    const last = this.points[this.points.length - 1];
-    if (last && point.time < last.time) return;
-    if (last && ["x", "y", "yaw", "frame", "seen", "goalX", "goalY"].every((key) => last[key] === point[key]))
-      return;
+    const last = this.points.at(-1);
+    if (last && (point.time < last.time || SAME.every((key) => last[key] === point[key]))) return;
     this.points.push(point);
     if (this.points.length > MOST_POINTS) this.points.splice(0, MOST_POINTS / 4);
   }
   /** The number of points up to a time. */
   count(time) {
-    let low = 0,
-      high = this.points.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (this.points[middle].time <= time) low = middle + 1;
-      else high = middle;
-    }
-    return low;
+    return countWhile(this.points, (point) => point.time <= time);
   }
   at(time) {
-    return (this.isStatic ? this.points[this.points.length - 1] : this.points[this.count(time) - 1]) || null;
+    return (this.isStatic ? this.points.at(-1) : this.points[this.count(time) - 1]) || null;
   }
 }
 
-export class Tracks {
-  constructor() {
-    this.poses = new Map(); // uid -> Track
-    this.frames = new Map(); // child frame -> Track
-    this.graphs = new Map(); // name -> {nodes, edges}
-  }
+/** The pose in the values of an interface with `translation` and `rotation`. */
+const poseOf = ({ frame, translation: [x, y], rotation }, more) => ({
+  frame: bare(frame),
+  x,
+  y,
+  yaw: yawOf(rotation),
+  ...more,
+});
 
-  clear() {
-    for (const each of [this.poses, this.frames, this.graphs]) each.clear();
-  }
+export class Tracks {
+  poses = new Map(); // uid -> Track
+  frames = new Map(); // child frame -> Track
+  graphs = new Map(); // name -> {nodes, edges}
 
   /** Take the news of an event. Returns whether it had some. */
-  take(event) {
-    if (event.kind === "navgraph") {
-      this.graphs.set(event.graph, { nodes: event.nodes, edges: event.edges });
-      return true;
-    }
-    if (event.kind !== "interface") return false;
-    const type = typeOf(event.uid);
-    if (!TYPES.has(type)) return false;
-    if (type === "TransformInterface") return this.frame(event);
-    if (type === "NavigatorInterface") return this.navigator(event);
-    return this.pose(event);
+  take({ kind, uid, time_us: time, values, ...rest }) {
+    if (kind === "navgraph") this.graphs.set(rest.graph, { nodes: rest.nodes, edges: rest.edges });
+    if (kind !== "interface") return kind === "navgraph";
+    const [type, id] = uid.split(/::(.*)/s),
+      point = this["of" + type]?.(values, uid, id);
+    if (!point) return false;
+    const [track, place] = point;
+    track.add({ time, ...place });
+    return true;
   }
-
   track(map, key, ...about) {
     if (!map.has(key)) map.set(key, new Track(...about));
     return map.get(key);
   }
 
-  pose({ uid, time_us, values }) {
-    if (!values.translation || !values.frame) return false;
-    this.track(this.poses, uid, uid, "pose", idOf(uid)).add({
-      time: time_us,
-      frame: bare(values.frame),
-      x: values.translation[0],
-      y: values.translation[1],
-      yaw: yawOf(values.rotation),
-      seen: values.visibility_history > 0,
-    });
-    return true;
+  ofPosition3DInterface(values, uid, id) {
+    if (!values.translation || !values.frame) return null;
+    const track = this.track(this.poses, uid, "pose", id);
+    return [track, poseOf(values, { seen: values.visibility_history > 0 })];
   }
-
-  navigator({ uid, time_us, values }) {
-    if (typeof values.x !== "number") return false;
-    const goes = values.final === false && values.dest_dist > 0;
-    this.track(this.poses, uid, uid, "navigator", idOf(uid)).add({
-      time: time_us,
-      frame: bare(values.target_frame) || "odom",
-      x: values.x,
-      y: values.y,
-      yaw: null,
-      seen: true,
-      goalX: goes ? values.dest_x : null,
-      goalY: goes ? values.dest_y : null,
-    });
-    return true;
+  ofNavigatorInterface({ x, y, final, dest_dist: distance, target_frame: frame, ...values }, uid, id) {
+    if (typeof x !== "number") return null;
+    const goes = final === false && distance > 0,
+      goal = { goalX: goes ? values.dest_x : null, goalY: goes ? values.dest_y : null };
+    const track = this.track(this.poses, uid, "navigator", id);
+    return [track, { frame: bare(frame) || "odom", x, y, yaw: null, seen: true, ...goal }];
   }
-
-  frame({ uid, time_us, values }) {
+  ofTransformInterface(values) {
     const child = bare(values.child_frame);
-    if (!child || !values.translation) return false;
-    const track = this.track(this.frames, child, uid, "frame", child);
+    if (!child || !values.translation) return null;
+    const track = this.track(this.frames, child, "frame", child);
     track.isStatic = Boolean(values.static_transform);
-    track.add({
-      time: time_us,
-      frame: bare(values.frame),
-      x: values.translation[0],
-      y: values.translation[1],
-      yaw: yawOf(values.rotation),
-      seen: true,
-    });
-    return true;
+    return [track, poseOf(values, { seen: true })];
   }
 
   /** How a frame lies in the root of its tree at a time: {root, x, y, yaw}. */
   toRoot(frame, time) {
-    let lies = { x: 0, y: 0, yaw: 0 },
+    let lies = HERE,
       root = frame;
     for (const been = new Set(); this.frames.has(root) && !been.has(root);) {
       been.add(root);
@@ -127,7 +119,7 @@ export class Tracks {
 
   /** How a frame lies in another one at a time; null: they are not connected. */
   between(from, to, time) {
-    if (from === to) return { x: 0, y: 0, yaw: 0 };
+    if (from === to) return HERE;
     const one = this.toRoot(from, time),
       other = this.toRoot(to, time);
     return one.root === other.root ? compose(inverse(other), one) : null;
@@ -135,15 +127,12 @@ export class Tracks {
 
   /** The frames there are, the usual fixed ones first. */
   frameNames() {
-    const found = new Set();
-    for (const track of this.poses.values()) for (const { frame } of track.points.slice(-1)) found.add(frame);
-    for (const track of this.frames.values()) {
-      found.add(track.name);
-      for (const { frame } of track.points.slice(-1)) found.add(frame);
-    }
-    const usual = ["map", "world", "odom"],
-      rank = (name) => (usual.includes(name) ? usual.indexOf(name) : usual.length);
-    return [...found].sort((a, b) => rank(a) - rank(b) || (a < b ? -1 : 1));
+    const tracks = [...this.poses.values(), ...this.frames.values()],
+      last = tracks.flatMap(({ points }) => points.slice(-1)).map(({ frame }) => frame),
+      rank = (name) => (USUAL.includes(name) ? USUAL.indexOf(name) : USUAL.length);
+    return [...new Set([...last, ...this.frames.keys()])].sort(
+      (a, b) => rank(a) - rank(b) || (a < b ? -1 : 1),
+    );
   }
 
   /**
@@ -151,42 +140,29 @@ export class Tracks {
    * connected with the frame.
    */
   placed(frame, time) {
-    const found = [];
-    for (const track of [...this.poses.values(), ...this.frames.values()]) {
-      const point = track.at(time);
-      if (!point) continue;
-      const lies = this.between(point.frame, frame, time),
-        place = lies && compose(lies, { ...point, yaw: point.yaw ?? 0 });
-      const goal =
-        lies && typeof point.goalX === "number"
-          ? compose(lies, { x: point.goalX, y: point.goalY, yaw: 0 })
-          : null;
-      found.push({
-        track,
-        goal,
-        frame: point.frame,
-        seen: point.seen,
-        x: place ? place.x : null,
-        y: place ? place.y : null,
-        yaw: place && point.yaw !== null ? place.yaw : null,
-      });
-    }
-    return found;
+    return [...this.poses.values(), ...this.frames.values()].flatMap((track) => {
+      const point = track.at(time),
+        lies = point && this.between(point.frame, frame, time),
+        place = lies ? compose(lies, { ...point, yaw: point.yaw ?? 0 }) : { x: null, y: null, yaw: null };
+      if (!point) return [];
+      const hasGoal = lies && typeof point.goalX === "number",
+        goal = hasGoal ? compose(lies, { x: point.goalX, y: point.goalY, yaw: 0 }) : null;
+      if (point.yaw === null) place.yaw = null;
+      return [{ track, goal, frame: point.frame, seen: point.seen, ...place }];
+    });
   }
 
   /** Where something was up to a time, seen from a frame: at most `most` points [x, y]. */
   trail(track, frame, time, most = 2000) {
     const end = track.count(time),
-      step = Math.max(1, Math.ceil(end / most)),
-      way = [];
-    for (let at = 0; at < end; at++) {
-      if (at % step && at !== end - 1) continue;
-      const point = track.points[at],
-        lies = this.between(point.frame, frame, point.time);
-      if (!lies) continue;
-      const place = compose(lies, { ...point, yaw: 0 });
-      way.push([place.x, place.y]);
-    }
-    return way;
+      step = Math.max(1, Math.ceil(end / most));
+    return track.points
+      .slice(0, end)
+      .filter((_, at) => at % step === 0 || at === end - 1)
+      .flatMap((point) => {
+        const lies = this.between(point.frame, frame, point.time),
+          { x, y } = lies ? compose(lies, { ...point, yaw: 0 }) : {};
+        return lies ? [[x, y]] : [];
+      });
   }
 }

@@ -1,7 +1,6 @@
 // A line chart over time on a canvas: several series, an axis for each group of them, zoom and pan.
-import { Canvas, niceStep } from "cx/canvas.js";
+import { Canvas, dashOf, dot, drawingKeys, fillBox, gestures, ink, line, niceStep } from "cx/canvas.js";
 import { el } from "cx/dom.js";
-import { gestures } from "cx/panzoom.js";
 import { decimate, numberText } from "cx/plot/series.js";
 
 const AXIS = 58,
@@ -14,18 +13,16 @@ const AXIS = 58,
   KEY_STEP = 0.02,
   KEY_ZOOM = 1.25,
   SHORTEST_US = 1000;
-const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3]];
-export const dashOf = (number) => DASHES[number % DASHES.length];
 
 export class Chart {
   /**
-   * @param handlers.moved() somebody zoomed or panned; handlers.cursor(time) the pointer is there, null: nowhere;
+   * @param handlers.moved() a user zoomed or panned; handlers.cursor(time) the pointer is there, null: nowhere;
    * handlers.pick(time) that moment was chosen; handlers.all() show everything
    * @param timeText(time, step) a time on the axis, whose marks are `step` apart; microseconds
    */
   constructor(handlers, timeText) {
     Object.assign(this, { handlers, timeText, series: [], from: 0, to: 1, zero: 0, end: 0 });
-    Object.assign(this, { cursor: null, moment: null, axes: [], margins: { left: AXIS, right: RIGHT } });
+    Object.assign(this, { cursor: null, moment: null, axes: [], left: AXIS, right: RIGHT });
     this.canvas = new Canvas((...rest) => this.paint(...rest));
     this.box = el(
       "div.chart",
@@ -46,17 +43,21 @@ export class Chart {
       press: (x) => handlers.pick(this.timeAt(x)),
     });
     this.canvas.node.addEventListener("dblclick", () => handlers.all());
-    this.box.addEventListener("keydown", (event) => this.onKey(event));
+    const step = (way) => (event) => this.step(way, event.shiftKey),
+      zoomIn = () => this.zoom(KEY_ZOOM, this.cursor ?? undefined);
+    drawingKeys(this.box, {
+      ArrowLeft: step(-1),
+      ArrowRight: step(1),
+      "+": zoomIn,
+      "=": zoomIn,
+      "-": () => this.zoom(1 / KEY_ZOOM, this.cursor ?? undefined),
+      0: () => handlers.all(),
+      Enter: () => this.cursor === null || handlers.pick(this.cursor),
+    });
   }
 
   get span() {
     return this.to - this.from;
-  }
-  get left() {
-    return this.margins.left;
-  }
-  get right() {
-    return this.margins.right;
   }
   get wide() {
     return Math.max(1, this.canvas.width - this.left - this.right);
@@ -97,77 +98,64 @@ export class Chart {
     this.look(around - share * span, around + (1 - share) * span);
     this.handlers.moved();
   }
-
-  onKey(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const step = this.span * KEY_STEP,
-      way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-    if (way && event.shiftKey) this.move(way * step * 5);
-    else if (way) {
-      const before = this.cursor ?? this.moment ?? (this.from + this.to) / 2;
-      this.point(Math.min(this.to, Math.max(this.from, before + way * step)));
-    } else if (event.key === "+" || event.key === "=") this.zoom(KEY_ZOOM, this.cursor ?? undefined);
-    else if (event.key === "-") this.zoom(1 / KEY_ZOOM, this.cursor ?? undefined);
-    else if (event.key === "0") this.handlers.all();
-    else if (event.key === "Enter" && this.cursor !== null) this.handlers.pick(this.cursor);
-    else return;
-    event.preventDefault();
-    event.stopPropagation(); // numbers lead to other views
+  /** A key moves the cursor, or all that is seen. */
+  step(way, isAll) {
+    const step = way * this.span * KEY_STEP,
+      before = this.cursor ?? this.moment ?? (this.from + this.to) / 2;
+    if (isAll) this.move(step * 5);
+    else this.point(Math.min(this.to, Math.max(this.from, before + step)));
   }
 
   /** One axis for what has the same unit; what does not fit beside the chart has none. */
   layAxes(width) {
-    const byKey = new Map();
-    for (const each of this.series) {
-      const key = each.words ? each.name : each.source.axis;
-      if (!byKey.has(key)) byKey.set(key, { key, series: [], words: each.words });
-      byKey.get(key).series.push(each);
-    }
-    this.axes = [...byKey.values()];
+    const keyOf = ({ words, name, source }) => (words ? name : source.axis),
+      groups = Map.groupBy(this.series, keyOf);
     let room = width > WIDE ? width / 2 : width / 3,
       left = 0,
       right = 0;
-    this.axes.forEach((axis, at) => {
-      axis.isLeft = at % 2 === 0;
-      axis.wide = axis.words && width > WIDE ? WORDS_AXIS : AXIS;
-      axis.x = null;
-      if (at < 2 || room >= axis.wide) {
-        axis.x = axis.isLeft ? left : right;
-        if (axis.isLeft) left += axis.wide;
-        else right += axis.wide;
-        room -= axis.wide;
+    this.axes = [...groups.values()].map((series, at) => {
+      const [{ words }] = series,
+        isLeft = at % 2 === 0,
+        wide = words && width > WIDE ? WORDS_AXIS : AXIS,
+        hasRoom = at < 2 || room >= wide,
+        x = hasRoom ? (isLeft ? left : right) : null;
+      if (hasRoom) {
+        if (isLeft) left += wide;
+        else right += wide;
+        room -= wide;
       }
-      const ranges = axis.series.map((each) => each.range(this.from, this.to)).filter(Boolean);
-      let low = axis.words ? 0 : Math.min(...ranges.map((range) => range[0])),
-        high = axis.words ? Math.max(1, axis.words.length - 1) : Math.max(...ranges.map((range) => range[1]));
-      if (!Number.isFinite(low) || !Number.isFinite(high)) [low, high] = [0, 1];
-      if (low === high) [low, high] = [low - (Math.abs(low) || 1) * 0.5, high + (Math.abs(high) || 1) * 0.5];
-      const pad = (high - low) * PAD;
-      axis.low = low - pad;
-      axis.high = high + pad;
+      return { series, words, isLeft, wide, x, ...this.rangeOf(series, words) };
     });
-    this.margins = { left: Math.max(left, AXIS), right: right + RIGHT };
+    this.left = Math.max(left, AXIS);
+    this.right = right + RIGHT;
+  }
+  /** The values at the ends of an axis: some room beside the least and the greatest. */
+  rangeOf(series, words) {
+    const ranges = series.map((each) => each.range(this.from, this.to)).filter(Boolean);
+    let low = words ? 0 : Math.min(...ranges.map((range) => range[0])),
+      high = words ? Math.max(1, words.length - 1) : Math.max(...ranges.map((range) => range[1]));
+    if (!Number.isFinite(low) || !Number.isFinite(high)) [low, high] = [0, 1];
+    if (low === high) [low, high] = [low - (Math.abs(low) || 1) * 0.5, high + (Math.abs(high) || 1) * 0.5];
+    const pad = (high - low) * PAD;
+    return { low: low - pad, high: high + pad };
   }
 
   paint(context, width, height, colours) {
     this.layAxes(width);
     const bottom = height - BOTTOM,
       right = width - this.right;
-    context.fillStyle = colours.back;
-    context.fillRect(0, 0, width, height);
-    context.lineWidth = 1;
+    fillBox(context, colours.back, 0, 0, width, height);
     this.paintTimes(context, bottom, right, colours);
     for (const axis of this.axes) this.paintAxis(context, axis, bottom, right, colours);
-    context.strokeStyle = colours.line;
-    context.strokeRect(this.left, TOP, right - this.left, bottom - TOP);
     context.save();
     context.beginPath();
     context.rect(this.left, TOP, right - this.left, bottom - TOP);
+    ink(context, { stroke: colours.line });
     context.clip();
     for (const axis of this.axes)
       for (const each of axis.series) this.paintLine(context, each, axis, bottom, colours);
-    this.paintMoment(context, this.moment, bottom, colours.focus, [5, 4]);
-    this.paintMoment(context, this.cursor, bottom, colours.dim, []);
+    this.paintMoment(context, this.moment, bottom, { stroke: colours.focus, dash: [5, 4] });
+    this.paintMoment(context, this.cursor, bottom, { stroke: colours.dim });
     if (this.cursor !== null) for (const axis of this.axes) this.paintDots(context, axis, bottom, colours);
     context.restore();
   }
@@ -178,47 +166,49 @@ export class Chart {
 
   paintTimes(context, bottom, right, colours) {
     const step = niceStep(this.span, (right - this.left) / 110);
-    context.textAlign = "center";
-    context.textBaseline = "top";
+    Object.assign(context, { textAlign: "center", textBaseline: "top" });
     for (let at = Math.ceil((this.from - this.zero) / step); at * step + this.zero <= this.to; at++) {
-      const time = at * step + this.zero;
-      const x = this.xOf(time);
-      context.strokeStyle = colours.line;
-      context.globalAlpha = 0.5;
-      context.beginPath();
-      context.moveTo(x, TOP);
-      context.lineTo(x, bottom);
-      context.stroke();
-      context.globalAlpha = 1;
+      const time = at * step + this.zero,
+        x = this.xOf(time);
+      this.paintMoment(context, time, bottom, { stroke: colours.line, alpha: 0.5 });
       context.fillStyle = colours.dim;
       if (x > this.left + 20 && x < right - 20) context.fillText(this.timeText(time, step), x, bottom + 7);
     }
   }
+  paintMoment(context, time, bottom, look) {
+    if (time === null || time < this.from || time > this.to) return;
+    const x = this.xOf(time);
+    line(
+      context,
+      [
+        [x, TOP],
+        [x, bottom],
+      ],
+      look,
+    );
+  }
 
   paintAxis(context, axis, bottom, right, colours) {
     if (axis.x === null) return;
-    const x = axis.isLeft ? this.left - axis.x : right + axis.x,
+    const x = axis.isLeft ? this.left - axis.x - 6 : right + axis.x + 6,
       step = axis.words ? 1 : niceStep(axis.high - axis.low, (bottom - TOP) / 46),
-      only = axis.series.length === 1;
-    context.textAlign = axis.isLeft ? "right" : "left";
-    context.textBaseline = "middle";
+      isAlone = axis.series.length === 1 && this.axes.length > 1; // then the axis has the colour of its series
+    Object.assign(context, { textAlign: axis.isLeft ? "right" : "left", textBaseline: "middle" });
     for (let value = Math.ceil(axis.low / step) * step; value <= axis.high; value += step) {
-      const y = this.yOf(axis, value, bottom);
-      if (axis === this.axes[0]) {
-        context.strokeStyle = colours.line;
-        context.globalAlpha = 0.5;
-        context.beginPath();
-        context.moveTo(this.left, y);
-        context.lineTo(right, y);
-        context.stroke();
-        context.globalAlpha = 1;
-      }
-      const rounded = Math.round(value / step) * step,
+      const y = this.yOf(axis, value, bottom),
+        rounded = Math.round(value / step) * step,
         text = axis.words ? axis.words[rounded] : tick(rounded, step);
-      // an axis of one series has its colour
-      context.fillStyle = only && this.axes.length > 1 ? colours.series[axis.series[0].number] : colours.dim;
-      if (text !== undefined)
-        context.fillText(fitting(context, text, axis.wide - 10), axis.isLeft ? x - 6 : x + 6, y);
+      if (axis === this.axes[0])
+        line(
+          context,
+          [
+            [this.left, y],
+            [right, y],
+          ],
+          { stroke: colours.line, alpha: 0.5 },
+        );
+      context.fillStyle = isAlone ? colours.series[axis.series[0].number] : colours.dim;
+      if (text !== undefined) context.fillText(fitting(context, text, axis.wide - 10), x, y);
     }
   }
 
@@ -226,60 +216,30 @@ export class Chart {
     const from = Math.max(0, series.at(this.from)),
       to = Math.min(series.count, series.after(this.to) + 1);
     if (to <= from) return;
-    const scale = this.wide / this.span,
-      tall = (bottom - TOP) / (axis.high - axis.low),
-      { times, values, isStep } = series;
+    const { times, values, isStep } = series;
     let last = NaN;
+    const point = (at) => {
+      const x = this.xOf(times[at]),
+        y = this.yOf(axis, values[at], bottom);
+      if (isStep && !Number.isNaN(last)) context.lineTo(x, last);
+      if (Number.isNaN(last)) context.moveTo(x, y);
+      else if (!Number.isNaN(y)) context.lineTo(x, y);
+      last = y;
+    };
     context.beginPath();
-    decimate(
-      series,
-      from,
-      to,
-      Math.ceil(this.wide),
-      (time) => (time - this.from) * scale,
-      (at) => {
-        const x = this.left + (times[at] - this.from) * scale,
-          y = bottom - (values[at] - axis.low) * tall;
-        if (Number.isNaN(y)) {
-          if (isStep && !Number.isNaN(last)) context.lineTo(x, last);
-        } else if (Number.isNaN(last)) context.moveTo(x, y);
-        else {
-          if (isStep) context.lineTo(x, last);
-          context.lineTo(x, y);
-        }
-        last = y;
-      },
-    );
+    decimate(series, from, to, Math.ceil(this.wide), (time) => this.xOf(time) - this.left, point);
     if (!Number.isNaN(last) && to === series.count)
       context.lineTo(this.xOf(Math.min(this.to, this.end)), last);
-    context.strokeStyle = colours.series[series.number];
-    context.setLineDash(dashOf(series.number));
-    context.lineWidth = 1.8;
     context.lineJoin = "round";
-    context.stroke();
-    context.setLineDash([]);
-    context.lineWidth = 1;
-  }
-
-  paintMoment(context, time, bottom, colour, dash) {
-    if (time === null || time < this.from || time > this.to) return;
-    context.strokeStyle = colour;
-    context.setLineDash(dash);
-    context.beginPath();
-    context.moveTo(this.xOf(time), TOP);
-    context.lineTo(this.xOf(time), bottom);
-    context.stroke();
-    context.setLineDash([]);
+    ink(context, { stroke: colours.series[series.number], dash: dashOf(series.number), width: 1.8 });
   }
 
   paintDots(context, axis, bottom, colours) {
     for (const each of axis.series) {
-      const value = each.values[each.at(this.cursor)];
-      if (!Number.isFinite(value)) continue;
-      context.fillStyle = colours.series[each.number];
-      context.beginPath();
-      context.arc(this.xOf(this.cursor), this.yOf(axis, value, bottom), 3.5, 0, 7);
-      context.fill();
+      const value = each.values[each.at(this.cursor)],
+        fill = colours.series[each.number];
+      if (Number.isFinite(value))
+        dot(context, this.xOf(this.cursor), this.yOf(axis, value, bottom), 3.5, { fill });
     }
   }
 

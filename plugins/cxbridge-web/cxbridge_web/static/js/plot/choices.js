@@ -1,49 +1,35 @@
 // Names that can be plotted, for completion: those of the blackboard, of facts, and those seen in events.
-import { get, part } from "cx/api.js";
+import { factsPath, get } from "cx/api.js";
 import { parseFact } from "cx/clips/text.js";
 import { fieldNames } from "cx/plot/names.js";
 
 const MOST = 4000;
 
-function ofEvents(events) {
-  const found = new Set(["loop"]),
-    templates = new Set();
-  for (const event of events) {
-    if (event.kind === "interface")
-      for (const [field, value] of Object.entries(event.values))
-        for (const name of fieldNames(event.uid, field, value)) found.add(name);
-    if (event.kind === "fact" && !templates.has(event.env + event.template)) {
-      templates.add(event.env + event.template);
-      addSlots(found, event.env, event.text);
-    }
-    if (found.size > MOST) break;
-  }
-  return found;
-}
-
-function addSlots(found, env, text) {
-  const fact = parseFact(text);
-  if (fact && fact.slots)
-    for (const slot of fact.slots.keys()) found.add(env + ":" + fact.template + "." + slot);
+/** The interfaces and facts of a daemon, as events. */
+async function eventsOf(app) {
+  const { env } = app,
+    of = (path) => get(path).catch(() => []),
+    [interfaces, facts] = await Promise.all([of("cxbridge/interfaces"), of(factsPath(env))]);
+  return [
+    ...interfaces.map(({ type, id, data }) => ({ kind: "interface", uid: type + "::" + id, values: data })),
+    ...facts.map(({ template_name: template, formatted: text }) => ({ kind: "fact", env, template, text })),
+  ];
 }
 
 /** @returns a promise of the names, sorted */
 export async function choices(app) {
-  const found = app.recording ? ofEvents(app.recording.events) : new Set(["loop"]);
-  if (!app.recording) {
-    const [interfaces, facts] = await Promise.all([
-      get("cxbridge/interfaces").catch(() => []),
-      get("clips/" + part(app.env) + "/facts?formatted=true").catch(() => []),
-    ]);
-    for (const each of interfaces)
-      for (const [field, value] of Object.entries(each.data))
-        for (const name of fieldNames(each.type + "::" + each.id, field, value)) found.add(name);
-    const templates = new Set();
-    for (const fact of facts) {
-      if (templates.has(fact.template_name)) continue;
-      templates.add(fact.template_name);
-      addSlots(found, app.env, fact.formatted);
+  const found = new Set(["loop"]),
+    templates = new Set();
+  for (const { kind, uid, values, env, template, text } of app.recording?.events ?? (await eventsOf(app))) {
+    if (kind === "interface")
+      for (const [field, value] of Object.entries(values))
+        for (const name of fieldNames(uid, field, value)) found.add(name);
+    const key = env + ":" + template;
+    if (kind === "fact" && !templates.has(key)) {
+      templates.add(key);
+      for (const slot of parseFact(text)?.slots?.keys() ?? []) found.add(key + "." + slot);
     }
+    if (found.size > MOST) break;
   }
   return [...found].sort();
 }

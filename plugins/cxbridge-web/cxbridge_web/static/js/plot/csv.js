@@ -4,21 +4,16 @@ const quoted = (text) => (/[",\r\n]/.test(text) ? '"' + text.replaceAll('"', '""
 
 /** @returns the table from one time to another, as text; what has no sample at a time is empty there */
 export function csv(series, from, to) {
-  const rows = ["time_us," + series.map((each) => quoted(each.name)).join(",")];
-  const at = series.map((each) => Math.max(0, each.at(from))),
-    end = series.map((each) => each.after(to));
-  for (;;) {
-    let time = Infinity;
-    series.forEach((each, column) => {
-      if (at[column] < end[column]) time = Math.min(time, each.times[at[column]]);
-    });
-    if (time === Infinity) return rows.join("\r\n") + "\r\n";
-    const cells = series.map((each, column) => {
-      if (at[column] >= end[column] || each.times[at[column]] !== time) return "";
-      const number = at[column]++,
-        value = each.values[number];
-      return Number.isNaN(value) ? "" : quoted(each.words ? each.words[value] : String(value));
-    });
-    rows.push(time + "," + cells.join(","));
-  }
+  const rows = new Map(); // time -> cells
+  for (const [column, each] of series.entries())
+    for (let at = Math.max(0, each.at(from)); at < each.after(to); at++) {
+      const time = each.times[at],
+        value = each.values[at];
+      if (!rows.has(time)) rows.set(time, Array(series.length).fill(""));
+      rows.get(time)[column] = Number.isNaN(value) ? "" : quoted(each.words?.[value] ?? String(value));
+    }
+  const lines = [...rows].sort(([a], [b]) => a - b).map(([time, cells]) => [time, ...cells]);
+  return [["time_us", ...series.map(({ name }) => quoted(name))], ...lines]
+    .map((cells) => cells.join(",") + "\r\n")
+    .join("");
 }

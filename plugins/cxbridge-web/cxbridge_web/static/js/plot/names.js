@@ -7,73 +7,53 @@ const LOOP = /^loop(?: time)?$/;
 const MOST_ELEMENTS = 8;
 export const HINT = "Type::id.field, template.slot, template{slot=value}.slot, or loop";
 
-const element = (value, index) => (Array.isArray(value) ? value[index ?? 0] : value);
 const ending = (index) => (index === undefined ? "" : "[" + index + "]");
 
 function ofField([, type, id, field, index]) {
   const uid = type + "::" + id,
-    at = index === undefined ? undefined : Number(index);
+    label = field + ending(index);
   return {
-    name: uid + "." + field + ending(at),
-    label: field + ending(at),
-    about: uid,
-    kind: "interface",
-    axis: type + "." + field,
-    isStep: false,
-    uid,
-    type,
-    id,
-    sample: (event) =>
-      event.kind === "interface" && event.uid === uid && field in event.values
-        ? element(event.values[field], at)
-        : undefined,
+    ...{ name: uid + "." + label, label, about: uid, kind: "interface", axis: type + "." + field },
+    ...{ isStep: false, uid, type, id },
+    sample(event) {
+      const value = event.kind === "interface" && event.uid === uid ? event.values[field] : undefined;
+      return Array.isArray(value) ? value[index ?? 0] : value;
+    },
   };
 }
 
-function conditions(text) {
-  const found = [];
-  for (const part of (text || "").split(",")) {
-    const at = part.indexOf("=");
-    if (at > 0) found.push([part.slice(0, at).trim(), part.slice(at + 1).trim()]);
-    else if (part.trim()) return null;
-  }
-  return found;
+/** Slots and the values that they must have; null: that is no list of conditions. */
+function conditions(text = "") {
+  const parts = text.split(",").filter((part) => part.trim()),
+    pairs = parts.map((part) => /^([^=]+)=(.*)$/s.exec(part));
+  return pairs.includes(null) ? null : pairs.map(([, slot, value]) => [slot.trim(), value.trim()]);
 }
 
 function ofSlot([, env, template, where, slot, index], usualEnv) {
   const wanted = conditions(where),
-    of = env || usualEnv,
-    at = index === undefined ? 0 : Number(index);
+    of = env || usualEnv;
   if (wanted === null) return null;
-  const filter = wanted.length ? "{" + wanted.map((pair) => pair.join("=")).join(",") + "}" : "";
+  const filter = wanted.length ? "{" + wanted.map((pair) => pair.join("=")).join(",") + "}" : "",
+    label = slot + ending(index);
   return {
-    name: of + ":" + template + filter + "." + slot + ending(index),
-    label: slot + ending(index),
-    about: template + filter + " (" + of + ")",
-    kind: "fact",
-    axis: template + "." + slot,
-    isStep: true,
-    env: of,
-    template,
+    ...{
+      name: of + ":" + template + filter + "." + label,
+      label,
+      about: template + filter + " (" + of + ")",
+    },
+    ...{ kind: "fact", axis: template + "." + slot, isStep: true, env: of, template },
     sample(event) {
       if (event.kind !== "fact" || !event.asserted || event.template !== template || event.env !== of)
         return undefined;
-      const fact = parseFact(event.text);
-      if (!fact || !fact.slots || !fact.slots.has(slot)) return undefined;
-      for (const [name, value] of wanted)
-        if (valuesOf(fact.slots.get(name)).join(" ") !== value) return undefined;
-      return valuesOf(fact.slots.get(slot))[at];
+      const slots = parseFact(event.text)?.slots,
+        fits = ([name, value]) => valuesOf(slots.get(name)).join(" ") === value;
+      return slots?.has(slot) && wanted.every(fits) ? valuesOf(slots.get(slot))[index ?? 0] : undefined;
     },
   };
 }
 
 const LOOP_TIME = {
-  name: "loop",
-  label: "loop time, ms",
-  about: "main loop",
-  kind: "loop",
-  axis: "ms",
-  isStep: false,
+  ...{ name: "loop", label: "loop time, ms", about: "main loop", kind: "loop", axis: "ms", isStep: false },
   sample: (event) => (event.kind === "loop" ? event.duration_us / 1000 : undefined),
 };
 
@@ -83,16 +63,17 @@ const LOOP_TIME = {
  * undefined; null: it is none
  */
 export function parseName(text, usualEnv) {
-  const name = text.trim();
+  const name = text.trim(),
+    field = FIELD.exec(name),
+    slot = SLOT.exec(name);
   if (LOOP.test(name)) return LOOP_TIME;
-  const field = FIELD.exec(name);
   if (field) return ofField(field);
-  const slot = SLOT.exec(name);
-  return slot ? ofSlot(slot, usualEnv) : null;
+  return slot && ofSlot(slot, usualEnv);
 }
 
 /** The names of a field: one, or those of its elements. */
 export function fieldNames(uid, field, value) {
-  if (!Array.isArray(value)) return [uid + "." + field];
-  return value.slice(0, MOST_ELEMENTS).map((_, at) => uid + "." + field + "[" + at + "]");
+  const name = uid + "." + field;
+  if (!Array.isArray(value)) return [name];
+  return value.slice(0, MOST_ELEMENTS).map((_, at) => name + "[" + at + "]");
 }

@@ -8,14 +8,10 @@ const isNumber = (value) => value !== "" && Number.isFinite(Number(value));
 
 /** Counts the changes of values by name. */
 export class Proposals {
-  constructor() {
-    this.seen = new Map(); // name -> {count, last, least, greatest}
-  }
+  seen = new Map(); // name -> {count, last, least, greatest}
 
-  static of(events) {
-    const found = new Proposals();
-    for (const event of events) found.take(event);
-    return found;
+  constructor(events = []) {
+    for (const event of events) this.take(event);
   }
 
   take(event) {
@@ -28,24 +24,26 @@ export class Proposals {
     else if (event.kind === "fact" && event.asserted && /\d/.test(event.text)) this.takeFact(event);
   }
   takeFact({ env, template, text }) {
-    const fact = parseFact(text);
-    if (!fact || !fact.slots) return;
-    const id = ["name", "id"].find((slot) => fact.slots.has(slot) && !isNumber(fact.slots.get(slot))),
-      where = id ? "{" + id + "=" + valuesOf(fact.slots.get(id)).join(" ") + "}" : "";
-    for (const [slot, value] of fact.slots)
-      if (isNumber(value)) this.note(env + ":" + template + where + "." + slot, value);
+    const slots = parseFact(text)?.slots ?? new Map(),
+      id = ["name", "id"].find((slot) => slots.has(slot) && !isNumber(slots.get(slot))),
+      where = id ? "{" + id + "=" + valuesOf(slots.get(id)).join(" ") + "}" : "";
+    for (const [slot, value] of slots) this.note(env + ":" + template + where + "." + slot, value);
   }
   note(name, value) {
     if (typeof value === "boolean" || !isNumber(value) || COUNTED.test(name)) return;
     const number = Number(value),
-      known = this.seen.get(name);
-    if (!known) this.seen.set(name, { count: 0, last: number, least: number, greatest: number });
-    else if (known.last !== number) {
-      known.count += 1;
-      known.last = number;
-      known.least = Math.min(known.least, number);
-      known.greatest = Math.max(known.greatest, number);
-    }
+      { count, last, least, greatest } = this.seen.get(name) || {
+        count: -1,
+        least: number,
+        greatest: number,
+      };
+    if (last === number) return;
+    this.seen.set(name, {
+      count: count + 1,
+      last: number,
+      least: Math.min(least, number),
+      greatest: Math.max(greatest, number),
+    });
   }
 
   /** The names with the most changes: [{name, count, least, greatest}]. */

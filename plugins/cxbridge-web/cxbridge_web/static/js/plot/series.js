@@ -1,4 +1,6 @@
 // The samples of one series. Text becomes levels: one for each word, in the order in which they came.
+import { countWhile } from "cx/names.js";
+
 const FIRST_ROOM = 1024,
   MOST_SAMPLES = 200_000;
 const NOTHING = new Set(["", "nil", "undefined", "null"]);
@@ -69,14 +71,7 @@ export class Series {
 
   /** The number of the first sample after a time. */
   after(time) {
-    let low = 0,
-      high = this.count;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (this.times[middle] <= time) low = middle + 1;
-      else high = middle;
-    }
-    return low;
+    return countWhile(this.times.subarray(0, this.count), (each) => each <= time);
   }
 
   /** The number of the sample that holds at a time; -1 before the first. */
@@ -88,8 +83,7 @@ export class Series {
     if (number < 0 || number >= this.count) return "";
     const value = this.values[number];
     if (Number.isNaN(value)) return "none";
-    if (this.words) return this.words[value];
-    return numberText(value);
+    return this.words ? this.words[value] : numberText(value);
   }
 
   /** Least and greatest value from one time to another, with those that hold at both; null: there is none. */

@@ -105,18 +105,20 @@ export function overcome(history) {
 }
 
 const skillOf = ({ text }) => /^[^{(\s]*/.exec(text)[0];
-/** How long the calls that are over took at most: skill -> microseconds. */
-export function longestOf(history) {
-  const longest = new Map();
-  for (const call of history.calls) {
-    if (!call.end) continue;
-    const skill = skillOf(call);
-    longest.set(skill, Math.max(longest.get(skill) || 0, call.end.time - call.begin.time));
+/**
+ * The calls that run for much longer than each call of their skill before.
+ * @param now microseconds
+ * @returns a Map: call -> the longest time before
+ */
+export function lateCalls(history, now) {
+  const open = history.calls.filter(({ end }) => !end),
+    longest = new Map(); // skill -> microseconds
+  for (const call of open.length ? history.calls : []) {
+    const skill = skillOf(call),
+      took = call.end ? call.end.time - call.begin.time : 0;
+    longest.set(skill, Math.max(longest.get(skill) || 0, took));
   }
-  return longest;
-}
-/** The longest time before, if a call that runs takes much longer; else 0. Microseconds. */
-export function lateAfter(call, longest, now) {
-  const before = longest.get(skillOf(call)) || 0;
-  return before && now - call.begin.time > Math.max(LATE_US, before * LATE_FACTOR) ? before : 0;
+  const found = open.map((call) => [call, longest.get(skillOf(call))]),
+    isLate = ([{ begin }, before]) => before && now - begin.time > Math.max(LATE_US, before * LATE_FACTOR);
+  return new Map(found.filter(isLate));
 }

@@ -8,29 +8,29 @@ export const laneOf = (agent, executor) => "board " + agent + "/" + executor;
 /** The executor whose lane it is, with its agent; of a Skiller its id. */
 export const nameOfLane = (lane) => lane.replace(/^board \/?/, "");
 
-const idOf = (uid) => uid.slice(uid.indexOf("::") + 2);
-/** Of several agents each has a blackboard of its own: AGENT/ID. */
-const agentOf = (uid) => idOf(uid).slice(0, Math.max(0, idOf(uid).lastIndexOf("/")));
+/** The agent and the id of an interface; of several agents each has a blackboard of its own: AGENT/ID. */
+export function agentAndId(uid) {
+  const [, agent = "", id] = /::(?:(.*)\/)?([^/]*)$/s.exec(uid);
+  return [agent, id];
+}
 
 /** What a message is about: a board, one of its lives, a master's number. Null when it is about no skill. */
 function ticketOf({ uid, values }) {
-  let board = null;
-  const agent = agentOf(uid);
-  if (uid.startsWith(BOARD)) board = uid.slice(BOARD.length);
-  else if (uid.startsWith(EXECUTOR)) board = values.board || "";
-  if (board !== null && uid.startsWith(EXECUTOR) && agent) board = agent + "/" + board;
+  const [agent] = agentAndId(uid),
+    named = (agent ? agent + "/" : "") + (values.board || ""),
+    board = uid.startsWith(BOARD) ? uid.slice(BOARD.length) : uid.startsWith(EXECUTOR) ? named : null;
   return board === null ? null : [board, values.epoch, values.master].join("\n");
 }
 
 function words(parameters) {
-  let found;
+  let found = null;
   try {
     found = JSON.parse(parameters);
   } catch {
-    return [];
+    // a request without parameters
   }
-  if (found === null || typeof found !== "object" || Array.isArray(found)) return [];
-  return Object.entries(found)
+  const pairs = found && typeof found === "object" && !Array.isArray(found) ? Object.entries(found) : [];
+  return pairs
     .filter(([name]) => name !== "mapped_action")
     .map(([name, value]) => (/^\d+$/.test(name) ? String(value) : name + "=" + value));
 }
@@ -61,9 +61,8 @@ export class BoardMessages {
   }
 
   said(ticket, { uid, message, values }) {
-    const agent = agentOf(uid),
-      executor =
-        values.executor || (uid.startsWith(EXECUTOR) ? idOf(uid).slice(agent ? agent.length + 1 : 0) : ""),
+    const [agent, id] = agentAndId(uid),
+      executor = values.executor || (uid.startsWith(EXECUTOR) ? id : ""),
       type = message.replace(/Message$/, "").toUpperCase(),
       outcome = values.outcome,
       found = { type, agent, executor, ...this.asked.get(ticket), progress: values.progress || 0 };

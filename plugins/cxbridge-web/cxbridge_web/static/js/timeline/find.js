@@ -1,5 +1,5 @@
-// What is at a place of the timeline: the bar or the mark below the pointer, in words.
-import { durationText } from "cx/dom.js";
+// What is at a place of the timeline: the bar or the mark below the pointer, in words; and the box that shows it.
+import { durationText, el, refill } from "cx/dom.js";
 import { OUTCOMES } from "cx/outcome.js";
 import { AXIS, MARKS, axisText } from "cx/timeline/paint.js";
 import { spansOf } from "cx/timeline/spans.js";
@@ -19,57 +19,69 @@ export function findAt({ window, history, now, high, rows, marks, scroll }, x, y
   const value = window.value(x),
     slack = (NEAR / window.width) * window.span;
   if (y < AXIS + MARKS) {
-    let best = null;
-    for (const mark of marks)
-      if (
-        Math.abs(mark[window.axis] - value) <= slack &&
-        (!best || Math.abs(mark[window.axis] - value) < Math.abs(best[window.axis] - value))
-      )
-        best = mark;
-    return best && { mark: best };
+    const away = (mark) => Math.abs(mark[window.axis] - value),
+      [mark] = marks.filter((each) => away(each) <= slack).sort((a, b) => away(a) - away(b));
+    return mark ? { mark } : null;
   }
-  const at = Math.floor((y - AXIS - MARKS + scroll) / high),
-    row = rows[at];
-  if (!row) return null;
+  const row = rows[Math.floor((y - AXIS - MARKS + scroll) / high)];
+  const isAt = (span) => span.part !== "tail" && within(span, value, window, now, slack / 3);
   const among = (items) => {
     for (const item of items) {
-      const span = spansOf(item, history).findLast(
-        (each) => each.part !== "tail" && within(each, value, window, now, slack / 3),
-      );
+      const span = spansOf(item, history).findLast(isAt);
       if (span) return { row, item, span };
     }
     return null;
   };
+  if (!row || row.kind === "group") return row ? { row } : null;
   if (row.kind === "robot") return among(row.item) || { row };
-  if (row.kind === "group") return { row };
   const inside = row.kind === "goal" && !row.isSummary && among(row.item.actions);
   return (inside && inside.span.part === "run" ? inside : among([row.item])) || { row };
 }
 
+function nameOf({ kind, id, cls, name, skiller, text }) {
+  if (kind === "goal") return "Goal " + id + (cls && cls !== id ? " (" + cls + ")" : "");
+  return kind === "action" ? "Action " + id + " " + name : (skiller || "planner") + ": " + (text || name);
+}
+
 /** What is found, in lines: the first one says what it is. */
-export function tipOf(found, { now, zero }) {
-  if (found.mark) {
-    const { component, text, time } = found.mark;
-    return [(component ? component + ": " : "") + text, axisText(time, 0.001, 1e6, zero)];
-  }
-  const { item, span } = found;
+export function tipOf({ mark, item, span }, { now, zero }) {
+  const at = (point) => axisText(point.time, 0.001, 1e6, zero);
+  if (mark) return [(mark.component ? mark.component + ": " : "") + mark.text, at(mark)];
   if (!span) return null;
-  const name =
-    item.kind === "goal"
-      ? "Goal " + item.id + (item.cls && item.cls !== item.id ? " (" + item.cls + ")" : "")
-      : item.kind === "action"
-        ? "Action " + item.id + " " + item.name
-        : (item.skiller || "planner") + ": " + (item.text || item.name);
-  const took = durationText(Math.max(0, (span.to || now).time - span.from.time)),
-    { icon, word } = OUTCOMES[span.outcome],
-    error = item.error || (item.kind === "goal" && item.changes.at(-1).error);
-  const waited = span.part === "wait" ? "waited " : "";
+  const { from, to, outcome, part } = span,
+    { icon, word } = OUTCOMES[outcome],
+    took = (part === "wait" ? "waited " : "") + durationText(Math.max(0, (to || now).time - from.time));
   return [
-    name,
-    icon + " " + word + ", " + waited + took + (span.to ? "" : " so far"),
-    "from " +
-      axisText(span.from.time, 0.001, 1e6, zero) +
-      (span.to ? " to " + axisText(span.to.time, 0.001, 1e6, zero) : ""),
-    error,
+    nameOf(item),
+    icon + " " + word + ", " + took + (to ? "" : " so far"),
+    "from " + at(from) + (to ? " to " + at(to) : ""),
+    item.error || (item.kind === "goal" && item.changes.at(-1).error),
   ].filter(Boolean);
+}
+
+export class Tip {
+  /** @param canvas beside which it stands, in the same box */
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.box = el("div.tl-tip", { role: "status", hidden: true });
+  }
+
+  /** @param x, y pixels within the canvas */
+  show([first, ...rest], x, y) {
+    const { box, canvas } = this;
+    refill(
+      box,
+      el.b(first),
+      rest.map((line) => el.span(line)),
+    );
+    box.hidden = false;
+    const most = Math.max(0, canvas.clientWidth - box.offsetWidth),
+      below = y + 18,
+      isLow = below + box.offsetHeight > canvas.clientHeight;
+    box.style.left = canvas.offsetLeft + Math.min(Math.max(x + 14, 0), most) + "px";
+    box.style.top = Math.max(0, isLow ? y - box.offsetHeight - 10 : below) + "px";
+  }
+  hide() {
+    this.box.hidden = true;
+  }
 }

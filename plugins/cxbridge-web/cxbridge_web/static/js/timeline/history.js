@@ -1,14 +1,15 @@
 // What happened when: goals, plan-actions, skill calls and errors with their changes over time, read from events.
 // The one reader of such times: the timeline, the goals' view and reports take them from here.
 import { hasEnded, skillOutcome } from "cx/outcome.js";
-import { MAIN_ENV, bare, fields, goalKey, isUnnamed } from "cx/names.js";
-import { BoardMessages, laneOf } from "cx/timeline/board.js";
+import { MAIN_ENV, bare, countWhile, fields, goalKey, isUnnamed } from "cx/names.js";
+import { agentAndId, BoardMessages, laneOf } from "cx/timeline/board.js";
 
 const MOST_GOALS = 20000,
   MOST_CALLS = 20000,
   MOST_MARKS = 20000,
   MOST_CHANGES = 400;
 const SKILLER = "SkillerInterface::",
+  EXECUTOR = "SkillExecutorInterface::",
   NOT_SENT = new Set(["FORMULATED", "PENDING"]);
 
 /** A moment: microseconds, and how many transitions there were up to then. */
@@ -21,15 +22,14 @@ function append(changes, change) {
 }
 
 /** The last of what is in order at or before a step. */
-export function lastUpTo(list, step, stepOf = (each) => each.step) {
-  let low = 0,
-    high = list.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (stepOf(list[middle]) <= step) low = middle + 1;
-    else high = middle;
-  }
-  return list[low - 1];
+export const lastUpTo = (list, step, stepOf = (each) => each.step) =>
+  list[countWhile(list, (each) => stepOf(each) <= step) - 1];
+/** The last goal or action that began at or before a step. */
+const lifeAt = (lives, step) => lastUpTo(lives, step, ({ changes }) => changes[0]?.step ?? Infinity);
+
+/** The oldest of a list make room. */
+function limit(list, most) {
+  if (list.length > most) list.splice(0, most / 20);
 }
 
 export class History {
@@ -60,6 +60,7 @@ export class History {
     this.nextCall = 0;
     this.lastCalls = new Map();
     this.skillers = new Map(); // what their interfaces hold
+    this.executors = new Map();
     this.seen = new Set(); // lanes of Skillers that an executive reads
     this.board = new BoardMessages();
     this.planning = new Map();
@@ -105,47 +106,29 @@ export class History {
   }
   /** How many steps there were up to a time. */
   stepsUpTo(time) {
-    let low = 0,
-      high = this.stepTimes.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (this.stepTimes[middle] <= time) low = middle + 1;
-      else high = middle;
-    }
-    return low;
+    return countWhile(this.stepTimes, (each) => each <= time);
   }
 
   /** The key of the goal that has an id, after a step: an id that is used again has several goals. */
   keyOf(env, id, step = Infinity) {
-    const known = this.lives.get(goalKey(env, id));
-    return known
-      ? (lastUpTo(known, step, (goal) => goal.changes[0]?.step ?? Infinity) || known[0]).key
-      : goalKey(env, id);
+    const key = goalKey(env, id),
+      known = this.lives.get(key);
+    return known ? (lifeAt(known, step) || known[0]).key : key;
   }
 
   on_goal(event) {
     const bareKey = goalKey(event.env, event.goal),
       lives = this.lives.get(bareKey) || [];
     let goal = lives.at(-1);
-    if (goal && event.is_new && !goal.isMadeUp) goal = null; // the id is used again
-    if (!goal) {
-      const life = lives.length ? lives.at(-1).life + 1 : 1,
+    if (!goal || (event.is_new && !goal.isMadeUp)) {
+      // a new goal with an id that was used before is ID#2
+      const life = goal ? goal.life + 1 : 1,
         again = life > 1 ? "#" + life : "",
-        key = bareKey + again;
-      goal = {
-        kind: "goal",
-        key,
-        life,
-        id: event.goal + again,
-        isMadeUp: Boolean(event.isMadeUp),
-        env: event.env || MAIN_ENV,
-        parent: "",
-        changes: [],
-        actions: [],
-      };
-      lives.push(goal);
-      this.lives.set(bareKey, lives);
-      this.goals.set(key, goal);
+        env = event.env || MAIN_ENV;
+      goal = { kind: "goal", key: bareKey + again, life, id: event.goal + again, env };
+      Object.assign(goal, { isMadeUp: Boolean(event.isMadeUp), parent: "", changes: [], actions: [] });
+      this.lives.set(bareKey, [...lives, goal]);
+      this.goals.set(goal.key, goal);
       this.shape += 1;
       if (this.goals.size > MOST_GOALS) this.forget();
     }
@@ -157,11 +140,10 @@ export class History {
     }
     Object.assign(goal, { cls: event.goal_class, subType: bare(event.sub_type || "") });
     const last = goal.changes.at(-1),
-      { mode, outcome } = event,
-      error = event.error || "";
-    if (last && last.mode === mode && last.outcome === outcome) {
-      if (error) last.error = error;
-    } else append(goal.changes, { ...this.step(), mode, outcome, error });
+      { mode, outcome, error = "" } = event;
+    if (last?.mode !== mode || last.outcome !== outcome)
+      append(goal.changes, { ...this.step(), mode, outcome, error });
+    else if (error) last.error = error;
   }
 
   /** The oldest goals that are over make room. */
@@ -186,22 +168,13 @@ export class History {
    * A goal of a list that was asked for: events that came before the page was opened may be missing.
    * @returns the event that is made up for what was missed; null when there is nothing new
    */
-  goalIs({ name: id, env, cls, subType, parent, mode, outcome, error }, time) {
-    const known = this.goals.get(this.keyOf(env, id)),
+  goalIs({ name, env, cls, subType, parent, mode, outcome, error }, time) {
+    const known = this.goals.get(this.keyOf(env, name)),
       last = known && known.changes.at(-1);
     if (last && (last.mode === mode || this.time > time)) return null;
     const event = {
-      kind: "goal",
-      time_us: Math.max(time, this.time),
-      env,
-      goal: id,
-      goal_class: cls,
-      sub_type: subType,
-      parent,
-      mode,
-      outcome,
-      error,
-      isMadeUp: true,
+      ...{ kind: "goal", time_us: Math.max(time, this.time), env, goal: name, goal_class: cls },
+      ...{ sub_type: subType, parent, mode, outcome, error, isMadeUp: true },
     };
     this.apply(event);
     return event;
@@ -209,50 +182,39 @@ export class History {
 
   /** The plan-action that has these ids, after a step: a goal that is tried again may give them to another one. */
   actionAt(goal, plan, id, step = Infinity) {
-    const known = this.actionLives.get(goal + "\n" + plan + " " + id) || [];
-    return lastUpTo(known, step, ({ changes }) => changes[0]?.step ?? Infinity);
+    return lifeAt(this.actionLives.get(goal + "\n" + plan + " " + id) || [], step);
   }
 
-  on_plan_action(event) {
-    const goalOf = this.keyOf(event.env, event.goal),
-      base = goalOf + "\n" + event.plan + " " + event.action_id,
+  on_plan_action({ env, goal, plan, action_id: id, action: name, params = "", ...event }) {
+    const goalOf = this.keyOf(env, goal),
+      base = goalOf + "\n" + plan + " " + id,
       lives = this.actionLives.get(base) || [];
     let action = lives.at(-1);
-    const isOther =
-      action &&
-      (action.name !== event.action || (action.params && event.params && action.params !== event.params));
-    if (!action || isOther) {
+    if (!action || action.name !== name || (action.params && params && action.params !== params)) {
       const again = lives.length ? "#" + (lives.length + 1) : "";
       action = {
         kind: "action",
         key: base + again,
-        path: event.plan + " " + event.action_id + again,
+        path: plan + " " + id + again,
         goal: goalOf,
-        plan: event.plan,
-        id: event.action_id,
-        name: event.action,
-        params: event.params || "",
-        text: [event.action, ...fields(event.params)].join(" "),
-        env: event.env || MAIN_ENV,
-        changes: [],
-        calls: [],
+        plan,
+        id,
+        name,
       };
-      lives.push(action);
-      this.actionLives.set(base, lives);
+      const text = [name, ...fields(params)].join(" ");
+      Object.assign(action, { params, text, env: env || MAIN_ENV, changes: [], calls: [] });
+      this.actionLives.set(base, [...lives, action]);
       this.actions.set(action.key, action);
-      const goal = this.goals.get(goalOf);
-      if (goal) goal.actions.push(action);
+      this.goals.get(goalOf)?.actions.push(action);
       this.shape += 1;
     }
     append(action.changes, { ...this.step(), state: event.state });
-    if (event.call) {
-      // a number may be used again: a call from before the action was sent is another one
-      const since = action.changes.findLast(({ state }) => NOT_SENT.has(state))?.step ?? 0,
-        sentAs = event.skiller + "\n" + event.call,
-        of = (call) =>
-          call.sentAs === sentAs && call.begin.step >= since && (!call.env || call.env === event.env);
-      this.link(action, this.ofSkillers.findLast(of) || this.ofBoard.findLast(of));
-    }
+    if (!event.call) return;
+    // a number may be used again: a call from before the action was sent is another one
+    const since = action.changes.findLast(({ state }) => NOT_SENT.has(state))?.step ?? 0,
+      sentAs = event.skiller + "\n" + event.call,
+      isOf = (call) => call.sentAs === sentAs && call.begin.step >= since && (!call.env || call.env === env);
+    this.link(action, this.ofSkillers.findLast(isOf) || this.ofBoard.findLast(isOf));
   }
 
   /**
@@ -271,11 +233,9 @@ export class History {
   linkGuessed(rows) {
     for (const [env, goal, plan, id, skiller, text, msgid, begin] of rows) {
       const lives = this.lives.get(goalKey(env, goal)) || [{ key: goalKey(env, goal) }],
-        calls = this.calls.filter(
-          (call) => call.text === text && call.msgid === msgid && call.skiller === skiller,
-        ),
         away = (call) => Math.abs(call.begin.time - begin),
-        [call = null] = calls.sort((a, b) => away(a) - away(b)),
+        isOf = (call) => call.text === text && call.msgid === msgid && call.skiller === skiller,
+        [call] = this.calls.filter(isOf).sort((a, b) => away(a) - away(b)),
         actions = lives.flatMap(({ key }) => this.actionLives.get(key + "\n" + plan + " " + id) || []);
       this.link(
         actions.findLast(({ changes }) => changes[0].time <= begin),
@@ -288,9 +248,9 @@ export class History {
   on_skill(event) {
     const { env, skiller } = event,
       own = env && env !== MAIN_ENV ? env + "/" + skiller : skiller,
-      isShared = this.skillers.has(skiller) && !this.skillers.has(own) && !this.lastCalls.has(own);
-    const lane = isShared ? skiller : own;
-    const shown = this.lastCalls.get(lane);
+      isShared = this.skillers.has(skiller) && !this.skillers.has(own) && !this.lastCalls.has(own),
+      lane = isShared ? skiller : own,
+      shown = this.lastCalls.get(lane);
     if (!this.seen.has(lane) && shown && !shown.end) shown.begin = this.step();
     this.seen.add(lane);
     this.skillIs({ lane, ...event }, event.error);
@@ -317,27 +277,16 @@ export class History {
     }
     if (last && !last.end) this.endCall(last, "stopped");
     if (!text || outcome === "formulated") return;
-    const call = {
-      kind: "skill",
-      number: this.nextCall++,
-      skiller,
-      env,
-      text,
-      msgid,
-      status,
-      begin: this.step(),
-      end: null,
-      error: "",
-      lane,
-      sentAs: request === undefined ? skiller + "\n" + msgid : "\n" + request,
-      action: null,
-    };
-    const calls = request === undefined ? this.ofSkillers : this.ofBoard;
+    const isOfBoard = request !== undefined,
+      calls = isOfBoard ? this.ofBoard : this.ofSkillers,
+      sentAs = isOfBoard ? "\n" + request : skiller + "\n" + msgid,
+      call = { kind: "skill", number: this.nextCall++, skiller, env, text, msgid, status, lane, sentAs };
+    Object.assign(call, { begin: this.step(), end: null, error: "", action: null });
     calls.push(call);
     this.lastCalls.set(lane, call);
     this.shape += 1;
     if (!isRunning) this.endCall(call, status, error);
-    if (calls.length > MOST_CALLS) calls.splice(0, MOST_CALLS / 20);
+    limit(calls, MOST_CALLS);
   }
 
   endCall(call, status, error = "") {
@@ -347,32 +296,54 @@ export class History {
     call.error = skillOutcome(status) === "failed" ? error || (held && held.error) || "" : "";
   }
 
-  on_interface(event) {
-    if (!event.uid.startsWith(SKILLER)) return;
-    const id = event.uid.slice(SKILLER.length), // of several agents: AGENT/ID
-      skiller = id.slice(id.lastIndexOf("/") + 1),
-      env = id.slice(0, Math.max(0, id.length - skiller.length - 1)),
-      held = { ...this.skillers.get(id), ...event.values };
-    this.skillers.set(id, held);
-    const lane = this.lastCalls.has(id)
-      ? id
-      : [...this.lastCalls.keys()].find((each) => each.endsWith("/" + id)) || id;
+  on_interface({ uid, values }) {
+    if (uid.startsWith(EXECUTOR)) this.robotIs(this.executors, laneOf(...agentAndId(uid)));
+    if (!uid.startsWith(SKILLER)) return;
+    const [env, skiller] = agentAndId(uid),
+      id = env ? env + "/" + skiller : skiller,
+      held = { ...this.skillers.get(id), ...values };
+    this.robotIs(this.skillers, id, held);
+    const lane = this.laneOfSkiller(id),
+      last = this.lastCalls.get(lane);
     // what the executive has read counts: it comes a loop later, and the plan-actions follow it
-    const last = this.lastCalls.get(lane);
     if (!this.seen.has(lane)) this.skillIs({ ...held, skiller, env, lane }, held.error);
     else if (last?.end?.time === this.time && skillOutcome(last.status) === "failed")
       last.error ||= held.error;
   }
+  robotIs(map, lane, held = {}) {
+    if (!map.has(lane)) this.shape += 1;
+    map.set(lane, held);
+  }
+  laneOfSkiller(id) {
+    const lanes = [...this.lastCalls.keys()];
+    return this.lastCalls.has(id) ? id : lanes.find((lane) => lane.endsWith("/" + id)) || id;
+  }
+  /** The lanes of the robots: those with calls, and those that have not been called. */
+  get lanes() {
+    const { calls } = this,
+      lanes = new Map(Map.groupBy(calls, (call) => call.lane)),
+      known = calls === this.ofBoard && calls.length ? this.executors : this.skillers;
+    for (const id of known.keys()) {
+      const lane = known === this.skillers ? this.laneOfSkiller(id) : id;
+      if (!lanes.has(lane)) lanes.set(lane, []);
+    }
+    return lanes;
+  }
 
   on_message(event) {
-    for (const { type, agent, executor, request, text, progress, status, succeeded } of this.board.read(
-      event,
-    )) {
-      const lane = laneOf(agent, executor),
+    for (const said of this.board.read(event)) {
+      const { type, agent, executor, request, text, progress, status, succeeded } = said,
+        lane = laneOf(agent, executor),
         call = this.lastCalls.get(lane);
       if (type === "CONFIRM") {
-        const { msgid } = event,
-          about = { skiller: executor, skill_string: text, msgid, env: agent, lane, request };
+        const about = {
+          skiller: executor,
+          skill_string: text,
+          msgid: event.msgid,
+          env: agent,
+          lane,
+          request,
+        };
         this.skillIs({ ...about, status: "S_RUNNING" });
       } else if (!call || call.end || call.sentAs !== "\n" + request) continue;
       else if (type === "FEEDBACK") {
@@ -384,32 +355,33 @@ export class History {
     }
   }
 
-  on_planner(event) {
-    const key = event.env + " " + event.call;
+  on_planner({ env, call, planner: name, goal, problem: text = "", status, reason }) {
+    const key = env + " " + call;
     let span = this.planning.get(key);
-    this.planning.delete(key);
     if (!span) {
-      span = { kind: "planner", number: this.planners.length, name: event.planner, goal: event.goal };
-      Object.assign(span, { begin: this.step(), end: null, status: "started", text: event.problem || "" });
+      span = {
+        kind: "planner",
+        number: this.planners.length,
+        name,
+        goal,
+        begin: this.step(),
+        end: null,
+        text,
+      };
       this.planners.push(span);
     }
-    if (event.status === "started") this.planning.set(key, span);
-    else {
-      Object.assign(span, { end: this.step(), status: event.status });
-      if (event.reason) span.text = event.reason;
-    }
+    span.status = status;
+    this.planning.set(key, span);
+    if (status === "started") return;
+    this.planning.delete(key);
+    span.end = this.step();
+    if (reason) span.text = reason;
   }
 
-  on_log(event) {
-    if (event.level !== "E") return;
-    this.errors.push({
-      kind: "error",
-      ...this.end,
-      level: event.level,
-      component: event.component,
-      text: event.text,
-    });
-    if (this.errors.length > MOST_MARKS) this.errors.splice(0, MOST_MARKS / 20);
+  on_log({ level, component, text }) {
+    if (level !== "E") return;
+    this.errors.push({ kind: "error", ...this.end, level, component, text });
+    limit(this.errors, MOST_MARKS);
   }
 
   callOf(number) {

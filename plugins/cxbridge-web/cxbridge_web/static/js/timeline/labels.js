@@ -1,5 +1,5 @@
 // The names beside the lanes: what is read, and what screen readers say.
-import { durationText, el } from "cx/dom.js";
+import { dim, durationText, el } from "cx/dom.js";
 import { OUTCOMES } from "cx/outcome.js";
 import { outcomeAt, timesOf } from "cx/timeline/spans.js";
 
@@ -14,46 +14,37 @@ export function signOf(row, step) {
   return [row.depth, row.open, outcomeAt(row.item, step), changes.length, cls].join("|");
 }
 
+function goalName({ id, cls }) {
+  const isLong = id.length > SHORT;
+  return [
+    isLong && el.span(id.slice(0, -TAIL)),
+    el.span(isLong ? id.slice(-TAIL) : id),
+    cls && !id.includes(cls) && dim(" " + cls),
+  ];
+}
+
 /** What a row's label consists of. */
 export function nameOf(row, history, step) {
-  const { item } = row;
-  if (!isLife(row))
-    return el(
-      "span.main-text",
-      el.b(row.name),
-      row.kind === "robot" ? el("span.dim", " " + item.length) : null,
-    );
+  const { item, kind } = row;
+  if (!isLife(row)) return el("span.main-text", el.b(row.name), kind === "robot" && dim(" " + item.length));
   const outcome = outcomeAt(item, step),
-    about = item.id + " " + (item.cls || item.name || ""),
-    isQuiet = outcome === "completed" || !outcome;
-  const icon = el.i(
-    { class: "tl-icon" + (isQuiet ? " dim" : " o-" + outcome), "aria-hidden": "true" },
-    outcome ? OUTCOMES[outcome].icon : "",
-  );
-  const text =
-    row.kind === "goal"
-      ? [
-          item.id.length > SHORT ? el.span(item.id.slice(0, -TAIL)) : null,
-          el.span(item.id.length > SHORT ? item.id.slice(-TAIL) : item.id),
-          item.cls && !item.id.includes(item.cls) ? el("span.dim", " " + item.cls) : null,
-        ]
-      : [el("span.dim", item.id + " "), item.text];
+    title = item.id + " " + (item.cls || item.name || ""),
+    tone = outcome === "completed" || !outcome ? " dim" : " o-" + outcome,
+    text = kind === "goal" ? goalName(item) : [dim(item.id + " "), item.text];
   return [
-    icon,
-    el.span({ class: "main-text" + (outcome ? "" : " dim"), "aria-hidden": "true", title: about }, text),
+    el.i({ class: "tl-icon" + tone, "aria-hidden": "true" }, outcome ? OUTCOMES[outcome].icon : ""),
+    el.span({ class: "main-text" + (outcome ? "" : " dim"), "aria-hidden": "true", title }, text),
     el("span.hear-only", spoken(row, history, outcome)),
   ];
 }
 
 function spoken({ kind, item }, history, outcome) {
   const { ran } = timesOf(item, history),
-    error = kind === "goal" ? item.changes.at(-1).error : "";
-  return [
-    kind === "goal" ? "goal " + item.id : "action " + item.id + " " + item.text,
-    outcome ? OUTCOMES[outcome].word : "not there yet",
-    ran === null ? "" : "ran " + durationText(ran),
-    error,
-  ]
-    .filter(Boolean)
-    .join(", ");
+    parts = [
+      kind === "goal" ? "goal " + item.id : "action " + item.id + " " + item.text,
+      outcome ? OUTCOMES[outcome].word : "not there yet",
+      ran === null ? "" : "ran " + durationText(ran),
+      kind === "goal" ? item.changes.at(-1).error : "",
+    ];
+  return parts.filter(Boolean).join(", ");
 }

@@ -1,80 +1,70 @@
 // The whole run in a strip: how many goals ran when, where something failed, and the stretch that is seen, which
 // can be dragged, and resized at its ends.
+import { Canvas, fillBox, gestures, ink } from "cx/canvas.js";
+import { el } from "cx/dom.js";
 import { spansOf } from "cx/timeline/spans.js";
 
 const HIGH = 34,
   END = 8; // pixels in which an end can be taken
 
 export class Overview {
-  /** @param component the timeline: {window, rows, history, now, palette, marks} */
-  constructor(canvas, component) {
-    this.canvas = canvas;
+  /** @param component the timeline: {window, rows, history, now, marks} */
+  constructor(component) {
     this.component = component;
-    this.picture = document.createElement("canvas");
+    this.canvas = new Canvas((...rest) => this.paint(...rest), { class: "tl-overview" });
+    this.picture = el.canvas(); // what does not change when the window moves
     this.sign = "";
-    this.drag = null;
-    canvas.addEventListener("pointerdown", (event) => this.press(event));
-    canvas.addEventListener("pointermove", (event) => this.move(event));
-    for (const end of ["pointerup", "pointercancel"])
-      canvas.addEventListener(end, () => {
-        this.drag = null;
-      });
-    canvas.addEventListener("dblclick", () => component.window.fit());
-    canvas.addEventListener(
-      "wheel",
-      (event) => {
-        event.preventDefault();
-        const { window } = component;
-        window.zoom(Math.exp(event.deltaY / 400), window.x(this.valueAt(event)));
+    const { node } = this.canvas,
+      { window } = component;
+    gestures(node, {
+      pan: (dx) => window.pan(-dx),
+      zoom: (factor, x) => window.zoom(1 / factor, window.x(this.valueAt(x))),
+      point: (x) => {
+        node.style.cursor = this.isNear(x, window.from) || this.isNear(x, window.to) ? "ew-resize" : "grab";
       },
-      { passive: false },
-    );
+      leave() {},
+      press() {},
+      grab: (x) => this.grab(x),
+    });
+    node.addEventListener("dblclick", () => window.fit());
   }
 
   get whole() {
     return this.component.window.whole();
   }
-  valueAt(event) {
-    const { from, to } = this.whole,
-      box = this.canvas.getBoundingClientRect();
-    return from + ((event.clientX - box.left) / box.width) * (to - from);
+  valueAt(x) {
+    const { from, to } = this.whole;
+    return from + (x / this.canvas.width) * (to - from);
   }
   xOf(value) {
     const { from, to } = this.whole;
-    return ((value - from) / (to - from)) * this.width;
+    return ((value - from) / (to - from)) * this.canvas.width;
+  }
+  isNear(x, value) {
+    return Math.abs(x - this.xOf(value)) < END;
   }
 
-  press(event) {
+  /** Take the frame, or one of its ends; beside the frame it comes to the pointer. */
+  grab(x) {
     const { window } = this.component,
-      value = this.valueAt(event),
-      slack = (END / this.width) * (this.whole.to - this.whole.from);
-    this.canvas.setPointerCapture(event.pointerId);
-    const isLeft = Math.abs(value - window.from) < slack,
-      isRight = Math.abs(value - window.to) < slack;
-    if (value < window.from - slack || value > window.to + slack)
-      window.set(value - window.span / 2, value + window.span / 2);
-    this.drag = { isLeft: isLeft && !isRight, isRight, value, from: window.from, to: window.to };
-  }
-  move(event) {
-    const { window } = this.component,
-      value = this.valueAt(event);
-    if (!this.drag) {
-      const slack = (END / this.width) * (this.whole.to - this.whole.from),
-        isEnd = Math.min(Math.abs(value - window.from), Math.abs(value - window.to)) < slack;
-      this.canvas.style.cursor = isEnd ? "ew-resize" : "grab";
-      return;
-    }
-    const { isLeft, isRight, from, to } = this.drag,
-      by = value - this.drag.value;
-    if (isLeft) window.set(Math.min(from + by, to), to);
-    else if (isRight) window.set(from, Math.max(to + by, from));
-    else window.set(from + by, to + by);
+      begin = this.valueAt(x),
+      isLeft = this.isNear(x, window.from),
+      isRight = this.isNear(x, window.to);
+    if (!isLeft && !isRight && (begin < window.from || begin > window.to))
+      window.set(begin - window.span / 2, begin + window.span / 2);
+    const { from, to } = window;
+    return (at) => {
+      const by = this.valueAt(at) - begin;
+      if (isLeft && !isRight) window.set(Math.min(from + by, to), to);
+      else if (isRight) window.set(from, Math.max(to + by, from));
+      else window.set(from + by, to + by);
+    };
   }
 
-  /** How many goals, actions and skills ran in each pixel's time, and in which something failed. */
-  count() {
+  /** How many goals ran in each pixel's time, and in which something failed. */
+  count(width) {
     const { history, now, window, rows } = this.component,
-      size = Math.ceil(this.width) + 1,
+      size = Math.ceil(width) + 1,
       starts = new Int32Array(size + 1),
       failed = new Uint8Array(size);
     const place = (point) => Math.min(size - 1, Math.max(0, Math.floor(this.xOf(point[window.axis]))));
@@ -88,76 +78,48 @@ export class Overview {
       }
     }
     for (const call of history.calls) if (call.error) failed[place(call.end || now)] = 1;
-    return { starts, failed };
+    let running = 0;
+    return { failed, running: Array.from(failed, (_, x) => (running += starts[x])) };
   }
 
   draw() {
-    const { window, palette, history, now, rows, cursorValue } = this.component,
-      { canvas } = this,
-      ratio = Math.min(devicePixelRatio || 1, 3);
-    this.width = canvas.clientWidth || 100;
-    const whole = this.whole,
-      sign = [
-        this.width,
-        history.revision,
-        now.time,
-        whole.from,
-        whole.to,
-        window.axis,
-        ratio,
-        [...rows.outcomes],
-      ].join();
-    if (canvas.width !== Math.round(this.width * ratio)) {
-      canvas.width = this.picture.width = Math.round(this.width * ratio);
-      canvas.height = this.picture.height = HIGH * ratio;
+    this.canvas.draw();
+  }
+  paint(context, width, height, colours) {
+    const { window, history, now, rows, cursorValue } = this.component,
+      { node } = this.canvas,
+      { from, to } = this.whole,
+      state = [node.width, history.revision, now.time, from, to, window.axis, colours.back, ...rows.outcomes];
+    if (state.join() !== this.sign) {
+      this.sign = state.join();
+      Object.assign(this.picture, { width: node.width, height: node.height });
+      this.paintPicture(this.picture.getContext("2d"), width, node.width / width, colours);
     }
-    if (sign !== this.sign || palette !== this.palette) {
-      this.sign = sign;
-      this.palette = palette;
-      this.drawPicture(palette, ratio);
-    }
-    const context = canvas.getContext("2d");
-    context.setTransform(1, 0, 0, 1, 0, 0);
-    context.clearRect(0, 0, canvas.width, canvas.height);
-    context.drawImage(this.picture, 0, 0);
+    context.clearRect(0, 0, width, height);
+    context.drawImage(this.picture, 0, 0, width, height);
+    this.paintFrame(context, width, colours, cursorValue);
+  }
+  paintPicture(context, width, ratio, { dim, outcomes }) {
+    const { running, failed } = this.count(width),
+      scale = (HIGH - 10) / Math.max(1, ...running);
     context.scale(ratio, ratio);
-    this.brush(context, window, palette, cursorValue);
+    for (const [x, count] of running.entries())
+      if (count) fillBox(context, dim, x, HIGH - 3 - count * scale, 1, count * scale, 0.25);
+    for (const [x, is] of failed.entries()) if (is) fillBox(context, outcomes.failed.fill, x - 1, 1, 3, 6);
   }
-  /** What does not change when the window moves. */
-  drawPicture(palette, ratio) {
-    const context = this.picture.getContext("2d"),
-      { starts, failed } = this.count();
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, this.width, HIGH);
-    let running = 0,
-      most = 1;
-    const heights = Array.from(failed, (_, x) => {
-      running += starts[x];
-      most = Math.max(most, running);
-      return running;
-    });
-    context.fillStyle = palette.dim;
-    context.globalAlpha = 0.25;
-    for (const [x, count] of heights.entries())
-      if (count)
-        context.fillRect(x, HIGH - 3 - (count / most) * (HIGH - 10), 1, (count / most) * (HIGH - 10));
-    context.globalAlpha = 1;
-    context.fillStyle = palette.outcomes.failed.fill;
-    for (const [x, is] of failed.entries()) if (is) context.fillRect(x - 1, 1, 3, 6);
+  paintFrame(context, width, { panel, focus }, cursorValue) {
+    const { window } = this.component,
+      left = Math.max(0, this.xOf(window.from)),
+      right = Math.min(width, this.xOf(window.to));
+    fillBox(context, panel, 0, 0, left, HIGH, 0.72);
+    fillBox(context, panel, right, 0, width - right, HIGH, 0.72);
+    context.beginPath();
+    context.rect(left + 0.75, 0.75, Math.max(2, right - left - 1.5), HIGH - 1.5);
+    ink(context, { stroke: focus, width: 1.5 });
+    for (const x of [left, right - 3]) fillBox(context, focus, x, HIGH / 2 - 7, 3, 14);
+    if (cursorValue !== null) fillBox(context, focus, this.xOf(cursorValue) - 0.5, 0, 1.5, HIGH);
   }
-  brush(context, window, palette, cursorValue) {
-    const left = Math.max(0, this.xOf(window.from)),
-      right = Math.min(this.width, this.xOf(window.to));
-    context.fillStyle = palette.panel;
-    context.globalAlpha = 0.72;
-    context.fillRect(0, 0, left, HIGH);
-    context.fillRect(right, 0, this.width - right, HIGH);
-    context.globalAlpha = 1;
-    context.strokeStyle = palette.focus;
-    context.lineWidth = 1.5;
-    context.strokeRect(left + 0.75, 0.75, Math.max(2, right - left - 1.5), HIGH - 1.5);
-    context.fillStyle = palette.focus;
-    for (const x of [left, right - 3]) context.fillRect(x, HIGH / 2 - 7, 3, 14);
-    if (cursorValue !== null) context.fillRect(this.xOf(cursorValue) - 0.5, 0, 1.5, HIGH);
+  gone() {
+    this.canvas.gone();
   }
 }

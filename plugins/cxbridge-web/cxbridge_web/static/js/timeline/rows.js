@@ -1,7 +1,19 @@
 // Rows of the timeline: robots, then the trees of goals with their plan-actions; folds and filters.
 import { forestOfGoals } from "cx/forest.js";
 import { NAMES } from "cx/outcome.js";
+import { nameOfLane } from "cx/timeline/board.js";
 import { outcomeAt, spansOf } from "cx/timeline/spans.js";
+
+const known = new WeakMap(); // history -> what its folds are: they stay when another view was open
+
+/** The names of robots by their lanes: the lane itself where two robots have one name. */
+export function robotNames(lanes) {
+  const names = new Map([...lanes].map(([lane, [call]]) => [lane, call?.skiller ?? nameOfLane(lane)])),
+    all = [...names.values()],
+    isTwice = (name) => all.indexOf(name) !== all.lastIndexOf(name);
+  for (const [lane, name] of names) if (isTwice(name)) names.set(lane, lane);
+  return names;
+}
 
 /**
  * @typedef {object} Row
@@ -24,9 +36,16 @@ export class Rows {
     this.env = "";
     this.opensAll = null; // whether all is open; null: what has sub-goals
   }
+  /** The rows of a history without filters, folded as they were left. */
+  static of(history) {
+    const { folds = new Map(), opensAll = null } = known.get(history) || {},
+      rows = Object.assign(new Rows(history), { folds, opensAll });
+    known.set(history, rows);
+    return rows;
+  }
 
   isOpen(key, usual) {
-    return this.folds.has(key) ? this.folds.get(key) : usual;
+    return this.folds.get(key) ?? usual;
   }
   foldAll(open) {
     this.folds.clear();
@@ -49,34 +68,25 @@ export class Rows {
   }
 
   fits(item) {
+    const { error = "" } = item.changes.at(-1),
+      words = [item.id, item.cls, item.name, item.subType, item.env, error].join(" ").toLowerCase();
     if (this.outcomes.size && !this.outcomes.has(outcomeAt(item))) return false;
-    if (this.wanted) {
-      const text = [item.id, item.cls, item.name, item.subType, item.env].join(" ").toLowerCase();
-      const { error = "" } = item.changes.at(-1);
-      if (!text.includes(this.wanted) && !error.toLowerCase().includes(this.wanted)) return false;
-    }
+    if (!words.includes(this.wanted)) return false;
     if (!this.inSight) return true;
     const spans = spansOf(item, this.history).filter(({ part }) => part !== "tail"),
-      { axis, from, to } = this.inSight;
-    return (
-      spans.length > 0 && spans[0].from[axis] <= to && (!spans.at(-1).to || spans.at(-1).to[axis] >= from)
-    );
+      { axis, from, to } = this.inSight,
+      end = spans.at(-1)?.to;
+    return spans.length > 0 && spans[0].from[axis] <= to && (!end || end[axis] >= from);
   }
 
   robots() {
-    const lanes = new Map();
-    for (const call of this.history.calls) {
-      if (!lanes.has(call.lane)) lanes.set(call.lane, []);
-      lanes.get(call.lane).push(call);
-    }
-    const rows = [...lanes].sort(([a], [b]) => (a < b ? -1 : 1)),
-      names = rows.map(([, [{ skiller }]]) => skiller),
-      isTwice = (name) => names.indexOf(name) !== names.lastIndexOf(name);
-    return rows.map(([lane, calls], at) => ({
+    const lanes = [...this.history.lanes].sort(([a], [b]) => (a < b ? -1 : 1)),
+      names = robotNames(lanes);
+    return lanes.map(([lane, item]) => ({
       key: "robot " + lane,
       kind: "robot",
-      name: isTwice(names[at]) ? lane : names[at],
-      item: calls,
+      name: names.get(lane),
+      item,
     }));
   }
   planners() {
@@ -86,43 +96,48 @@ export class Rows {
 
   /** @returns {Row[]} what is shown, in order */
   list() {
-    const rows = [],
-      group = (key, name, lanes) => {
-        if (!lanes.length) return;
-        const open = this.isOpen(key, true);
-        rows.push({ key, kind: "group", name, item: lanes, depth: 0, open });
-        if (open) for (const lane of lanes) rows.push({ ...lane, depth: 1, open: null });
-      };
-    group("robots", this.history.calls === this.history.ofBoard ? "Executors" : "Robots", this.robots());
-    group("planning", "Planning", this.planners());
-    this.addGoals(rows);
-    return rows;
+    const group = (key, name, lanes) => {
+      const open = this.isOpen(key, true),
+        inside = open ? lanes.map((lane) => ({ ...lane, depth: 1, open: null })) : [];
+      return lanes.length ? [{ key, kind: "group", name, item: lanes, depth: 0, open }, ...inside] : [];
+    };
+    const { calls, ofBoard } = this.history,
+      isBoard = calls === ofBoard && ofBoard.length;
+    return [
+      ...group("robots", isBoard ? "Executors" : "Robots", this.robots()),
+      ...group("planning", "Planning", this.planners()),
+      ...this.goalRows(),
+    ];
   }
 
-  addGoals(rows) {
-    const { goals, filters } = this,
-      { parents, children, roots } = forestOfGoals(goals);
-    // with a filter, those that fit stand with the goals above them
-    const shown = filters ? this.withAncestors(goals, parents) : null;
-    const envs = new Set(goals.map(({ env }) => env)).size > 1;
-    const stack = roots.reverse().map((goal) => [goal, 0]);
+  goalRows() {
+    const rows = [],
+      { goals, filters } = this,
+      { parents, children, roots } = forestOfGoals(goals),
+      // with a filter, those that fit stand with the goals above them
+      shown = filters ? this.withAncestors(goals, parents) : null,
+      hasEnvs = new Set(goals.map(({ env }) => env)).size > 1;
+    const stack = [...roots].reverse().map((goal) => [goal, 0]);
     let env = null;
-    if (envs) stack.sort(([a], [b]) => (a.env < b.env ? 1 : a.env > b.env ? -1 : 0));
+    if (hasEnvs) stack.sort(([a], [b]) => (a.env < b.env ? 1 : a.env > b.env ? -1 : 0));
     while (stack.length) {
-      const [item, depth] = stack.pop();
-      if (envs && item.kind === "goal" && !depth && item.env !== env) {
+      const [item, depth] = stack.pop(),
+        isGoal = item.kind === "goal",
+        below = isGoal ? [...(children.get(item.key) || []), ...item.actions] : [],
+        seen = shown ? below.filter((each) => shown.has(each.key)) : below,
+        hasGoals = (list) => list.some(({ kind }) => kind === "goal"),
+        usual = filters || (this.opensAll ?? hasGoals(seen)),
+        open = seen.length ? this.isOpen(item.key, usual) : null;
+      if (hasEnvs && isGoal && !depth && item.env !== env) {
         ({ env } = item);
         rows.push({ key: "env " + env, kind: "group", name: env, item: [], depth: 0, open: null });
       }
-      const below = item.kind === "goal" ? [...(children.get(item.key) || []), ...item.actions] : [];
-      const seen = shown ? below.filter((each) => shown.has(each.key)) : below;
-      const usual = filters || (this.opensAll ?? seen.some(({ kind }) => kind === "goal"));
-      const open = seen.length ? this.isOpen(item.key, usual) : null;
       if (shown && !shown.has(item.key)) continue;
-      const isSummary = open === true || below.some(({ kind }) => kind === "goal");
+      const isSummary = open === true || hasGoals(below);
       rows.push({ key: item.key, kind: item.kind, name: item.id, item, depth, open, isSummary });
-      if (open) for (let at = seen.length - 1; at >= 0; at--) stack.push([seen[at], depth + 1]);
+      if (open) stack.push(...seen.map((each) => [each, depth + 1]).reverse());
     }
+    return rows;
   }
 
   withAncestors(goals, parents) {
@@ -131,12 +146,9 @@ export class Rows {
         for (let at = key; at && !shown.has(at); at = parents.get(at)) shown.add(at);
       };
     for (const goal of goals) {
-      if (this.fits(goal)) add(goal.key);
-      for (const action of this.wanted ? goal.actions : []) {
-        if (!this.fits(action)) continue;
-        shown.add(action.key);
-        add(goal.key);
-      }
+      const actions = this.wanted ? goal.actions.filter((action) => this.fits(action)) : [];
+      for (const { key } of actions) shown.add(key);
+      if (actions.length || this.fits(goal)) add(goal.key);
     }
     return shown;
   }

@@ -1,21 +1,20 @@
 // The timeline: goals, plan-actions, skill calls and errors over time. The page and reports show this component.
+import { Canvas, fillBox } from "cx/canvas.js";
 import { Detail } from "cx/detail.js";
-import { el, none } from "cx/dom.js";
-import { failureOf, lateAfter, longestOf } from "cx/story/causes.js";
-import { VirtualList } from "cx/virtual.js";
-import { findAt, tipOf } from "cx/timeline/find.js";
+import { el, none, refill } from "cx/dom.js";
+import { failureOf, lateCalls } from "cx/story/causes.js";
+import { findAt, Tip, tipOf } from "cx/timeline/find.js";
 import { keyInput, pointerInput } from "cx/timeline/input.js";
 import { nameOf, signOf } from "cx/timeline/labels.js";
-import { Overview } from "cx/timeline/overview.js";
 import { marksOf } from "cx/timeline/marks.js";
+import { Overview } from "cx/timeline/overview.js";
 import { AXIS, MARKS, Painter } from "cx/timeline/paint.js";
 import { pathTo, resolve } from "cx/timeline/path.js";
 import { Rows } from "cx/timeline/rows.js";
 import { timesOf } from "cx/timeline/spans.js";
-import { palette } from "cx/timeline/palette.js";
-import { Tip } from "cx/timeline/tip.js";
 import { Toolbar } from "cx/timeline/toolbar.js";
 import { TimeWindow } from "cx/timeline/window.js";
+import { VirtualList } from "cx/virtual.js";
 
 const LIVE_MS = 50,
   SETTLED_MS = 160,
@@ -30,32 +29,23 @@ export class Timeline {
   constructor(host, tools = []) {
     this.host = host;
     this.path = {};
-    this.frame = 0;
     this.clickedAt = -Infinity;
     this.clicked = null; // the item of the last click
     this.shape = -1;
-    this.rows = new Rows(host.history);
+    this.rows = Rows.of(host.history);
     this.window = new TimeWindow((axis) => this.range(axis));
     this.window.follows = host.isLive;
     this.build(tools);
     this.window.listeners.add(() => this.moved());
-    pointerInput(this.canvas, this);
+    pointerInput(this.canvas.node, this);
     keyInput(this.box, this);
-    this.resized = new ResizeObserver(() => this.later());
-    this.resized.observe(this.canvas);
-    this.scheme = matchMedia("(prefers-color-scheme: dark)");
-    this.recolour = () => {
-      this.palette = null;
-      this.later();
-    };
-    this.scheme.addEventListener("change", this.recolour);
     if (host.isLive) this.timer = setInterval(() => this.tick(), LIVE_MS);
     this.relist();
   }
 
   build(tools) {
-    this.canvas = el("canvas.tl-chart", { "aria-hidden": "true" });
-    const strip = el("canvas.tl-overview", { "aria-hidden": "true" });
+    this.canvas = new Canvas((...rest) => this.draw(...rest), { class: "tl-chart" });
+    this.overview = new Overview(this);
     this.list = new VirtualList({
       label: "Goals over time",
       height: "--row-lane",
@@ -72,20 +62,13 @@ export class Timeline {
     this.list.box.addEventListener("scroll", () => this.later(), { passive: true });
     this.detail = new Detail(this.host, () => this.later());
     this.toolbar = new Toolbar(this, tools);
-    this.tip = new Tip(this.canvas);
+    this.tip = new Tip(this.canvas.node);
     this.empty = el("div.tl-empty", { hidden: true });
-    this.body = el(
-      "div.tl-body",
-      el("div.tl-corner.dim", el.span("errors")),
-      this.canvas,
-      this.list.box,
-      this.empty,
-      this.tip.box,
-    );
-    this.main = el("div.tl-main", strip, this.body);
-    this.box = el("div.tl", this.toolbar.box, el("div.tl-columns", this.main, this.detail.box));
+    const corner = el("div.tl-corner.dim", el.span("errors")),
+      body = el("div.tl-body", corner, this.canvas.node, this.list.box, this.empty, this.tip.box),
+      main = el("div.tl-main", this.overview.canvas.node, body);
+    this.box = el("div.tl", this.toolbar.box, el("div.tl-columns", main, this.detail.box));
     this.box.timeline = this; // for scripts that drive the page
-    this.overview = new Overview(strip, this);
   }
 
   // -- what is shown
@@ -100,17 +83,16 @@ export class Timeline {
     return this.host.zero;
   }
   range(axis) {
-    if (axis === "step") return { from: 0, to: Math.max(1, this.history.steps) };
     const { history } = this,
       begin = history.begin ?? this.now.time,
       // when all is over, the picture does not go on to shrink
       isOver = this.host.isLive && history.steps > 0 && !history.goesOn,
       end = isOver ? history.stepTimes.at(-1) : this.now.time;
+    if (axis === "step") return { from: 0, to: Math.max(1, history.steps) };
     return { from: begin, to: Math.max(end, begin + 1000) };
   }
   get cursorValue() {
-    const at = this.host.cursor();
-    return at ? at[this.window.axis] : null;
+    return this.host.cursor()?.[this.window.axis] ?? null;
   }
   get cursorX() {
     const value = this.cursorValue,
@@ -118,8 +100,7 @@ export class Timeline {
     return x >= 0 && x <= this.window.width ? x : this.window.width / 2;
   }
   get cursorStep() {
-    const at = this.host.cursor();
-    return at ? at.step : Infinity;
+    return this.host.cursor()?.step ?? Infinity;
   }
   get marks() {
     return marksOf(this.history);
@@ -129,40 +110,23 @@ export class Timeline {
     const at = performance.now();
     if (!this.lateAt || at - this.lateAt > LATE_MS) {
       this.lateAt = at;
-      const open = this.history.calls.filter(({ end }) => !end),
-        longest = open.length ? longestOf(this.history) : null,
-        { time } = this.now;
-      this.lateCalls = new Set(open.filter((call) => lateAfter(call, longest, time)));
+      this.lateCalls = new Set(lateCalls(this.history, this.now.time).keys());
     }
     return this.lateCalls;
   }
   /** What the painter and the search for what is below the pointer know. */
   get scene() {
-    this.palette ||= palette(this.box);
+    const { window, history, now, zero, late, marks, list } = this;
     return {
-      window: this.window,
-      history: this.history,
-      palette: this.palette,
-      now: this.now,
-      zero: this.zero,
-      high: this.list.rowHeight,
-      selected: this.list.selected,
-      late: this.late,
-      chosen: resolve(this.path, this.history).item,
-      rows: this.list.items,
-      marks: this.marks,
-      scroll: this.list.box.scrollTop,
+      ...{ window, history, now, zero, late, marks, high: list.rowHeight, selected: list.selected },
+      ...{ rows: list.items, scroll: list.box.scrollTop, chosen: resolve(this.path, history).item },
     };
   }
 
   // -- drawing
 
   later() {
-    if (this.frame) return;
-    this.frame = requestAnimationFrame(() => {
-      this.frame = 0;
-      this.draw();
-    });
+    this.canvas.later();
   }
   /** The data changed. */
   update() {
@@ -183,41 +147,25 @@ export class Timeline {
     this.settling = setTimeout(() => this.relist(), SETTLED_MS);
   }
   tick() {
-    if (document.hidden || !this.box.isConnected) return;
     const { time } = this.now;
-    if (time === this.tickedAt) return;
+    if (document.hidden || !this.box.isConnected || time === this.tickedAt) return;
     this.tickedAt = time;
     this.window.advance();
     this.later();
   }
 
-  draw() {
-    const width = this.canvas.clientWidth,
-      height = this.canvas.clientHeight,
-      ratio = Math.min(devicePixelRatio || 1, 3);
-    if (!width || !height) return;
-    if (this.window.width !== width) {
-      this.window.width = width;
-      if (this.window.fits) this.window.fit();
-    }
-    if (!this.isFitted) {
-      this.isFitted = true;
-      this.window.fit();
-    }
-    const isNewList = this.isListDirty;
-    if (isNewList) {
-      this.isListDirty = false;
-      this.list.set(this.items);
-      if (this.revealing) this.list.mark(this.list.selected, true);
-      this.revealing = false;
-      if (this.revealed > 0) this.list.reveal(this.revealed);
-      this.revealed = 0;
-    } else if (this.namesOf !== this.history.revision + " " + this.cursorStep) this.list.update();
-    this.namesOf = this.history.revision + " " + this.cursorStep;
-    if (this.canvas.width !== Math.round(width * ratio)) this.canvas.width = Math.round(width * ratio);
-    if (this.canvas.height !== Math.round(height * ratio)) this.canvas.height = Math.round(height * ratio);
-    this.paint(this.canvas.getContext("2d"), width, height, ratio);
-    if (isNewList) {
+  draw(context, width, height, palette) {
+    const { window, list, isListDirty } = this,
+      namesOf = this.history.revision + " " + this.cursorStep,
+      isWider = window.width !== width;
+    window.width = width;
+    if (!this.isFitted || (isWider && window.fits)) window.fit();
+    this.isFitted = true;
+    if (isListDirty) this.drawList();
+    else if (this.namesOf !== namesOf) list.update();
+    this.namesOf = namesOf;
+    this.paint(context, width, height, palette);
+    if (isListDirty) {
       this.later(); // of thousands of rows all of it would be a long task
       return;
     }
@@ -226,38 +174,41 @@ export class Timeline {
     this.detail.draw(this.path);
     this.drawEmpty();
   }
-  paint(context, width, height, ratio) {
-    const { scene } = this;
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.fillStyle = scene.palette.back;
-    context.fillRect(0, 0, width, height);
-    const painter = new Painter(context, scene),
-      { high, scroll, rows } = scene;
+  drawList() {
+    const { list } = this;
+    this.isListDirty = false;
+    list.set(this.items);
+    if (this.revealing) list.mark(list.selected, true);
+    if (this.revealed > 0) list.reveal(this.revealed);
+    this.revealing = false;
+    this.revealed = 0;
+  }
+  paint(context, width, height, palette) {
+    const { scene, cursorValue } = this,
+      { high, scroll, rows } = scene,
+      top = AXIS + MARKS;
+    fillBox(context, palette.back, 0, 0, width, height);
+    const painter = new Painter(context, { ...scene, palette });
     painter.axis(height);
     painter.errors(scene.marks);
     context.save();
     context.beginPath();
-    context.rect(0, AXIS + MARKS, width, height);
+    context.rect(0, top, width, height);
     context.clip();
     const first = Math.max(0, Math.floor(scroll / high)),
       end = Math.min(rows.length, Math.ceil((scroll + height) / high));
-    for (let at = first; at < end; at++) painter.row(rows[at], AXIS + MARKS + at * high - scroll);
+    for (let at = first; at < end; at++) painter.row(rows[at], top + at * high - scroll);
     context.restore();
-    const { cursorValue } = this;
     if (cursorValue !== null) painter.cursor(cursorValue, height);
   }
   drawEmpty() {
-    const isEmpty = !this.list.items.length;
+    const isEmpty = !this.list.items.length,
+      hint = this.host.isLive ? "They appear here as soon as the executive formulates them." : "",
+      texts = this.rows.filters
+        ? ["No goal matches", "Other outcomes, or another search?"]
+        : ["No goals yet", hint];
     this.empty.hidden = !isEmpty;
-    if (isEmpty)
-      this.empty.replaceChildren(
-        this.rows.filters
-          ? none("No goal matches", "Other outcomes, or another search?")
-          : none(
-              "No goals yet",
-              this.host.isLive ? "They appear here as soon as the executive formulates them." : "",
-            ),
-      );
+    if (isEmpty) refill(this.empty, none(...texts));
   }
 
   // -- what is chosen
@@ -280,26 +231,23 @@ export class Timeline {
       key = failure && (pathTo(failure).goal || "");
     this.revealed = this.items.findIndex((row) => row.key === key);
   }
+  /** The values of the axis between which an item is. */
+  rangeOf(item) {
+    const { begin, end } = timesOf(item, this.history);
+    return [begin, end || this.now].map((point) => point[this.window.axis]);
+  }
   revealTime(item) {
-    const { begin, end } = timesOf(item, this.history),
-      { axis } = this.window,
-      from = begin[axis],
-      to = (end || this.now)[axis];
+    const [from, to] = this.rangeOf(item);
     if (to < this.window.from || from > this.window.to) this.window.show(from, to);
   }
   /** A row of the tree was walked to, or opened. */
-  choose(row, how) {
-    if (row.kind !== "goal" && row.kind !== "action") {
-      this.later();
-      return;
-    }
-    this.host.go(pathTo(row.item), how === "key");
+  choose({ kind, item }, how) {
+    if (kind === "goal" || kind === "action") this.host.go(pathTo(item), how === "key");
+    else this.later();
   }
   up() {
     const { goal, action, skill } = this.path;
-    if (skill) this.host.go({ goal, action });
-    else if (action) this.host.go({ goal });
-    else this.host.go({});
+    this.host.go(skill ? { goal, action } : action ? { goal } : {});
   }
 
   // -- what input.js calls
@@ -309,15 +257,14 @@ export class Timeline {
   }
   setCursorAt(x) {
     const { axis } = this.window,
-      value = this.window.value(x),
       { from, to } = this.range(axis),
-      within = Math.min(Math.max(value, from), to);
-    if (axis === "time")
-      this.host.setCursor({ time: Math.round(within), step: this.history.stepsUpTo(within) });
-    else {
-      const step = Math.round(within);
-      this.host.setCursor({ time: this.history.stepTimes[step - 1] ?? this.history.begin, step });
-    }
+      within = Math.round(Math.min(Math.max(this.window.value(x), from), to)),
+      { history } = this;
+    this.host.setCursor(
+      axis === "time"
+        ? { time: within, step: history.stepsUpTo(within) }
+        : { time: history.stepTimes[within - 1] ?? history.begin, step: within },
+    );
   }
   scrollBy(pixels) {
     this.list.box.scrollTop += pixels;
@@ -326,22 +273,18 @@ export class Timeline {
     // the first click of two may have opened the panel: the second one means the same bar, wherever it is now
     if (performance.now() - this.clickedAt < DOUBLE_MS) return;
     this.clickedAt = performance.now();
-    const found = findAt(this.scene, x, y);
-    this.clicked = (found && found.item) || null;
-    if (found && found.mark) this.showMark(found.mark);
-    else if (found && found.item) {
-      this.host.go(pathTo(found.item));
-      if (!this.host.isLive) this.setCursorAt(x);
-    } else if (y > AXIS) this.setCursorAt(x);
+    const { mark, item = null } = findAt(this.scene, x, y) || {};
+    this.clicked = item;
+    if (mark) this.showMark(mark);
+    if (item) this.host.go(pathTo(item));
+    if (!mark && y > AXIS && (!item || !this.host.isLive)) this.setCursorAt(x);
   }
   zoomAt(x) {
     if (this.clicked) this.zoomTo(this.clicked);
     else this.window.zoom(0.4, x);
   }
   zoomTo(item) {
-    const { begin, end } = timesOf(item, this.history),
-      { axis } = this.window;
-    this.window.show(begin[axis], (end || this.now)[axis]);
+    this.window.show(...this.rangeOf(item));
   }
   zoomToSelection() {
     const { item } = resolve(this.path, this.history);
@@ -355,26 +298,24 @@ export class Timeline {
   /** Go to the next error after the cursor, or the one before it. */
   toError(by) {
     const { marks } = this,
-      at = this.host.cursor(),
-      { time } = at || { time: by > 0 ? -Infinity : Infinity };
-    const found =
-      by > 0
-        ? marks.find((mark) => mark.time > time) || marks[0]
-        : marks.findLast((mark) => mark.time < time) || marks.at(-1);
+      { time } = this.host.cursor() || { time: by > 0 ? -Infinity : Infinity },
+      next = () => marks.find((mark) => mark.time > time) || marks[0],
+      before = () => marks.findLast((mark) => mark.time < time) || marks.at(-1),
+      found = by > 0 ? next() : before();
     if (found) this.showMark(found);
   }
   showMark(mark) {
-    this.host.setCursor({ time: mark.time, step: mark.step });
+    const { time, step } = mark;
+    this.host.setCursor({ time, step });
     this.window.reveal(mark[this.window.axis]);
     if (mark.call) this.host.go(pathTo(mark.call));
     this.tip.show(tipOf({ mark }, this.scene), this.window.place(mark), AXIS + MARKS);
     this.later();
   }
   hover(place) {
-    const { scene } = this,
-      found = place && findAt(scene, ...place),
-      lines = found && tipOf(found, scene);
-    this.canvas.style.cursor = place && (place[1] < AXIS ? "ew-resize" : lines ? "pointer" : "");
+    const found = place && findAt(this.scene, ...place),
+      lines = found && tipOf(found, this.scene);
+    this.canvas.node.style.cursor = place && (this.isAxis(place[1]) ? "ew-resize" : lines ? "pointer" : "");
     if (lines) this.tip.show(lines, ...place);
     else this.tip.hide();
   }
@@ -382,9 +323,6 @@ export class Timeline {
     this.detail.close();
     clearInterval(this.timer);
     clearTimeout(this.settling);
-    cancelAnimationFrame(this.frame);
-    this.resized.disconnect();
-    this.scheme.removeEventListener("change", this.recolour);
-    this.list.gone();
+    for (const each of [this.canvas, this.overview, this.list]) each.gone();
   }
 }

@@ -1,6 +1,15 @@
 // Above the timeline: outcomes, which are the legend and a filter; search, folds, axis, zoom.
-import { button, checkbox, el, search } from "cx/dom.js";
+import { button, checkbox, el, plural, search } from "cx/dom.js";
 import { NAMES, OUTCOMES } from "cx/outcome.js";
+
+const tool = (text, call, title, attributes = {}) =>
+  button(text, call, { title, "aria-label": /\w/.test(text) ? null : title.split(" (")[0], ...attributes });
+const group = (label, attributes, ...children) =>
+  el.span({ role: "group", "aria-label": label, ...attributes }, ...children);
+/** Give a node a text unless it has it: screen readers would say it again. */
+function tell(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
 
 export class Toolbar {
   /** @param more elements of the page that shows the timeline */
@@ -9,75 +18,60 @@ export class Toolbar {
     const { window, rows } = timeline;
     this.chips = NAMES.map((name) => this.chip(name));
     this.count = el("span.dim.count", { role: "status" });
-    this.now = button("Follow", () => timeline.toNow(), {
+    this.now = tool("Follow", () => timeline.toNow(), "go to the newest moment, and follow it (n)", {
       class: "tl-now",
-      title: "go to the newest moment, and follow it (n)",
+      hidden: !timeline.host.isLive,
     });
-    this.now.hidden = !timeline.host.isLive;
-    this.error = button("Next error", () => timeline.toError(1), { title: "e; the one before: E" });
-    this.byStep = checkbox("steps", false, (on) => window.use(on ? "step" : "time"));
-    this.byStep.title = "each transition is as wide as any other";
-    const folds = el.span(
-      { role: "group", "aria-label": "Folds" },
-      button("▸", () => this.fold(false), { class: "quiet", "aria-label": "close all", title: "close all" }),
-      button("▾", () => this.fold(true), { class: "quiet", "aria-label": "open all", title: "open all" }),
-    );
-    const zoom = el(
-      "span.tl-zoom",
-      { role: "group", "aria-label": "Zoom" },
-      button("−", () => window.zoom(1.7), { "aria-label": "zoom out", title: "zoom out (-)" }),
-      button("+", () => window.zoom(1 / 1.7), { "aria-label": "zoom in", title: "zoom in (+)" }),
-      button("Fit", () => window.fit(), { title: "the whole run (0)" }),
-    );
+    this.error = tool("Next error", () => timeline.toError(1), "e; the one before: E");
+    const relist = () => timeline.relist();
+    const fold = (text, title, open) =>
+      tool(text, () => relist(rows.foldAll(open)), title, { class: "quiet" });
     const find = search("Search goals", (text) => {
       rows.wanted = text;
-      timeline.relist();
+      relist();
     });
-    const sight = checkbox("in view", false, (on) => {
+    const show = (on) => {
       rows.inSight = on ? window : null;
-      timeline.relist();
-    });
-    sight.title = "only goals that are there in the time that is seen";
-    this.box = el(
-      "div.tl-bar.panel-head",
-      el.h2("Timeline"),
-      this.count,
-      el("div.tl-legend", { role: "group", "aria-label": "Outcomes" }, this.chips),
-      el("div.tools", ...more, find, sight, folds, this.byStep, this.error, zoom, this.now),
+      relist();
+    };
+    const toolBox = el(
+      "div.tools",
+      more,
+      find,
+      checkbox("in view", false, show, { title: "only goals that are there in the time that is seen" }),
+      group("Folds", {}, fold("▸", "close all", false), fold("▾", "open all", true)),
+      checkbox("steps", false, (on) => window.use(on ? "step" : "time"), {
+        title: "each transition is as wide as any other",
+      }),
+      this.error,
+      group(
+        "Zoom",
+        { class: "tl-zoom" },
+        tool("−", () => window.zoom(1.7), "zoom out (-)"),
+        tool("+", () => window.zoom(1 / 1.7), "zoom in (+)"),
+        tool("Fit", () => window.fit(), "the whole run (0)"),
+      ),
+      this.now,
     );
+    const legend = el("div.tl-legend", { role: "group", "aria-label": "Outcomes" }, this.chips);
+    this.box = el("div.tl-bar.panel-head", el.h2("Timeline"), this.count, legend, toolBox);
   }
 
   chip(name) {
     const { rows } = this.timeline,
+      { icon, word } = OUTCOMES[name],
       number = el("span.tl-number");
-    const chip = el.button(
-      {
-        type: "button",
-        class: "outcome o-" + name,
-        "aria-pressed": "false",
-        title: "only what is " + OUTCOMES[name].word,
-        on: {
-          click: () => {
-            if (!rows.outcomes.delete(name)) rows.outcomes.add(name);
-            this.timeline.relist();
-          },
-        },
-      },
-      el.i({ "aria-hidden": "true" }, OUTCOMES[name].icon),
-      OUTCOMES[name].word + " ",
-      number,
-    );
-    chip.number = number;
-    chip.outcome = name;
-    return chip;
-  }
-  fold(open) {
-    this.timeline.rows.foldAll(open);
-    this.timeline.relist();
+    const press = () => {
+      if (!rows.outcomes.delete(name)) rows.outcomes.add(name);
+      this.timeline.relist();
+    };
+    const about = { class: "outcome o-" + name, "aria-pressed": "false", title: "only what is " + word },
+      chip = button([el.i({ "aria-hidden": "true" }, icon), word + " ", number], press, about);
+    return Object.assign(chip, { number, outcome: name });
   }
 
   draw() {
-    const { history, rows, window, host, list } = this.timeline;
+    const { history, rows, window, host, list, marks } = this.timeline;
     if (host.isLive) this.drawNow(window.follows);
     // counting takes a while, zooming changes nothing of it
     if (this.drawn === list.items && this.revision === history.revision) return;
@@ -85,21 +79,18 @@ export class Toolbar {
     this.revision = history.revision;
     const counts = rows.counts();
     for (const chip of this.chips) {
-      const text = String(counts[chip.outcome]);
-      if (chip.number.textContent !== text) chip.number.textContent = text;
-      chip.hidden = !counts[chip.outcome] && !rows.outcomes.has(chip.outcome);
-      chip.setAttribute("aria-pressed", String(rows.outcomes.has(chip.outcome)));
+      const isPressed = rows.outcomes.has(chip.outcome);
+      tell(chip.number, String(counts[chip.outcome]));
+      chip.hidden = !counts[chip.outcome] && !isPressed;
+      chip.setAttribute("aria-pressed", String(isPressed));
     }
-    const all = rows.goals.length,
-      shown = list.items.filter(({ kind }) => kind === "goal").length,
-      text = (rows.filters ? shown + " of " : "") + all + (all === 1 ? " goal" : " goals");
-    if (this.count.textContent !== text) this.count.textContent = text;
-    this.error.hidden = !this.timeline.marks.length;
+    const shown = list.items.filter(({ kind }) => kind === "goal").length;
+    tell(this.count, (rows.filters ? shown + " of " : "") + plural(rows.goals.length, "goal"));
+    this.error.hidden = !marks.length;
   }
   drawNow(follows) {
     this.now.setAttribute("aria-pressed", String(follows));
     this.now.classList.toggle("primary", !follows);
-    const word = follows ? "Following" : "Back to now";
-    if (this.now.textContent !== word) this.now.textContent = word;
+    tell(this.now, follows ? "Following" : "Back to now");
   }
 }

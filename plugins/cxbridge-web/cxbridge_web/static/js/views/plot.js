@@ -1,13 +1,15 @@
 // Values over time: fields of interfaces, slots of facts, the time that loops take.
-import { palette, save } from "cx/canvas.js";
-import { button, clockText, zeroOfTimes, dataTable, el, none, panel, refill } from "cx/dom.js";
-import { Chart, dashOf } from "cx/plot/chart.js";
+import { dashOf, palette, save } from "cx/canvas.js";
+import { button, choice, clockText, dataTable, el, form, none, panel, redraw } from "cx/dom.js";
+import { refill, submit, textInput, zeroOfTimes } from "cx/dom.js";
+import { Chart } from "cx/plot/chart.js";
 import { choices } from "cx/plot/choices.js";
 import { csv } from "cx/plot/csv.js";
 import { HINT } from "cx/plot/names.js";
 import { Proposals } from "cx/plot/proposals.js";
 import { numberText } from "cx/plot/series.js";
 import { plotAddress, plotsOf } from "cx/plot/store.js";
+import { Lifetime } from "cx/scaffold.js";
 
 export const tab = { title: "Plot", order: 55 };
 export const moment = "own";
@@ -22,8 +24,16 @@ const TICK_MS = 200;
 const MOST_SHOWN = 60; // completions at a time
 let windowUs = 60e6; // stays when another view was open
 
+const timeText = (time, step) => clockText(time, step >= 1e6 ? 0 : step >= 1e3 ? 3 : 6);
+/** A piece of the line, in its colour and pattern. */
+function keyOf(number) {
+  const dashed = dashOf(number).length ? " dashed" : "";
+  return el.span({ class: "plot-key series-" + (number + 1) + dashed, "aria-hidden": "true" });
+}
+
 export function open(root, app) {
-  const store = plotsOf(app);
+  const store = plotsOf(app),
+    life = new Lifetime();
   let follows = true,
     names = [];
   const chart = new Chart(
@@ -37,67 +47,49 @@ export function open(root, app) {
       pick: (time) => app.select({ time: Math.round(time) }),
       all: showAll,
     },
-    (time, step) => timeText(time, step),
+    timeText,
   );
-  const list = el("datalist#plot-names");
-  const input = el("input#plot-name", {
-    type: "text",
-    list: "plot-names",
-    "aria-label": "value to plot",
-    placeholder: HINT,
-    spellcheck: "false",
-    autocomplete: "off",
-    autocapitalize: "off",
-  });
-  const form = el(
-    "form#plot-add.call.plot-add",
-    input,
-    el("button.primary", { type: "submit" }, "Add"),
-    list,
-  );
-  const empty = el.div({ hidden: true });
-  const legend = el("div#plot-legend.plot-legend");
-  const followBox = el("select#plot-window", { "aria-label": "how much of the past is shown" });
-  const tools = el("div.tools");
-  root.append(panel("Plot", [tools], el("div.plot-body", form, empty, chart.box, legend)));
-
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
-    const reason = store.add(input.value);
-    if (reason) {
-      app.toast(reason + ". A value is called: " + HINT, true);
-      return;
-    }
-    input.value = "";
-    offer();
-    readdress();
-  });
-  input.addEventListener("input", offer);
-  /** The names that have all words of what was typed: a browser's own list wants the begin. */
-  function offer() {
-    const words = input.value.toLowerCase().split(/\s+/).filter(Boolean);
-    const fitting = names.filter((name) => words.every((word) => name.toLowerCase().includes(word)));
-    list.replaceChildren(...fitting.slice(0, MOST_SHOWN).map((value) => el.option({ value })));
-  }
-  const readNames = async () => {
-    names = await choices(app);
-    offer();
-  };
-  input.addEventListener("focus", readNames);
-  followBox.append(...WINDOWS.map(([us, text]) => el.option({ value: us, selected: us === windowUs }, text)));
-  followBox.addEventListener("change", () => {
-    windowUs = Number(followBox.value);
+  life.add(() => chart.gone());
+  const list = el("datalist#plot-names"),
+    input = textInput({
+      id: "plot-name",
+      list: "plot-names",
+      "aria-label": "value to plot",
+      placeholder: HINT,
+      on: { input: offer, focus: readNames },
+    }),
+    empty = el.div({ hidden: true }),
+    legend = el("div#plot-legend.plot-legend"),
+    tools = el("div.tools"),
+    windowChoice = { id: "plot-window", "aria-label": "how much of the past is shown" };
+  const followBox = choice(windowChoice, (us) => {
+    windowUs = Number(us);
     follows = true;
     draw();
   });
+  followBox.offer(WINDOWS, windowUs);
+  const adding = form("#plot-add.call.plot-add", add, input, submit("Add"), list);
+  root.append(panel("Plot", [tools], el("div.plot-body", adding, empty, chart.box, legend)));
 
-  function timeText(time, step) {
-    const digits = step >= 1e6 ? 0 : step >= 1e3 ? 3 : 6;
-    return clockText(time, digits);
+  function add() {
+    const reason = store.add(input.value);
+    if (reason) return app.toast(reason + ". A value is called: " + HINT, true);
+    input.value = "";
+    offer();
+    return readdress();
+  }
+  /** The names that have all words of what was typed: a browser's own list wants the begin. */
+  function offer() {
+    const words = input.value.toLowerCase().split(/\s+/).filter(Boolean),
+      fitting = names.filter((name) => words.every((word) => name.toLowerCase().includes(word)));
+    list.replaceChildren(...fitting.slice(0, MOST_SHOWN).map((value) => el.option({ value })));
+  }
+  async function readNames() {
+    names = await choices(app);
+    offer();
   }
   function readdress() {
-    const address = plotAddress(store.names);
-    history.replaceState(history.state, "", address);
+    history.replaceState(history.state, "", plotAddress(store.names));
     app.selection.write();
     draw();
   }
@@ -105,10 +97,10 @@ export function open(root, app) {
   /** The time up to which is known. */
   function end() {
     if (app.recording) return app.recording.end;
-    const last = Math.max(app.live.time, ...store.series.map((each) => each.times[each.count - 1] || 0));
-    if (!app.status) return last;
-    const since = app.status.clock === "real" ? performance.now() - app.statusAt : 0;
-    return Math.max(last, app.connection === "open" ? app.status.now_us + since * 1000 : 0);
+    const { status, connection } = app,
+      last = Math.max(app.live.time, ...store.series.map((each) => each.times[each.count - 1] || 0)),
+      since = status?.clock === "real" ? performance.now() - app.statusAt : 0;
+    return status && connection === "open" ? Math.max(last, status.now_us + since * 1000) : last;
   }
   function begin() {
     if (app.recording) return app.recording.begin;
@@ -123,22 +115,20 @@ export function open(root, app) {
     drawTools();
   }
 
+  function follow() {
+    follows = !follows;
+    draw();
+  }
   function drawTools() {
-    const follow = button("Follow", () => {
-      follows = !follows;
-      draw();
-    });
-    follow.setAttribute("aria-pressed", String(follows));
-    const has = store.names.length > 0;
+    const disabled = !store.names.length;
     refill(
       tools,
-      app.recording ? null : follow,
-      app.recording ? null : followBox,
+      !app.recording && [button("Follow", follow, { "aria-pressed": String(follows) }), followBox],
       button("−", () => chart.zoom(1 / 1.5), { "aria-label": "zoom out" }),
       button("+", () => chart.zoom(1.5), { "aria-label": "zoom in" }),
       button("All", showAll, { title: "show everything (0)" }),
-      button("CSV", exportCsv, { disabled: !has, id: "plot-csv" }),
-      button("PNG", exportPng, { disabled: !has, id: "plot-png" }),
+      button("CSV", exportCsv, { disabled, id: "plot-csv" }),
+      button("PNG", exportPng, { disabled, id: "plot-png" }),
     );
   }
   function exportCsv() {
@@ -146,11 +136,11 @@ export function open(root, app) {
     save(new Blob([text], { type: "text/csv" }), "plot.csv");
   }
   async function exportPng() {
-    const { series } = palette();
-    const lines = store.series.map((each) => ({
-      text: each.source.label + "  " + each.source.about,
-      colour: series[each.number],
-    }));
+    const { series } = palette(),
+      lines = store.series.map(({ source: { label, about }, number }) => ({
+        text: label + "  " + about,
+        colour: series[number],
+      }));
     save(await chart.canvas.picture(lines), "plot.png");
   }
 
@@ -163,149 +153,95 @@ export function open(root, app) {
     chart.end = end();
     chart.zero = zeroOfTimes() ?? 0;
     chart.mark(app.recording ? app.recording.time : app.selection.value.time);
-    if (!app.recording && follows) {
-      const to = end();
-      chart.look(windowUs ? to - windowUs : begin(), to);
-    }
+    if (!app.recording && follows) chart.look(windowUs ? chart.end - windowUs : begin(), chart.end);
     drawTools();
     drawLegend();
     drawValues();
   }
 
-  const proposals = app.recording ? Proposals.of(app.recording.events) : new Proposals(),
-    listens = app.recording ? () => {} : app.live.onEvent((event) => proposals.take(event));
-  let drawnProposals = "";
+  const proposals = new Proposals(app.recording?.events);
+  if (!app.recording) life.add(app.live.onEvent((event) => proposals.take(event)));
   function drawProposals() {
     const { best } = proposals,
-      names = best.map(({ name }) => name),
-      sign = names.join("\n");
-    if (sign === drawnProposals && empty.firstChild) return;
-    drawnProposals = sign;
+      all = best.map(({ name }) => name);
     const plot = (wanted) => () => {
       for (const name of wanted) store.add(name);
       readdress();
     };
-    refill(
-      empty,
+    const row = ({ name, count, least, greatest }) => [
+      el.th({ scope: "row" }, name),
+      ...[numberText(least), numberText(greatest), count],
+      button("Plot", plot([name]), { "aria-label": "plot " + name }),
+    ];
+    const heads = ["value", "least", "greatest", "changes", el.td()];
+    redraw(empty, all, () => [
       none(
         "Nothing is plotted yet",
         best.length
           ? "These values changed most. Or type a name above."
           : "Type the name of a value above, or press “plot” next to a field in Blackboard.",
       ),
-      best.length
-        ? dataTable(
-            { id: "proposals" },
-            [
-              "value",
-              ...["least", "greatest", "changes"].map((head) => el("th.n", { scope: "col" }, head)),
-              el.td(),
-            ],
-            best.map(({ name, count, least, greatest }) =>
-              el.tr(
-                el.th({ scope: "row" }, name),
-                [numberText(least), numberText(greatest), String(count)].map((text) => el("td.n", text)),
-                el.td(button("Plot", plot([name]), { "aria-label": "plot " + name })),
-              ),
-            ),
-          )
-        : null,
-      best.length > 1 ? button("Plot all " + best.length, plot(names), { class: "primary" }) : null,
-    );
+      best.length > 0 && dataTable({ id: "proposals" }, heads, best.map(row), [1, 2, 3]),
+      best.length > 1 && button("Plot all " + best.length, plot(all), { class: "primary" }),
+    ]);
   }
 
   const cells = new Map();
-  let drawnLegend = null;
   function drawLegend() {
-    const sign = store.series.map((each) => each.name).join("\n");
-    if (sign === drawnLegend) return;
-    drawnLegend = sign;
-    cells.clear();
-    const rows = store.series.map((each) => {
-      const parts = ["value", "least", "greatest"].map((what) => el.td({ class: "n " + what }));
-      cells.set(each.name, parts);
-      return el.tr(
-        { "data-series": each.name },
-        el.th({ scope: "row" }, key(each.number), " ", el.b(each.source.label)),
-        el("td.dim.small.main-text", each.source.about),
-        parts,
-        el.td(
-          button(
-            "×",
-            () => {
-              store.remove(each.name);
-              readdress();
-            },
-            { class: "quiet", "aria-label": "remove " + each.name },
-          ),
-        ),
-      );
-    });
     const heads = ["value", "of", "at the cursor", "least seen", "greatest seen", el.td()];
-    refill(legend, dataTable({}, heads, rows));
-  }
-  /** A piece of the line, in its colour and pattern. */
-  function key(number) {
-    return el.span({
-      class: "plot-key series-" + (number + 1) + (dashOf(number).length ? " dashed" : ""),
-      "aria-hidden": "true",
+    redraw(legend, [store.names, Boolean(app.recording)], () => {
+      cells.clear();
+      return dataTable({}, heads, store.series.map(legendRow));
     });
+  }
+  function legendRow({ name, number, source }) {
+    const values = ["value", "least", "greatest"].map((part) => el.td({ class: "n " + part }));
+    cells.set(name, values);
+    const remove = () => {
+      store.remove(name);
+      readdress();
+    };
+    return el.tr(
+      { "data-series": name },
+      el.th({ scope: "row" }, keyOf(number), " ", el.b(source.label)),
+      el("td.dim.small.main-text", source.about),
+      values,
+      el.td(button("×", remove, { class: "quiet", "aria-label": "remove " + name })),
+    );
   }
   function drawValues() {
     const time = chart.cursor ?? chart.moment ?? end();
     for (const each of store.series) {
-      const [value, least, greatest] = cells.get(each.name) || [];
-      if (!value) continue;
-      const range = each.words ? null : each.range(chart.from, chart.to);
-      value.textContent = each.count ? each.text(each.at(time)) || "not yet" : "no samples";
-      least.textContent = range ? numberText(range[0]) : "";
-      greatest.textContent = range ? numberText(range[1]) : "";
+      const range = (!each.words && each.range(chart.from, chart.to)) || [],
+        value = each.count ? each.text(each.at(time)) || "not yet" : "no samples",
+        texts = [value, ...[0, 1].map((at) => (at in range ? numberText(range[at]) : ""))];
+      for (const [at, cell] of (cells.get(each.name) || []).entries()) cell.textContent = texts[at];
     }
   }
 
+  const soon = life.framed(draw),
+    { recording } = app;
   let shown = null;
-  const select = () => soon();
-  app.addEventListener("select", select);
-  const stop = store.onChange(() => soon());
-  let frame = 0;
-  function soon() {
-    frame ||= requestAnimationFrame(() => {
-      frame = 0;
-      draw();
-    });
+  const moved = () => {
+    if (shown !== recording.at) soon();
+    shown = recording.at;
+  };
+  if (recording) {
+    recording.listeners.add(moved);
+    life.add(() => recording.listeners.delete(moved));
   }
-  function moment() {
-    if (app.recording && shown !== app.recording.at) {
-      shown = app.recording.at;
-      soon();
-    }
-  }
-  const listened = app.recording;
-  if (listened) listened.listeners.add(moment);
-  const tick = setInterval(() => {
-    if (!app.recording && follows && !document.hidden) draw();
-  }, TICK_MS);
-  const unsubscribe = app.onChange(drawTools);
+  life.listen(app, "select", soon);
+  life.add(store.onChange(soon), app.onChange(drawTools));
+  life.every(TICK_MS, () => !app.recording && follows && draw());
   readNames();
   return {
     go(wanted) {
-      const asked = wanted.filter(Boolean);
-      if (asked.length) {
-        const reason = store.show(asked);
-        if (reason) app.toast(reason, true);
-      }
+      const asked = wanted.filter(Boolean),
+        reason = asked.length && store.show(asked);
+      if (reason) app.toast(reason, true);
       readdress();
       if (app.recording) showAll();
     },
-    close() {
-      stop();
-      listens();
-      unsubscribe();
-      app.removeEventListener("select", select);
-      clearInterval(tick);
-      cancelAnimationFrame(frame);
-      if (listened) listened.listeners.delete(moment);
-      chart.gone();
-    },
+    close: life.close,
   };
 }

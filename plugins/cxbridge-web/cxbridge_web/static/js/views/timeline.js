@@ -1,6 +1,6 @@
 // The timeline of what happens now, or of the recording that is looked at.
-import { paced } from "cx/dom.js";
 import { envSelect } from "cx/env.js";
+import { Lifetime } from "cx/scaffold.js";
 import { PageHost } from "cx/timeline/host.js";
 import { pathOf } from "cx/timeline/path.js";
 import { Timeline } from "cx/timeline/timeline.js";
@@ -8,56 +8,43 @@ import { Timeline } from "cx/timeline/timeline.js";
 export const tab = { title: "Timeline", order: 10 };
 export const moment = "own";
 export const kinds = ["planner"];
+const TOPICS = ["goals", "skills", "log", "interfaces"];
 
 export function open(root, app) {
-  let timeline = null;
-  const host = new PageHost(app, () => timeline.later());
-  const envs = envSelect(
-    app,
-    () => {
-      timeline.rows.env = app.chosenEnv;
-      timeline.relist();
-    },
-    { all: true },
-  );
-  timeline = new Timeline(host, [envs]);
-  timeline.rows.env = app.chosenEnv;
+  let timeline = null,
+    isFirst = true;
+  const life = new Lifetime(),
+    host = new PageHost(app, () => timeline.later());
+  const chosenEnv = () => {
+    timeline.rows.env = app.chosenEnv;
+    timeline.relist();
+  };
+  timeline = new Timeline(host, [envSelect(app, chosenEnv, { all: true })]);
+  chosenEnv();
   timeline.box.classList.add("panel");
   root.append(timeline.box);
 
-  const soon = paced(
+  const soon = life.paced(
     () => timeline.update(),
     () => host.history.goals.size,
   );
-  const stop = app.model.onChange((topics) => {
-    if (["goals", "skills", "log"].some((topic) => topics.has(topic))) soon();
-  });
-  const moved = ({ detail }) => {
+  life.add(
+    () => timeline.close(),
+    app.model.onChange((topics) => TOPICS.some((topic) => topics.has(topic)) && soon()),
+  );
+  life.listen(app, "select", ({ detail }) => {
     if (detail.changed.includes("time")) host.momentIs(detail.time);
     timeline.later();
-  };
-  const recolour = () => timeline.recolour();
-  app.addEventListener("select", moved);
-  app.addEventListener("theme", recolour);
-  let isFirst = true;
+  });
   return {
     go(rest) {
-      let path = pathOf(rest);
-      if (isFirst && !rest.length && app.selection.value.goal) {
+      const { goal, action } = app.selection.value,
         // what was chosen in another view is shown here, too
-        const { goal, action } = app.selection.value;
-        path = { goal, action };
-      }
+        path = isFirst && !rest.length && goal ? { goal, action } : pathOf(rest);
       isFirst = false;
       app.select({ goal: path.goal || "", action: path.action || "", skill: path.skill || "" });
       timeline.show(path);
     },
-    close() {
-      stop();
-      app.removeEventListener("select", moved);
-      app.removeEventListener("theme", recolour);
-      soon.stop();
-      timeline.close();
-    },
+    close: life.close,
   };
 }

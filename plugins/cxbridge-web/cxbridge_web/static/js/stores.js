@@ -1,0 +1,35 @@
+// What views have gathered of the run: one store a page and kind. Live events come to the store whichever view is
+// open; of a recording the store is made of its events when it is asked for.
+const stores = new WeakMap(); // class -> the store of the page
+
+export class Store {
+  listeners = new Set();
+  recorded = new WeakMap();
+
+  /** @param make makes what is gathered: of a live run, or of a recording with its events */
+  constructor(app, make) {
+    this.app = app;
+    this.make = make;
+    this.live = make();
+  }
+  /** The one store of the page. */
+  static of(app) {
+    if (!stores.has(this)) stores.set(this, new this(app));
+    return stores.get(this);
+  }
+
+  /** Of the recording, if one is open. */
+  get now() {
+    const { recording } = this.app;
+    if (!recording || recording.isPast) return this.live;
+    if (!this.recorded.has(recording)) this.recorded.set(recording, this.make(recording.events));
+    return this.recorded.get(recording);
+  }
+  onChange(listener) {
+    this.listeners.add(listener);
+    return () => this.listeners.delete(listener);
+  }
+  notify() {
+    for (const listener of [...this.listeners]) listener();
+  }
+}
