@@ -1,9 +1,17 @@
 // Two runs side by side: `cxbridge view A B`, and the page of `cxbridge trace diff --html`.
-import { button, el, none, pairs, wideTable } from "cx/dom.js";
+import { button, dim, el, none, note, pairs, refill, wideTable } from "cx/dom.js";
 import { notes, section } from "cx/documents/parts.js";
 import { goalOutcome, OUTCOMES, outcomeBadge } from "cx/outcome.js";
 
-const SIGNS = { changed: "≠", "only-a": "−", "only-b": "+", order: "⇅", msgid: "#", time: "◷", count: "×" };
+const SIGNS = {
+  changed: "≠",
+  "only-a": "−",
+  "only-b": "+",
+  order: "⇅",
+  msgid: "#",
+  time: "◷",
+  count: "×",
+};
 const LISTED = 200,
   LONGEST = 400; // characters of an event
 const SIDES = ["a", "b"];
@@ -16,8 +24,11 @@ const sides = (make) =>
     "div.sides",
     SIDES.map((side) => el.div(el("h3.side", side.toUpperCase()), make(side))),
   );
-const said = ({ event, text }) => [event === null ? null : el("span.dim", event + " "), el.code(short(text))];
+const said = ({ event, text }) => [event === null ? null : dim(event + " "), el.code(short(text))];
 const stateOf = ({ mode, outcome }) => mode + (outcome === "UNKNOWN" ? "" : " " + outcome);
+const clock = (seconds) => seconds.toFixed(3) + " s";
+/** The seconds of a difference in a run; undefined where the run has nothing. */
+const secondsOf = (context) => context?.lines.find(({ here }) => here)?.seconds;
 
 /** Where the page of a run shows a moment of it; null: only the comparison is here. */
 function addressOf({ runs, start_us: begin }, side, view, seconds) {
@@ -27,61 +38,51 @@ function addressOf({ runs, start_us: begin }, side, view, seconds) {
 }
 const linkTo = (href, attributes, ...children) =>
   href ? el.a({ href, ...attributes }, ...children) : el.span(attributes, ...children);
+const momentLink = (report, side, seconds, attributes, text) =>
+  linkTo(addressOf(report, side, "timeline", seconds), attributes, text + clock(seconds));
 
 function lineCells(line, report, side) {
   if (!line) return el("td.gap", { colspan: 2 });
-  const text = short(line.text),
-    when = line.seconds.toFixed(3) + " s";
+  const text = short(line.text);
   return [
-    el("td.n.dim", linkTo(addressOf(report, side, "timeline", line.seconds), {}, when)),
+    el("td.n.dim", momentLink(report, side, line.seconds, {}, "")),
     el("td.what", el.code(line.here ? el.b(text) : text)),
   ];
 }
 
 function alignedRow({ a, b, same }, report) {
-  const [mark, word] = same
-    ? ["", ""]
-    : !b
-      ? ["−", "only A has it"]
-      : !a
-        ? ["+", "only B has it"]
-        : ["≠", "differ"];
+  const [mark, word] = !b ? ["−", "only A has it"] : !a ? ["+", "only B has it"] : ["≠", "differ"];
   return el.tr(
     { class: same ? "same" : a && b ? "changed" : "one" },
     lineCells(a, report, "a"),
-    el("td.sign", mark ? el.span({ role: "img", "aria-label": word }, mark) : null),
+    el("td.sign", !same && el.span({ role: "img", "aria-label": word }, mark)),
     lineCells(b, report, "b"),
   );
 }
 
 /** The events around a difference: next to each other where they are aligned. */
 function steps(number, report) {
-  const rows = number === 0 ? report.first.rows : [];
+  const { rows } = number === 0 ? report.first : { rows: [] },
+    head = (text) => el.th({ scope: "col", colspan: 2 }, text);
   if (rows.length)
     return wideTable(
       { class: "aligned" },
-      [el.th({ scope: "col", colspan: 2 }, "A"), el.th(), el.th({ scope: "col", colspan: 2 }, "B")],
+      [head("A"), el.th(), head("B")],
       rows.map((row) => alignedRow(row, report)),
     );
   return sides((side) => {
-    const { lines } = report.contexts[number][side];
-    return lines.length
-      ? wideTable(
-          { class: "aligned" },
-          [],
-          lines.map((line) => el.tr(lineCells(line, report, side))),
-        )
-      : none("This run has nothing like it");
+    const lines = report.contexts[number][side].lines.map((line) => lineCells(line, report, side));
+    return lines.length ? wideTable({ class: "aligned" }, [], lines) : none("This run has nothing like it");
   });
 }
 
-function rules(list) {
-  if (!list.length) return none("No firings are recorded", "Record with --trace-level rules.");
-  return el(
-    "ol.rules",
-    list.map((rule) => el.li(el.code(rule))),
-  );
-}
+const rules = (list) =>
+  list.length
+    ? el(
+        "ol.rules",
+        list.map((rule) => el.li(el.code(rule))),
+      )
+    : none("No firings are recorded", "Record with --trace-level rules.");
 
 /** The goals of a side as a list with indents; those that the other side does not have are marked. */
 function goals(list, others) {
@@ -96,78 +97,65 @@ function goals(list, others) {
       " " + goal.goal_class + " ",
       outcomeBadge(goalOutcome(goal), stateOf(goal)),
       goal.error ? el("span.error", " " + goal.error) : null,
-      at < 0 ? el("span.remark", " the other run differs") : null,
+      at < 0 && el("span.remark", " the other run differs"),
     );
   });
   return rows.length ? el("ul.plain", rows) : none("no goals");
 }
 
-/** The seconds of a difference in a run; undefined where the run has nothing. */
-const secondsOf = (context) => (context.lines.find(({ here }) => here) || {}).seconds;
-
 // -- the goals of both runs, a row each
 
+const longestOf = ({ end }) => Math.max(end.a, end.b) || 1;
+
 function bar(found, side, report) {
-  if (!found) return el.span({ class: "pair-none " + side }, "not in " + side.toUpperCase());
-  const longest = Math.max(report.end.a, report.end.b) || 1,
-    { word, icon } = OUTCOMES[found.outcome],
-    text = [side.toUpperCase() + ": " + found.goal, word, found.error].filter(Boolean).join(" "),
-    left = (100 * found.begin) / longest,
-    width = (100 * (found.end - found.begin)) / longest,
-    href = addressOf(report, side, "goals/" + encodeURIComponent(found.goal));
-  return linkTo(
-    href,
-    {
-      class: "pair-bar o-" + found.outcome + " " + side,
-      style: "left: " + left + "%; width: " + width + "%",
-      title: text,
-      "aria-label": text,
-    },
-    found.outcome === "completed" ? "" : icon,
-  );
+  const name = side.toUpperCase();
+  if (!found) return el.span({ class: "pair-none " + side }, "not in " + name);
+  const { goal, outcome, error, begin, end } = found,
+    { word, icon } = OUTCOMES[outcome],
+    text = [name + ": " + goal, word, error].filter(Boolean).join(" "),
+    [left, width] = [begin, end - begin].map((value) => (100 * value) / longestOf(report));
+  const about = {
+    class: "pair-bar o-" + outcome + " " + side,
+    style: "left: " + left + "%; width: " + width + "%",
+    title: text,
+    "aria-label": text,
+  };
+  const href = addressOf(report, side, "goals/" + encodeURIComponent(goal));
+  return linkTo(href, about, outcome === "completed" ? "" : icon);
 }
 
-function goalRow(row, report) {
-  const { a, b } = row,
-    differs = !a || !b || a.outcome !== b.outcome || a.error !== b.error;
+function goalRow({ a, b, label, depth }, report) {
+  const differs = !a || !b || a.outcome !== b.outcome || a.error !== b.error,
+    style = "padding-left: " + (0.4 + Math.min(depth, 12) * 0.8) + "em";
   return el.li(
     { class: differs ? "differs" : null },
-    el(
-      "span.pair-name",
-      { style: "padding-left: " + (0.4 + Math.min(row.depth, 12) * 0.8) + "em" },
-      row.label,
-      differs ? el("b.sign", { "aria-label": "differs" }, " ≠") : null,
-    ),
-    el(
-      "span.pair-track",
-      SIDES.map((side) => bar(row[side], side, report)),
-    ),
+    el("span.pair-name", { style }, label, differs && el("b.sign", { "aria-label": "differs" }, " ≠")),
+    el("span.pair-track", bar(a, "a", report), bar(b, "b", report)),
   );
 }
 
 /** @returns the rows, and a call that marks a difference in them */
 function goalRows(report) {
-  const longest = Math.max(report.end.a, report.end.b) || 1,
-    marks = SIDES.map((side) => el.i({ class: "pair-mark " + side, hidden: true })),
-    unit = report.unit === "s" ? " s" : " steps",
-    number = (value) => (report.unit === "s" ? value.toFixed(1) : String(value));
+  const isTimed = report.unit === "s",
+    marks = SIDES.map((side) => el("i", { class: "pair-mark " + side, hidden: true })),
+    took = (side) => (isTimed ? report.end[side].toFixed(1) + " s" : report.end[side] + " steps");
   const node = el(
     "div.pair",
     el(
       "p.dim.pair-legend",
       "Each goal has two bars: A above, B below. ",
-      "A took " + number(report.end.a) + unit + ", B " + number(report.end.b) + unit + ".",
+      "A took " + took("a") + ", B " + took("b") + ".",
     ),
     el("div.pair-marks", { "aria-hidden": "true" }, el.span(), el.span(marks)),
     el.ol(report.goals.map((row) => goalRow(row, report))),
-    report.more_goals ? el("p.dim", "and " + report.more_goals + " more goals") : null,
+    report.more_goals ? note("and " + report.more_goals + " more goals") : null,
   );
   function mark(context) {
-    SIDES.forEach((side, at) => {
-      const seconds = context && secondsOf(context[side]);
-      marks[at].hidden = seconds === undefined || report.unit !== "s";
-      marks[at].style.left = (100 * (seconds || 0)) / longest + "%";
-    });
+    for (const [at, side] of SIDES.entries()) {
+      const seconds = secondsOf(context?.[side]);
+      marks[at].hidden = seconds === undefined || !isTimed;
+      marks[at].style.left = (100 * (seconds || 0)) / longestOf(report) + "%";
+    }
   }
   return { node, mark };
 }
@@ -178,18 +166,13 @@ function differenceBox(number, report) {
   const difference = report.differences[number],
     { subject, what } = difference,
     context = report.contexts[number];
+  const moment = (side) => {
+    const seconds = secondsOf(context?.[side]);
+    return seconds !== undefined && momentLink(report, side, seconds, { class: "dim" }, "at ");
+  };
   return [
     el.p(sign(difference), subject ? el.b(" " + short(subject) + ":") : null, " " + what),
-    sides((side) => [
-      el("p.code", said(difference[side])),
-      context && secondsOf(context[side]) !== undefined
-        ? linkTo(
-            addressOf(report, side, "timeline", secondsOf(context[side])),
-            { class: "dim" },
-            "at " + secondsOf(context[side]).toFixed(3) + " s",
-          )
-        : null,
-    ]),
+    sides((side) => [el("p.code", said(difference[side])), moment(side)]),
     context
       ? [
           el.h3("What led to it, step by step"),
@@ -199,7 +182,7 @@ function differenceBox(number, report) {
           el.h3("Goals at that point"),
           sides((side) => goals(context[side].goals, context[side === "a" ? "b" : "a"].goals)),
         ]
-      : el("p.dim", "The causes of the first " + report.contexts.length + " are in the page."),
+      : note("The causes of the first " + report.contexts.length + " are in the page."),
   ];
 }
 
@@ -207,81 +190,67 @@ function differenceBox(number, report) {
 function walk(report, mark) {
   const box = el.div({ "aria-live": "polite" }),
     title = el("h2#first"),
-    total = report.differences.length;
+    { differences } = report;
   let shown = 0;
-  const move = (by) => show(Math.min(Math.max(shown + by, 0), total - 1));
-  const back = button("◂", () => move(-1), { "aria-label": "the difference before" }),
-    next = button("▸", () => move(1), { "aria-label": "the next difference" });
+  const arrow = (text, by, label) => button(text, () => show(shown + by), { "aria-label": label }),
+    back = arrow("◂", -1, "the difference before"),
+    next = arrow("▸", 1, "the next difference");
   function show(number) {
     shown = number;
     title.textContent = number ? "Difference " + (number + 1) + " of " + report.total : "Where they part";
     back.disabled = number === 0;
-    next.disabled = number === total - 1;
-    box.replaceChildren(...differenceBox(number, report).flat(Infinity).filter(Boolean));
+    next.disabled = number === differences.length - 1;
+    refill(box, differenceBox(number, report));
     mark(report.contexts[number]);
   }
   show(0);
-  const list = report.differences.slice(0, LISTED).map((difference, number) =>
-    el.tr(
-      el.td(sign(difference)),
-      el.td(
-        button(
-          (difference.subject ? short(difference.subject) + ": " : "") + difference.what,
-          () => {
-            show(number);
-            title.scrollIntoView({ block: "center" });
-          },
-          { class: "quiet link" },
-        ),
-      ),
-      SIDES.map((side) => el.td(said(difference[side]))),
-    ),
-  );
-  const left = report.total - list.length;
+  const rows = differences.slice(0, LISTED).map((difference, number) => {
+    const choose = () => {
+      show(number);
+      title.scrollIntoView({ block: "center" });
+    };
+    const { subject, what } = difference,
+      text = (subject ? short(subject) + ": " : "") + what;
+    return [
+      sign(difference),
+      button(text, choose, { class: "quiet link" }),
+      ...SIDES.map((side) => said(difference[side])),
+    ];
+  });
+  const left = report.total - rows.length,
+    isMany = differences.length > 1,
+    table = isMany && wideTable({}, ["", "what", "A", "B"], rows);
   return [
-    el.section({ "aria-labelledby": "first" }, el("div.walk", title, total > 1 ? [back, next] : null), box),
-    total > 1
-      ? section(
-          "all",
-          "All differences",
-          wideTable({}, ["", "what", "A", "B"], list),
-          left > 0 ? el("p.dim", "and " + left + " more") : null,
-        )
-      : null,
+    el.section({ "aria-labelledby": "first" }, el("div.walk", title, isMany && [back, next]), box),
+    isMany && section("all", "All differences", table, left > 0 && note("and " + left + " more")),
   ];
 }
 
 /** The sentence that says where the runs part. */
-function parting(report) {
-  if (report.same) return null;
-  const [context] = report.contexts,
-    at = SIDES.map((side) => [side.toUpperCase(), context && secondsOf(context[side])]).filter(
-      ([, seconds]) => seconds !== undefined && report.unit === "s",
-    );
+function parting({ contexts: [context], unit, differences: [{ a, b }] }) {
+  const at = SIDES.map((side) => [secondsOf(context?.[side]), side.toUpperCase()])
+    .filter(([seconds]) => seconds !== undefined && unit === "s")
+    .map(([seconds, name]) => clock(seconds) + " in " + name);
+  const where = at.length ? " at " + at.join(", ") : " there";
   return el.p(
-    "They part",
-    at.length
-      ? " at " + at.map(([name, seconds]) => seconds.toFixed(3) + " s in " + name).join(", ")
-      : " there",
-    ": A has ",
-    el.code(short(report.differences[0].a.text)),
+    "They part" + where + ": A has ",
+    el.code(short(a.text)),
     ", B has ",
-    el.code(short(report.differences[0].b.text)),
+    el.code(short(b.text)),
     ".",
   );
 }
 
 /** Show a comparison. */
 export function open(main, report) {
-  const { same, summary, a, b, options } = report,
+  const { same, summary, options, headlines, differences } = report,
     given = Object.entries(options).filter(
       ([name, value]) => value && value.length !== 0 && name !== "time_from",
     ),
-    remarks = [...report.hints, ...report.notes],
     { node, mark } = goalRows(report);
-  const run = (side, { path }) => [
-    linkTo(addressOf(report, side, "timeline"), { title: "open this run" }, path),
-    report.headlines ? el("span.dim", " " + report.headlines[side]) : null,
+  const run = (side) => [
+    linkTo(addressOf(report, side, "timeline"), { title: "open this run" }, report[side].path),
+    headlines && dim(" " + headlines[side]),
   ];
   main.append(
     el(
@@ -289,12 +258,12 @@ export function open(main, report) {
       el.div(
         { class: "verdict " + (same ? "same" : "differ") },
         el.p(el.i({ "aria-hidden": "true" }, same ? "=" : "≠"), summary),
-        report.differences.length ? parting(report) : null,
+        differences.length > 0 && !same && parting(report),
       ),
-      pairs([["A", run("a", a)], ["B", run("b", b)], ...given.map(([name, value]) => [name, String(value)])]),
-      notes(remarks),
-      report.goals.length ? section("goals", "Goals of both runs", node) : null,
-      report.differences.length ? walk(report, mark) : null,
+      pairs([["A", run("a")], ["B", run("b")], ...given.map(([name, value]) => [name, String(value)])]),
+      notes([...report.hints, ...report.notes]),
+      report.goals.length > 0 && section("goals", "Goals of both runs", node),
+      differences.length > 0 && walk(report, mark),
     ),
   );
 }

@@ -1,7 +1,7 @@
 // A game: points, robots, machines, orders.
-import { badge, el, none, svg } from "cx/dom.js";
+import { badge, el, none, note, svg } from "cx/dom.js";
 import { axis, lanes } from "cx/documents/lanes.js";
-import { command, notes, section, table } from "cx/documents/parts.js";
+import { allBut1, show, table } from "cx/documents/parts.js";
 import { OUTCOMES, skillOutcome } from "cx/outcome.js";
 
 const kind = (name) => [OUTCOMES[name].tone, OUTCOMES[name].icon];
@@ -36,25 +36,23 @@ const machineLook = (state) => (Object.hasOwn(MACHINES, state) ? MACHINES[state]
 const times = ({ begin, end }) =>
   begin.toFixed(1) + " to " + end.toFixed(1) + " s (" + (end - begin).toFixed(1) + " s)";
 const inTime = ({ begin, end }, at) => begin <= at && at <= end;
+const signed = (points) => (points > 0 ? "+" : "") + points;
 
 /** A skill without the names of its parameters: `moveto C-BS`. */
 function short(skill) {
-  const [name] = /^[\w.-]+/.exec(skill) || [];
-  if (!name) return skill;
-  return [
-    name,
-    ...[...skill.matchAll(/=\s*(?:"([^"]*)"|([^\s,}"]+))/g)].map(([, text, word]) => text ?? word),
-  ].join(" ");
+  const [name] = /^[\w.-]+/.exec(skill) || [],
+    values = [...skill.matchAll(/=\s*(?:"([^"]*)"|([^\s,}"]+))/g)].map(([, text, word]) => text ?? word);
+  return name ? [name, ...values].join(" ") : skill;
 }
 
-function team(name, at, awards, along, height) {
+function team([name, awards], at, along, height) {
   let sum = 0,
     path = "M" + along.left + " " + height(0);
   const dots = awards.map(({ points, second, game_time: time, reason }) => {
     sum += points;
     path += " H" + along.x(second) + " V" + height(sum);
     return svg.g(
-      svg.title(time + " s: " + (points > 0 ? "+" : "") + points + " " + reason),
+      svg.title(time + " s: " + signed(points) + " " + reason),
       svg.circle({ class: "team" + at, cx: along.x(second), cy: height(sum), r: 3 }),
     );
   });
@@ -69,30 +67,27 @@ function team(name, at, awards, along, height) {
 function pointsOver({ awards, points, seconds }) {
   if (!awards.length) return none("no points");
   const along = axis(seconds > 0 ? seconds : 1, 4, WIDTH - RIGHT),
-    sums = new Map(),
-    reached = [0];
-  for (const award of awards) {
-    sums.set(award.team, (sums.get(award.team) || 0) + award.points);
-    reached.push(sums.get(award.team));
-  }
-  const low = Math.min(...reached),
-    scale = (HEIGHT - HEAD - 10) / (Math.max(...reached) - low || 1),
+    sums = {},
+    reached = awards.map((award) => (sums[award.team] = (sums[award.team] || 0) + award.points)),
+    low = Math.min(0, ...reached),
+    scale = (HEIGHT - HEAD - 10) / (Math.max(0, ...reached) - low || 1),
     height = (value) => HEIGHT - 4 - (value - low) * scale,
     teams = Object.keys(points)
       .map((name) => [name, awards.filter((award) => award.team === name && award.points)])
       .filter(([, own]) => own.length),
     parts = Array.from({ length: TICKS + 1 }, (_, at) => (along.seconds * at) / TICKS);
+  const about = {
+    viewBox: "0 0 " + WIDTH + " " + (HEIGHT + 4),
+    role: "img",
+    "aria-label": "Points over time; the table of points below has the same",
+  };
   return el(
     "div.wide",
     svg(
       "svg.points",
-      {
-        viewBox: "0 0 " + WIDTH + " " + (HEIGHT + 4),
-        role: "img",
-        "aria-label": "Points over time; the table of points below has the same",
-      },
+      about,
       along.ticks(parts, HEAD - 4, HEIGHT),
-      teams.map(([name, own], at) => team(name, at % 2, own, along, height)),
+      teams.map((each, at) => team(each, at % 2, along, height)),
     ),
   );
 }
@@ -105,14 +100,9 @@ const skillBars = (spans, seconds) =>
       const outcome = skillOutcome(span.status),
         [tone, icon] = kind(outcome),
         mark = outcome === "failed" ? icon : "",
-        why = span.error ? ": " + span.error : "";
-      return {
-        ...span,
-        tone,
-        mark,
-        text: (mark + " " + short(span.text)).trim(),
-        title: span.text + "\n" + span.status + why + "\n" + times(span),
-      };
+        why = span.error ? ": " + span.error : "",
+        title = span.text + "\n" + span.status + why + "\n" + times(span);
+      return { ...span, tone, mark, text: (mark + " " + short(span.text)).trim(), title };
     });
 
 const stateBars = (spans) =>
@@ -123,59 +113,58 @@ const stateBars = (spans) =>
 function orderLane(order) {
   const { begin, end, complexity, delivered } = order,
     window = begin + " to " + end + " s";
+  const point = (at) => {
+    const [tone, icon] = inTime(order, at) ? DELIVERED : LATE;
+    return { at, tone, icon, title: "delivered at " + at + " s; time: " + window };
+  };
   return {
     label: order.order + ": " + complexity,
     bars: [{ begin, end, tone: WINDOW[0], text: complexity, title: complexity + ": " + window }],
-    points: delivered.map((at) => {
-      const [tone, icon] = inTime(order, at) ? DELIVERED : LATE;
-      return { at, tone, icon, title: "delivered at " + at + " s; time: " + window };
-    }),
+    points: delivered.map(point),
   };
 }
 
 function legend({ skills, states }) {
   const names = (spans, key) => [
-    ...new Set(Object.values(spans).flatMap((of) => of.map((span) => span[key]))),
-  ];
-  const statuses = names(skills, "status"),
+      ...new Set(
+        Object.values(spans)
+          .flat()
+          .map((span) => span[key]),
+      ),
+    ],
     items = [
-      ...statuses.sort().map((status) => [kind(skillOutcome(status)), "skill " + status]),
+      ...names(skills, "status")
+        .sort()
+        .map((status) => [kind(skillOutcome(status)), "skill " + status]),
       ...names(states, "text").map((state) => [machineLook(state), "machine " + state]),
       [WINDOW, "time of delivery"],
       [DELIVERED, "delivered in time"],
       [LATE, "delivered at another time"],
     ];
-  return el(
-    "p.legend",
-    { "aria-label": "Legend" },
-    items.map(([look, text]) => [badge(...look, text), " "]),
-  );
+  const badges = items.map(([look, text]) => [badge(...look, text), " "]);
+  return el("p.legend", { "aria-label": "Legend" }, badges);
 }
 
 function timeline(report) {
   const { skills, states, orders, seconds } = report,
     machines = Object.keys(states),
     still = machines.filter((name) => states[name].length < 2 && !(name in skills)).sort(),
-    robots = Object.keys(skills).filter((name) => !(name in states));
-  const machineLanes = machines
-    .filter((name) => !still.includes(name))
-    .flatMap((name) => [
+    skillLane = (name, label = name) => ({ label, bars: skillBars(skills[name], seconds) }),
+    machineLanes = (name) => [
       { label: name, bars: stateBars(states[name]) },
-      ...(name in skills ? [{ label: name + ": skills", bars: skillBars(skills[name], seconds) }] : []),
-    ]);
-  const groups = [
-    {
-      label: "Robots",
-      lanes: robots.map((name) => ({ label: name, bars: skillBars(skills[name], seconds) })),
-    },
-    { label: "Machines", lanes: machineLanes },
-    { label: "Orders", lanes: orders.map(orderLane) },
-  ];
+      ...(name in skills ? [skillLane(name, name + ": skills")] : []),
+    ];
+  const robots = Object.keys(skills).filter((name) => !(name in states)),
+    busy = machines.filter((name) => !still.includes(name)),
+    groups = [
+      { label: "Robots", lanes: robots.map((name) => skillLane(name)) },
+      { label: "Machines", lanes: busy.flatMap(machineLanes) },
+      { label: "Orders", lanes: orders.map(orderLane) },
+    ];
   return [
     legend(report),
     lanes(groups, seconds, "What robots, machines and orders did when; the tables below sum it up"),
-    el(
-      "p.dim",
+    note(
       "Seconds of the production. ",
       still.length ? "Machines that did nothing: " + still.join(", ") + ". " : "",
       "Point at a bar to see more.",
@@ -189,60 +178,46 @@ const categories = ({ categories: found }) =>
     Object.entries(found).flatMap(([name, of]) =>
       Object.entries(of)
         .sort(([, one], [, other]) => other - one)
-        .map(([category, points]) => [name, category, points]),
+        .map((entry) => [name, ...entry]),
     ),
     { numbers: [2], empty: "no points" },
   );
 
-const robotsOf = ({ robots, skills }) =>
-  table(
-    ["name", "busy, s", "idle, s", "skills", "failed"],
-    Object.entries(robots).map(([name, { busy_seconds: busy, idle_seconds: idle, failed }]) => [
-      name,
-      busy.toFixed(1),
-      idle.toFixed(1),
-      (skills[name] || []).length,
-      Object.entries(failed)
-        .map(([error, count]) => count + " times: " + error)
-        .join("; "),
-    ]),
-    { numbers: [1, 2, 3], empty: "no robot has executed a skill" },
-  );
-
-function machinesOf({ machines }) {
-  const states = [...new Set(Object.values(machines).flatMap((seconds) => Object.keys(seconds)))];
-  return table(
-    ["seconds in the state", ...states],
-    Object.entries(machines).map(([name, seconds]) => [
-      name,
-      ...states.map((state) => (state in seconds ? seconds[state].toFixed(1) : "")),
-    ]),
-    { numbers: states.map((_, at) => at + 1), empty: "no machine has told its state" },
-  );
+function robotsOf({ robots, skills }) {
+  const rows = Object.entries(robots).map(([name, { busy_seconds: busy, idle_seconds: idle, failed }]) => [
+    ...[name, busy.toFixed(1), idle.toFixed(1), (skills[name] || []).length],
+    Object.entries(failed)
+      .map(([error, count]) => count + " times: " + error)
+      .join("; "),
+  ]);
+  const heads = ["name", "busy, s", "idle, s", "skills", "failed"];
+  return table(heads, rows, { numbers: [1, 2, 3], empty: "no robot has executed a skill" });
 }
 
-const ordersOf = ({ orders }) =>
-  table(
-    ["order", "what", "from, s", "until, s", "delivered, s"],
-    orders.map((order) => [
-      order.order,
-      order.complexity,
-      order.begin,
-      order.end,
-      order.delivered.map((at) => at + (inTime(order, at) ? "" : " (not in time)")).join(", ") || "-",
-    ]),
-    { numbers: [0, 2, 3], empty: "no orders" },
-  );
+function machinesOf({ machines }) {
+  const states = [...new Set(Object.values(machines).flatMap((seconds) => Object.keys(seconds)))],
+    heads = ["seconds in the state", ...states],
+    rows = Object.entries(machines).map(([name, seconds]) => [
+      name,
+      ...states.map((state) => seconds[state]?.toFixed(1) ?? ""),
+    ]);
+  return table(heads, rows, { numbers: allBut1(heads), empty: "no machine has told its state" });
+}
+
+function ordersOf({ orders }) {
+  const rows = orders.map((order) => [
+    ...[order.order, order.complexity, order.begin, order.end],
+    order.delivered.map((at) => at + (inTime(order, at) ? "" : " (not in time)")).join(", ") || "-",
+  ]);
+  const heads = ["order", "what", "from, s", "until, s", "delivered, s"];
+  return table(heads, rows, { numbers: [0, 2, 3], empty: "no orders" });
+}
 
 const awardsOf = ({ awards }) =>
   table(
     ["s", "phase", "team", "points", "reason"],
     awards.map(({ game_time: time, phase, team: name, points, reason }) => [
-      time.toFixed(1),
-      phase,
-      name,
-      (points < 0 ? "" : "+") + points,
-      reason,
+      ...[time.toFixed(1), phase, name, (points < 0 ? "" : "+") + points, reason],
     ]),
     { numbers: [0, 3], empty: "no points" },
   );
@@ -251,24 +226,18 @@ const awardsOf = ({ awards }) =>
 export function open(main, report) {
   const points = Object.entries(report.points).map((entry) => entry.join(" ")),
     ended = report.complete ? "over" : "not over, in " + report.phase,
-    tests = report.simtest ? "; the agent's own tests: " + report.simtest : "";
-  main.append(
-    el(
-      "div.document",
-      el(
-        "p.verdict",
-        points.join(", ") + " points; " + report.deliveries.length + " deliveries; the game is " + ended,
-        " after " + report.game_time + " s" + tests,
-      ),
-      command(report.command),
-      notes([...report.faults, ...report.undefined]),
-      section("points", "Points over time", pointsOver(report)),
-      section("categories", "What the points are for", categories(report)),
-      section("timeline", "Timeline", timeline(report)),
-      section("robots", "Robots", robotsOf(report)),
-      section("machines", "Machines", machinesOf(report)),
-      section("orders", "Orders", ordersOf(report)),
-      section("awards", "Each award", awardsOf(report)),
-    ),
-  );
+    tests = report.simtest ? "; the agent's own tests: " + report.simtest : "",
+    verdict =
+      `${points.join(", ")} points; ${report.deliveries.length} deliveries; ` +
+      `the game is ${ended} after ${report.game_time} s${tests}`,
+    { command, faults } = report;
+  show(main, { verdict, command, notes: [...faults, ...report.undefined] }, [
+    ["points", "Points over time", pointsOver(report)],
+    ["categories", "What the points are for", categories(report)],
+    ["timeline", "Timeline", timeline(report)],
+    ["robots", "Robots", robotsOf(report)],
+    ["machines", "Machines", machinesOf(report)],
+    ["orders", "Orders", ordersOf(report)],
+    ["awards", "Each award", awardsOf(report)],
+  ]);
 }

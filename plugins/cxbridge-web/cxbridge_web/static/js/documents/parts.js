@@ -6,9 +6,25 @@ export const section = (id, title, ...children) =>
   el.section({ "aria-labelledby": id }, el.h2({ id }, title), ...children);
 
 export const notes = (texts) => texts.map((text) => el("p.note", { role: "note" }, text));
+export const list = (items, entry = (item) => item) => el.ul(items.map((item) => el.li(entry(item))));
 
-/** The command that makes the page once more. */
-export const command = (text) => el.p(el.code(text));
+/**
+ * Show a document.
+ * @param head verdict; command: the command that makes the page once more; notes; kind: a class
+ * @param sections lists of id, title and content; those without content are left out
+ */
+export function show(main, { verdict, command, notes: remarks = [], kind = "" }, sections) {
+  const known = sections.filter((each) => each && each[2] !== null && each[2] !== undefined);
+  main.append(
+    el.div(
+      { class: ("document " + kind).trim() },
+      verdict instanceof Node ? verdict : verdict && el("p.verdict", { role: "status" }, verdict),
+      command && el.p(el.code(command)),
+      notes(remarks),
+      known.map((each) => section(...each)),
+    ),
+  );
+}
 
 /**
  * A table of texts and elements.
@@ -17,21 +33,13 @@ export const command = (text) => el.p(el.code(text));
  */
 export function table(heads, rows, { numbers = [], caption = "", empty = "nothing" } = {}) {
   if (!rows.length) return none(empty);
-  const kind = (at) => (numbers.includes(at) ? "n" : null);
-  const made = wideTable(
-    {},
-    heads.map((head, at) => el.th({ scope: "col", class: kind(at) }, head)),
-    rows.map((cells) =>
-      el.tr(
-        cells.map((cell, at) => el.td({ class: kind(at) }, typeof cell === "number" ? String(cell) : cell)),
-      ),
-    ),
-  );
+  const made = wideTable({}, heads, rows, numbers);
   if (caption) made.querySelector("table").prepend(el.caption(caption));
   return made;
 }
 
-export const percent = (part, digits = 2) => (100 * part).toFixed(digits) + " %";
+/** All columns but the first. */
+export const allBut1 = (heads) => heads.map((_, at) => at).slice(1);
 
 /** The outcomes of goals, as badges. */
 export const outcomes = (names) =>

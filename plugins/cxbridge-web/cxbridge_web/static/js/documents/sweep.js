@@ -1,6 +1,6 @@
 // A sweep of one agent, or of two on the same seeds: outcomes, durations, goals, and the seeds to look at.
-import { el, svg } from "cx/dom.js";
-import { command, notes, percent, section, table } from "cx/documents/parts.js";
+import { svg } from "cx/dom.js";
+import { allBut1, notes, show, table } from "cx/documents/parts.js";
 
 const BINS = 40,
   WIDTH = 720,
@@ -13,20 +13,18 @@ function histogram(values, label) {
     high = Math.max(...values),
     width = (high - low) / BINS || 1,
     counts = Array(BINS).fill(0),
-    step = WIDTH / BINS;
+    step = WIDTH / BINS,
+    y = HEIGHT + FOOT - 4;
   for (const value of values) counts[Math.min(Math.floor((value - low) / width), BINS - 1)] += 1;
   const top = Math.max(...counts);
   const bars = counts.map((count, at) => {
     const height = (HEIGHT * count) / top,
-      from = low + at * width;
-    return count
-      ? svg.rect(
-          { x: at * step, y: HEIGHT - height, width: step - 1, height },
-          svg.title(from.toFixed(2) + " to " + (from + width).toFixed(2) + " s: " + count),
-        )
-      : null;
+      from = low + at * width,
+      title = from.toFixed(2) + " to " + (from + width).toFixed(2) + " s: " + count;
+    return (
+      count > 0 && svg.rect({ x: at * step, y: HEIGHT - height, width: step - 1, height }, svg.title(title))
+    );
   });
-  const y = HEIGHT + FOOT - 4;
   return svg(
     "svg.plot",
     { role: "img", "aria-label": label, viewBox: "0 0 " + WIDTH + " " + (HEIGHT + FOOT) },
@@ -36,17 +34,14 @@ function histogram(values, label) {
   );
 }
 
+const percent = (part) => (100 * part).toFixed(2) + " %";
 function outcomes([name, { runs, outcomes: found, seeds }]) {
   const rows = Object.entries(found).map(([outcome, count]) => [
-    outcome,
-    count,
-    percent(count / runs),
+    ...[outcome, count, percent(count / runs)],
     (seeds[outcome] || []).join(", "),
   ]);
-  return table(["outcome", "runs", "share", "first seeds"], rows, {
-    numbers: [1, 2],
-    caption: name + ": " + runs + " runs",
-  });
+  const caption = name + ": " + runs + " runs";
+  return table(["outcome", "runs", "share", "first seeds"], rows, { numbers: [1, 2], caption });
 }
 
 function makespan([name, { makespan: found, makespans }]) {
@@ -60,25 +55,17 @@ function makespan([name, { makespan: found, makespans }]) {
 
 function goals([name, { goals: found }]) {
   const ends = [...new Set(Object.values(found).flatMap((counts) => Object.keys(counts)))].sort(),
-    rows = Object.entries(found).map(([kind, counts]) => [kind, ...ends.map((end) => counts[end] || 0)]);
-  return table(["class", ...ends], rows, {
-    numbers: ends.map((_, at) => at + 1),
-    caption: name,
-    empty: "no goals",
-  });
+    rows = Object.entries(found).map(([kind, counts]) => [kind, ...ends.map((end) => counts[end] || 0)]),
+    heads = ["class", ...ends];
+  return table(heads, rows, { numbers: allBut1(heads), caption: name, empty: "no goals" });
 }
 
 const signed = (value, scale) => (value < 0 ? "" : "+") + Number((value * scale).toPrecision(3));
-
 function difference(what, { estimate, low, high }, scale, unit) {
   const known = low !== null && high !== null,
-    span = known ? signed(low, scale) + " to " + signed(high, scale) + " " + unit : "too few for an interval";
-  return [
-    what,
-    signed(estimate, scale) + " " + unit,
-    span,
-    known && (low > 0 || high < 0) ? "differ" : "no difference is seen",
-  ];
+    span = known ? signed(low, scale) + " to " + signed(high, scale) + " " + unit : "too few for an interval",
+    differs = known && (low > 0 || high < 0);
+  return [what, signed(estimate, scale) + " " + unit, span, differs ? "differ" : "no difference is seen"];
 }
 
 function comparison({ completed, makespan: took, seeds }) {
@@ -99,16 +86,12 @@ function comparison({ completed, makespan: took, seeds }) {
 }
 
 /** Show a sweep. */
-export function open(main, report) {
-  const sweeps = Object.entries(report.sweeps);
-  main.append(
-    el(
-      "div.document",
-      command(report.command),
-      report.comparison ? section("comparison", "Comparison", comparison(report.comparison)) : null,
-      section("outcomes", "Outcomes", sweeps.map(outcomes)),
-      section("makespan", "Makespan", sweeps.map(makespan)),
-      section("goals", "Goals", sweeps.map(goals)),
-    ),
-  );
+export function open(main, { command, comparison: compared, sweeps: found }) {
+  const sweeps = Object.entries(found);
+  show(main, { command }, [
+    compared && ["comparison", "Comparison", comparison(compared)],
+    ["outcomes", "Outcomes", sweeps.map(outcomes)],
+    ["makespan", "Makespan", sweeps.map(makespan)],
+    ["goals", "Goals", sweeps.map(goals)],
+  ]);
 }
