@@ -17,81 +17,72 @@ const STATUS_MS = 2000,
   LATE_MS = 6000; // the clock goes on without a status for this long
 
 class App extends EventTarget {
+  selection = new Selection(this);
+  runs = SITE.runs; // of a server that has recordings only; null: there is a daemon, or a run
+  hasNoRun = false; // none of them could be opened
+  live = new Model(() => this.readGoals());
+  past = new Past();
+  moment = ""; // how the view that is open shows a chosen moment of the live run
+  model = this.live;
+  recording = null;
+  status = null;
+  goalsProblem = "";
+  connection = "connecting";
+  lostBecause = "";
+  listeners = new Set();
+  renewals = new Set();
+  wanted = [];
+  kept = [];
+  stream = new Stream({
+    event: (event) => this.live.apply(event),
+    state: (state) => this.connected(state),
+    hello: () => this.renew(),
+    restarted: () => {
+      this.live.clear();
+      this.past.clear();
+      this.toast("Another process of the daemon answers: what the one before told is forgotten");
+    },
+    caughtUp: () => this.readGoals(), // a list that was read meanwhile is older than some events
+    dropped: ({ count }) => {
+      this.toast(count + " events were missed; the views are read again");
+      this.renew();
+    },
+  });
+  readGoals = throttled(
+    async () => {
+      const { env } = this,
+        take = (goals) => this.live.goalsAre(goals, env, this.now);
+      await this.live.update(() => readOf(env, "goals"), take);
+      this.goalsProblem = "";
+    },
+    SOON_MS,
+    (error) => {
+      this.goalsProblem = error.message;
+      this.live.touch("goals");
+    },
+  );
+  readStatus = throttled(async () => this.statusIs(await get("cxbridge/status")), SOON_MS);
+
   constructor() {
     super();
-    this.selection = new Selection(this);
-    this.runs = SITE.runs; // of a server that has recordings only; null: there is a daemon, or a run
-    this.hasNoRun = false; // none of them could be opened
-    this.live = new Model(() => this.readGoals());
-    this.past = new Past();
     this.live.onEvent((event) => this.past.note(event));
     this.live.onChange(() => this.lookBack());
-    this.moment = ""; // how the view that is open shows a chosen moment of the live run
-    this.model = this.live;
-    this.recording = null;
-    this.status = null;
-    this.goalsProblem = "";
-    this.connection = "connecting";
-    this.lostBecause = "";
-    this.listeners = new Set();
-    this.renewals = new Set();
-    this.wanted = [];
-    this.kept = [];
-    this.stream = new Stream({
-      event: (event) => this.live.apply(event),
-      state: (state) => this.connected(state),
-      hello: () => this.renew(),
-      restarted: () => {
-        this.live.clear();
-        this.past.clear();
-        this.toast("Another process of the daemon answers: what the one before told is forgotten");
-      },
-      caughtUp: () => this.readGoals(), // a list that was read meanwhile is older than some events
-      dropped: ({ count }) => {
-        this.toast(count + " events were missed; the views are read again");
-        this.renew();
-      },
-    });
-    this.readGoals = throttled(
-      async () => {
-        const { env } = this;
-        await this.live.update(
-          () => readOf(env, "goals"),
-          (goals) => this.live.goalsAre(goals, env, this.now),
-        );
-        this.goalsProblem = "";
-      },
-      SOON_MS,
-      (error) => {
-        this.goalsProblem = error.message;
-        this.live.touch("goals");
-      },
-    );
     this.addEventListener("select", ({ detail: { changed, time } }) => {
       const { recording } = this;
-      if (!recording && changed.includes("time")) {
-        this.lookBack();
-        this.notify();
-      }
-      if (recording && changed.includes("time") && time !== null && time !== recording.time)
-        recording.goToTime(time);
+      if (!changed.includes("time")) return;
+      if (recording && time !== null && time !== recording.time) recording.goToTime(time);
+      if (recording) return;
+      this.lookBack();
+      this.notify();
     });
-    this.readStatus = throttled(
-      async () => this.statusIs(await get("cxbridge/status")),
-      SOON_MS,
-      () => {},
-    );
   }
 
   start() {
     if (this.runs) return;
     this.wants([]);
-    setInterval(() => {
-      if (!document.hidden && this.connection === "open") this.readStatus();
-    }, STATUS_MS);
-    setInterval(() => {
-      if (!document.hidden && this.connection === "open" && !this.recording) this.readGoals();
-    }, GOALS_MS);
+    const isOpen = () => !document.hidden && this.connection === "open";
+    setInterval(() => isOpen() && this.readStatus(), STATUS_MS);
+    setInterval(() => isOpen() && !this.recording && this.readGoals(), GOALS_MS);
   }
 
   /** Follow these kinds of events besides those that are always followed. */
@@ -115,15 +106,9 @@ class App extends EventTarget {
 
   /** A stream that is refused does not say why; a request does. */
   async ask() {
-    const reason = await get("cxbridge/status").then(
-      () => "",
-      (error) =>
-        error.status === 401
-          ? "It wants another token: load the page again to give it."
-          : error.status
-            ? error.message
-            : "",
-    );
+    const words = ({ status, message }) =>
+      status === 401 ? "It wants another token: load the page again to give it." : status ? message : "";
+    const reason = await get("cxbridge/status").then(() => "", words);
     if (reason === this.lostBecause) return;
     this.lostBecause = reason;
     this.notify();
@@ -146,11 +131,8 @@ class App extends EventTarget {
     const patience = new Promise((done) => {
       setTimeout(done, SOON_MS);
     });
-    const answer = get("cxbridge/status").then(
-      (status) => this.statusIs(status),
-      () => {},
-    );
-    await Promise.race([answer, patience]);
+    const take = (status) => this.statusIs(status);
+    await Promise.race([get("cxbridge/status").then(take, () => {}), patience]);
   }
 
   statusIs(status) {
@@ -207,25 +189,20 @@ class App extends EventTarget {
     if (this.recording) return this.recording.isPast ? "This is the past" : "This is a recording";
     if (this.runs) return "There is no daemon";
     if (this.connection === "lost") return "The daemon does not answer";
-    return this.status && this.status.remote_control === false
-      ? "remote-control is off in the daemon's configuration"
-      : "";
+    const isOff = this.status?.remote_control === false;
+    return isOff ? "remote-control is off in the daemon's configuration" : "";
   }
   get mayChange() {
     return this.whyNot === "";
   }
   /** Why no program can be run now: what loads files or evaluates expressions; "" when it can. */
   get whyNoPrograms() {
-    return (
-      this.whyNot ||
-      (this.status && this.status.remote_programs === false
-        ? "remote-programs is off in the daemon's configuration"
-        : "")
-    );
+    const isOff = this.status?.remote_programs === false;
+    return this.whyNot || (isOff ? "remote-programs is off in the daemon's configuration" : "");
   }
   get environments() {
     if (this.recording) return this.recording.environments;
-    return this.status ? this.status.environments.map((each) => each.name) : [];
+    return this.status?.environments.map((each) => each.name) ?? [];
   }
   /**
    * Look at a goal (its key in the model), an action, a skill, a moment (microseconds, null: now), an
@@ -253,11 +230,12 @@ class App extends EventTarget {
    * another reason.
    *  A node with data-needs="programs" may run a program. */
   gate(node, also = false) {
-    node.dataset.gate = also ? "shut" : "open";
-    const reason = node.dataset.needs === "programs" ? this.whyNoPrograms : this.whyNot;
+    const { dataset } = node,
+      reason = dataset.needs === "programs" ? this.whyNoPrograms : this.whyNot,
+      title = reason || dataset.about;
+    dataset.gate = also ? "shut" : "open";
     node.disabled = Boolean(reason) || also;
-    if (reason) node.title = reason;
-    else if (node.dataset.about) node.title = node.dataset.about;
+    if (title) node.title = title;
     else node.removeAttribute("title");
     return node;
   }

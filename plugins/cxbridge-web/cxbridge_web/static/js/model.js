@@ -7,6 +7,7 @@ const MOST_LOG = 20000,
   MOST_GONE = 2000,
   MOST_CALLS = 500,
   MOST_MESSAGES = 200;
+const TOPICS = ["goals", "skills", "log", "interfaces", "facts", "rules", "messages"];
 
 /** The slots of a goal that its event tells besides its state, by the names of the API. */
 const toldBy = ({ params, meta, priority, resources, slots }) => ({
@@ -65,20 +66,16 @@ export class Model {
     this.messages = [];
     this.facts = new Map(); // environment -> index -> fact
     this.firings = new Map();
-    this.planners = [];
-    for (const topic of ["goals", "skills", "log", "interfaces", "facts", "rules", "messages"])
-      this.touch(topic);
+    for (const topic of TOPICS) this.touch(topic);
   }
 
   onChange(listener) {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
   }
-
   touch(topic) {
     this.touched.add(topic);
-    if (this.frame) return;
-    this.frame = requestAnimationFrame(() => {
+    this.frame ||= requestAnimationFrame(() => {
       const topics = this.touched;
       this.touched = new Set();
       this.frame = 0;
@@ -87,15 +84,15 @@ export class Model {
   }
 
   apply(event) {
+    const { kind } = event,
+      take = this["on_" + kind.replace("-", "_")];
     if (event.time_us > this.time) this.time = event.time_us;
     if (!this.isWhole) this.history.apply(event);
     this.step = this.isWhole ? event.step : this.history.steps;
-    if (this.asking && (event.kind === "goal" || event.kind === "fact")) this.meanwhile.push(event);
-    const take = this["on_" + event.kind.replace("-", "_")];
+    if (this.asking && (kind === "goal" || kind === "fact")) this.meanwhile.push(event);
     if (take && !isUnnamed(event)) take.call(this, event);
     for (const watcher of this.watchers) watcher(event);
   }
-
   /** Call with every event, as it comes. */
   onEvent(watcher) {
     this.watchers.add(watcher);
@@ -106,24 +103,31 @@ export class Model {
   keyOf(env, id) {
     return this.history.keyOf(env, id, this.step);
   }
+  /** The goal that has an id now; its transitions up to now are its `history`. */
+  goalOf(env, name) {
+    const key = this.keyOf(env, name),
+      changes = () => this.changesOf({ key }),
+      id = name + key.slice(goalKey(env, name).length), // of an id that is used again: ID#2
+      known = this.goals.get(key) || this.gone.get(key);
+    this.gone.delete(key);
+    if (known) return known;
+    return {
+      ...{ key, id, name, env, details: null },
+      get history() {
+        return changes();
+      },
+    };
+  }
 
   on_goal(event) {
-    const key = this.keyOf(event.env, event.goal);
-    const goal = this.goals.get(key) || this.gone.get(key) || this.newGoal(key, event.goal, event.env);
-    goal.cls = event.goal_class;
-    goal.subType = bare(event.sub_type);
-    goal.parent = this.history.goals.get(key)?.parent || "";
-    goal.mode = event.mode;
-    goal.outcome = event.outcome;
-    goal.error = event.error;
+    const goal = this.goalOf(event.env, event.goal),
+      { goal_class: cls, mode, outcome, error } = event,
+      parent = this.history.goals.get(goal.key)?.parent || "";
+    Object.assign(goal, { cls, subType: bare(event.sub_type), parent, mode, outcome, error });
     goal.told = toldBy(event);
-    this.gone.delete(key);
-    this.goals.set(key, goal);
+    this.goals.set(goal.key, goal);
     // its fact may stay until its family is gone: who can ask does, a recording only knows this much
-    if (event.mode === "RETRACTED") {
-      if (this.onRetracted) this.onRetracted(goal);
-      else this.bury(goal);
-    }
+    if (mode === "RETRACTED") (this.onRetracted || ((each) => this.bury(each)))(goal);
     this.touch("goals");
   }
 
@@ -131,11 +135,10 @@ export class Model {
     this.goals.delete(goal.key);
     this.gone.delete(goal.key);
     this.gone.set(goal.key, goal);
-    if (this.gone.size > MOST_GONE) {
-      const [oldest] = this.gone.keys();
-      this.gone.delete(oldest);
-      this.actions.delete(oldest);
-    }
+    const [oldest] = this.gone.keys();
+    if (this.gone.size <= MOST_GONE) return;
+    this.gone.delete(oldest);
+    this.actions.delete(oldest);
   }
 
   /**
@@ -145,18 +148,10 @@ export class Model {
   goalsAre(list, env = MAIN_ENV, now = this.time) {
     const there = new Map();
     for (const each of list) {
-      const key = this.keyOf(env, each.id),
-        goal = this.goals.get(key) || this.gone.get(key) || this.newGoal(key, each.id, env);
-      Object.assign(goal, {
-        cls: each.class,
-        subType: each["sub-type"] || "",
-        parent: each.parent ? this.keyOf(env, each.parent) : "",
-        mode: each.mode,
-        outcome: each.outcome,
-        error: (each.error || []).join(" "),
-        details: each,
-      });
-      this.gone.delete(goal.key);
+      const goal = this.goalOf(env, each.id),
+        { class: cls, "sub-type": subType = "", parent, mode, outcome, error = [] } = each;
+      Object.assign(goal, { cls, subType, mode, outcome, error: error.join(" "), details: each });
+      goal.parent = parent ? this.keyOf(env, parent) : "";
       there.set(goal.key, goal);
       if (this.meanwhile.some((event) => event.goal === each.id)) continue;
       const made = this.history.goalIs(goal, now);
@@ -171,16 +166,14 @@ export class Model {
     this.touch("goals");
   }
 
-  on_plan_action(event) {
-    const goal = this.keyOf(event.env, event.goal);
+  on_plan_action({ env, goal: id, plan, action_id: number, action: name, params, state, time_us: since }) {
+    const goal = this.keyOf(env, id),
+      key = plan + " " + number,
+      callOf = () => this.callOf(goal, plan, number);
     if (!this.actions.has(goal)) this.actions.set(goal, new Map());
-    const actions = this.actions.get(goal),
-      key = event.plan + " " + event.action_id;
-    const callOf = () => this.callOf(goal, { plan: event.plan, id: event.action_id });
+    const actions = this.actions.get(goal);
     const action = actions.get(key) || {
-      plan: event.plan,
-      id: event.action_id,
-      since: 0,
+      ...{ plan, id: number },
       /** Its last skill call up to now; null: none is known. */
       get call() {
         return callOf();
@@ -189,12 +182,9 @@ export class Model {
         return callOf()?.skiller || "";
       },
     };
-    action.name = event.action;
-    action.values = fields(event.params);
-    action.state = event.state;
-    action.since = event.time_us;
-    if (event.state === "EXECUTION-FAILED" || event.state === "FAILED") action.hasFailed = true;
-    else if (event.state === "FORMULATED") action.hasFailed = false; // its goal is tried again
+    Object.assign(action, { name, values: fields(params), state, since });
+    if (state === "EXECUTION-FAILED" || state === "FAILED") action.hasFailed = true;
+    else if (state === "FORMULATED") action.hasFailed = false; // its goal is tried again
     actions.set(key, action);
     this.touch("goals");
   }
@@ -202,65 +192,31 @@ export class Model {
   on_skill() {
     this.touch("skills");
   }
-
   /** The skill calls up to now, the latest last. */
   get calls() {
     const begun = this.history.calls.filter(({ begin }) => begin.step <= this.step);
     return begun.slice(-MOST_CALLS).map((call) => this.callNow(call));
   }
-
   /** A skill call of the history as it is now. */
   callNow({ skiller, lane, text, msgid, status, error, guessed, begin, end }) {
-    const isOver = end !== null && end.step <= this.step;
-    return {
-      skiller,
-      lane,
-      text,
-      msgid,
-      status: isOver ? status : "S_RUNNING",
-      error: isOver ? error : "",
-      guessed,
-      begin: begin.time,
-      end: isOver ? end.time : null,
-    };
+    const isOver = end !== null && end.step <= this.step,
+      state = isOver ? { status, error, end: end.time } : { status: "S_RUNNING", error: "", end: null };
+    return { skiller, lane, text, msgid, guessed, begin: begin.time, ...state };
   }
-
-  /** A goal; its transitions up to now are its `history`. */
-  newGoal(key, name, env) {
-    const changes = () => this.changesOf({ key });
-    return {
-      key,
-      id: name + key.slice(goalKey(env, name).length), // of an id that is used again: ID#2
-      name,
-      env,
-      details: null,
-      get history() {
-        return changes();
-      },
-    };
-  }
-
   /** The last skill call of an action, as far as it has begun; null: none is known. */
-  callOf(goal, { plan, id }) {
+  callOf(goal, plan, id) {
     const action = this.history.actionAt(goal, plan, id, this.step),
-      call = action && action.calls.findLast(({ begin }) => begin.step <= this.step);
+      call = action?.calls.findLast(({ begin }) => begin.step <= this.step);
     return call ? this.callNow(call) : null;
   }
-
   /** The transitions of a goal up to now. */
-  changesOf(goal) {
-    const known = this.history.goals.get(goal.key);
+  changesOf({ key }) {
+    const known = this.history.goals.get(key);
     return known ? known.changes.filter(({ step }) => step <= this.step) : [];
   }
 
-  on_log(event) {
-    this.log.push({
-      number: this.logGone + this.log.length,
-      time: event.time_us,
-      level: event.level,
-      component: event.component,
-      text: event.text,
-    });
+  on_log({ time_us: time, level, component, text }) {
+    this.log.push({ number: this.logGone + this.log.length, time, level, component, text });
     if (this.log.length > MOST_LOG) {
       this.logGone += MOST_LOG / 10;
       this.log.splice(0, MOST_LOG / 10);
@@ -268,32 +224,18 @@ export class Model {
     this.touch("log");
   }
 
-  on_interface(event) {
-    const known = this.interfaces.get(event.uid);
-    const values = { ...(known ? known.values : {}), ...event.values };
-    const changed = known
-      ? Object.keys(event.values).filter((name) => String(known.values[name]) !== String(event.values[name]))
-      : [];
-    this.interfaces.set(event.uid, {
-      uid: event.uid,
-      values,
-      changed: new Set(changed),
-      time: event.time_us,
-      writes: (known ? known.writes : 0) + 1,
+  on_interface({ uid, values, time_us: time }) {
+    const known = this.interfaces.get(uid);
+    this.interfaces.set(uid, {
+      ...{ uid, time, writes: (known?.writes ?? 0) + 1 },
+      values: { ...known?.values, ...values },
     });
-    if (event.uid.startsWith("SkillerInterface::")) this.touch("skills");
+    if (uid.startsWith("SkillerInterface::")) this.touch("skills");
     this.touch("interfaces");
   }
 
-  on_message(event) {
-    this.messages.push({
-      time: event.time_us,
-      uid: event.uid,
-      message: event.message,
-      sender: event.sender,
-      outcome: event.outcome,
-      values: event.values,
-    });
+  on_message({ time_us: time, uid, message, sender, outcome, values }) {
+    this.messages.push({ time, uid, message, sender, outcome, values });
     if (this.messages.length > MOST_MESSAGES) this.messages.shift();
     this.touch("messages");
   }
@@ -302,36 +244,23 @@ export class Model {
     if (!this.facts.has(env)) this.facts.set(env, new Map());
     return this.facts.get(env);
   }
-
-  on_fact(event) {
-    const facts = this.factsOf(event.env);
-    if (event.asserted)
-      facts.set(event.index, { index: event.index, template: event.template, text: event.text });
-    else facts.delete(event.index);
+  on_fact({ env, asserted, index, template, text }) {
+    if (asserted) this.factsOf(env).set(index, { index, template, text });
+    else this.factsOf(env).delete(index);
     this.touch("facts");
   }
-
   factsAre(env, list) {
-    this.facts.set(
-      env,
-      new Map(
-        list.map((fact) => [
-          fact.index,
-          { index: fact.index, template: fact.template_name, text: fact.formatted },
-        ]),
-      ),
-    );
+    const factOf = ({ index, template_name: template, formatted: text }) => [
+      index,
+      { index, template, text },
+    ];
+    this.facts.set(env, new Map(list.map(factOf)));
     this.touch("facts");
   }
 
-  on_rule(event) {
-    const key = event.env + " " + event.rule;
+  on_rule({ env, rule }) {
+    const key = env + " " + rule;
     this.firings.set(key, (this.firings.get(key) || 0) + 1);
     this.touch("rules");
-  }
-
-  on_planner(event) {
-    this.planners.push(event);
-    if (this.planners.length > MOST_CALLS) this.planners.shift();
   }
 }

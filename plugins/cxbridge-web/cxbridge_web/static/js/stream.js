@@ -3,21 +3,21 @@ const RETRY_MS = [500, 1000, 2000, 5000];
 const SLICE_MS = 15; // of work at a time, so that the page draws and answers meanwhile
 
 export class Stream {
+  kinds = "";
+  last = "0";
+  epoch = null;
+  source = null;
+  tries = 0;
+  isWaiting = true; // for the hello, with which everything is read
+  queue = []; // lines that have come, each an event
+  working = null; // the timer of what is left to do
+
   /**
    * @param handlers.event, handlers.state ("connecting" | "open" | "lost"), handlers.hello, handlers.restarted,
    * handlers.dropped, handlers.caughtUp (so much had come that it took more than a moment)
    */
   constructor(handlers) {
     this.handlers = handlers;
-    this.kinds = "";
-    this.last = "0";
-    this.epoch = null;
-    this.source = null;
-    this.tries = 0;
-    this.timer = null;
-    this.isWaiting = true; // for the hello, with which everything is read
-    this.queue = []; // lines that have come, each an event
-    this.working = null; // the timer of what is left to do;
   }
 
   /** Follow these kinds from now on; without changes nothing happens. */
@@ -30,42 +30,44 @@ export class Stream {
 
   open() {
     this.close();
-    const source = new EventSource(
-      "api/cxbridge/events?together=true&kinds=" + this.kinds + "&since=" + encodeURIComponent(this.last),
-    );
+    const query = "together=true&kinds=" + this.kinds + "&since=" + encodeURIComponent(this.last),
+      source = new EventSource("api/cxbridge/events?" + query);
     this.source = source;
     this.isWaiting = true;
-    source.addEventListener("hello", (event) => {
-      const hello = JSON.parse(event.data),
-        [epoch] = String(hello.last || "").split("-");
-      const restarted = this.epoch !== null && epoch !== this.epoch; // what was known is of another daemon
-      this.epoch = epoch;
-      this.tries = 0;
-      this.isWaiting = false;
-      if (restarted) {
-        this.queue = [];
-        this.handlers.restarted();
-      }
-      this.handlers.state("open");
-      this.handlers.hello(hello);
-    });
-    source.addEventListener("dropped", (event) => {
-      this.note(event);
-      this.handlers.dropped(JSON.parse(event.data));
-    });
-    source.addEventListener("message", (event) => {
-      this.note(event);
-      this.queue.push(...event.data.split("\n"));
-      if (!this.working) this.work();
-    });
-    source.addEventListener("error", () => {
-      if (this.source !== source) return;
-      // We try again ourselves: a browser gives up after some errors, and asks for no other `since`
-      this.close();
-      this.handlers.state("lost");
-      const wait = RETRY_MS[Math.min(this.tries++, RETRY_MS.length - 1)];
-      this.timer = setTimeout(() => this.open(), wait);
-    });
+    const on = {
+      hello: ({ data }) => this.hello(JSON.parse(data)),
+      dropped: ({ data, lastEventId }) => {
+        this.last = lastEventId || this.last;
+        this.handlers.dropped(JSON.parse(data));
+      },
+      message: ({ data, lastEventId }) => {
+        this.last = lastEventId || this.last;
+        this.queue.push(...data.split("\n"));
+        if (!this.working) this.work();
+      },
+      error: () => this.source === source && this.lost(),
+    };
+    for (const [type, listener] of Object.entries(on)) source.addEventListener(type, listener);
+  }
+  hello(hello) {
+    const [epoch] = String(hello.last || "").split("-"),
+      restarted = this.epoch !== null && epoch !== this.epoch; // what was known is of another daemon
+    this.epoch = epoch;
+    this.tries = 0;
+    this.isWaiting = false;
+    if (restarted) {
+      this.queue = [];
+      this.handlers.restarted();
+    }
+    this.handlers.state("open");
+    this.handlers.hello(hello);
+  }
+  /** We try again ourselves: a browser gives up after some errors, and asks for no other `since`. */
+  lost() {
+    this.close();
+    this.handlers.state("lost");
+    const wait = RETRY_MS[Math.min(this.tries++, RETRY_MS.length - 1)];
+    this.timer = setTimeout(() => this.open(), wait);
   }
 
   /** Take the events that have come, some at a time; all at once while nobody looks: timers rest then. */
@@ -82,10 +84,6 @@ export class Stream {
       if (!isBehind && this.working) this.handlers.caughtUp();
       this.working = isBehind ? setTimeout(() => this.work(), 0) : null;
     }
-  }
-
-  note(event) {
-    if (event.lastEventId) this.last = event.lastEventId;
   }
 
   close() {

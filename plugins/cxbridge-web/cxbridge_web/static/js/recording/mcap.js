@@ -1,9 +1,9 @@
-// Reads the events of an mcap file that cxbridge wrote: JSON messages in chunks that are not packed.
-// https://mcap.dev/spec
-import { Sources } from "cx/recording/sources.js";
+// Reads the events of an mcap file that cxbridge wrote: JSON messages in chunks that are not packed; and the CLIPS
+// files that are attached, with the paths that they had. https://mcap.dev/spec
 
 const MAGIC = [0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a];
 const OP = { SCHEMA: 3, CHANNEL: 4, MESSAGE: 5, CHUNK: 6, ATTACHMENT: 9, METADATA: 12, DATA_END: 15 };
+const HEAD = 9; // bytes of a record before its content: the kind and the size
 export const KIND_OF = {
   "cxbridge.LogLine": "log",
   "cxbridge.RuleFired": "rule",
@@ -17,83 +17,132 @@ export const KIND_OF = {
   "cxbridge.NavGraphRead": "navgraph",
   "cxbridge.LoopTime": "loop",
 };
+const CORE = /(^|\/)cxbridge\/executive\/clips\//;
 const decoder = new TextDecoder();
 const CUT = "The file was cut off; what is there is shown.";
 
 export const isMcap = (bytes) => MAGIC.every((byte, at) => bytes[at] === byte);
+
+/** Numbers and texts at places of a file. */
+class Bytes {
+  constructor(bytes) {
+    this.bytes = bytes;
+    this.view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  }
+  get length() {
+    return this.bytes.length;
+  }
+  part(from, to) {
+    return new Bytes(this.bytes.subarray(from, to));
+  }
+  short(at) {
+    return this.view.getUint16(at, true);
+  }
+  long(at) {
+    return Number(this.view.getBigUint64(at, true));
+  }
+  string(from, to) {
+    return decoder.decode(this.bytes.subarray(from, to));
+  }
+  /** A text behind its size, and where it ends. */
+  text(at) {
+    const end = at + 4 + this.view.getUint32(at, true);
+    return [this.string(at + 4, end), end];
+  }
+  /** The records from one place to another, as far as they are whole: {op, begin, end}. */
+  *records(from, to) {
+    for (let at = from; at + HEAD <= to;) {
+      const begin = at + HEAD,
+        end = begin + this.long(at + 1);
+      yield { op: this.bytes[at], begin, end };
+      at = end;
+    }
+  }
+}
+
+/** The CLIPS files that are attached to a recording. */
+class Sources {
+  files = new Map(); // attachment -> text
+  paths = new Map(); // attachment -> path
+  startUs = null; // when the run began
+
+  attachment(bytes, begin) {
+    const [name, afterName] = bytes.text(begin + 16),
+      [, at] = bytes.text(afterName);
+    if (/^clips\/.*\.clp$/.test(name)) this.files.set(name, bytes.string(at + 8, at + 8 + bytes.long(at)));
+  }
+  metadata(bytes, begin) {
+    const [name, from] = bytes.text(begin),
+      end = from + 4 + bytes.view.getUint32(from, true),
+      about = {};
+    for (let at = from + 4; at < end;) {
+      const [key, next] = bytes.text(at);
+      [about[key], at] = bytes.text(next);
+    }
+    if (/^\d+$/.test(about.start_us)) this.startUs = Number(about.start_us);
+    if (name === "cxbridge.source" && about.attachment) this.paths.set(about.attachment, about.name);
+  }
+
+  /** The files of an environment, in the order in which they were loaded: {path, core, text}. */
+  of(env) {
+    const folder = "clips/" + env + "/",
+      own = [...this.files].filter(([name]) => name.startsWith(folder)).sort(([a], [b]) => (a < b ? -1 : 1));
+    return own.map(([name, text]) => {
+      const path = this.paths.get(name) || name.slice(folder.length);
+      return { path, core: CORE.test(path), text };
+    });
+  }
+}
 
 /**
  * @param pause(part) awaited now and then, with the part of the file that was read (0 to 1)
  * @returns {events, notes, sources}: what could be read, what not, and the attached CLIPS files
  */
 export async function readMcap(whole, pause) {
-  const schemas = new Map(),
+  const file = new Bytes(whole),
+    schemas = new Map(),
     kinds = new Map(),
     events = [],
     sources = new Sources(),
     notes = new Set(),
     others = new Set();
 
-  async function records(bytes, from, to, isWhole) {
-    const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-    let at = from;
-    while (at + 9 <= to) {
-      const op = bytes[at],
-        size = Number(view.getBigUint64(at + 1, true)),
-        begin = at + 9,
-        end = begin + size;
-      if (op === OP.DATA_END) return;
-      if (op === OP.CHUNK) await chunk(bytes, view, begin, end, to);
-      if (end > to) break;
-      if (op !== OP.CHUNK) take(op, bytes, view, begin, end);
-      at = end;
-      if (isWhole) await pause(at / to);
-    }
-    notes.add(CUT); // a whole file has a DATA_END, a whole chunk is seen to below
-  }
-  function text(bytes, view, at) {
-    const size = view.getUint32(at, true);
-    return [decoder.decode(bytes.subarray(at + 4, at + 4 + size)), at + 4 + size];
-  }
-  function take(op, bytes, view, begin, end) {
-    if (op === OP.SCHEMA) schemas.set(view.getUint16(begin, true), text(bytes, view, begin + 2)[0]);
-    else if (op === OP.ATTACHMENT) sources.attachment(bytes, view, begin);
-    else if (op === OP.METADATA) sources.metadata(bytes, view, begin);
-    else if (op === OP.CHANNEL) {
-      const schema = schemas.get(view.getUint16(begin + 2, true));
+  const take = {
+    [OP.SCHEMA](bytes, begin) {
+      schemas.set(bytes.short(begin), bytes.text(begin + 2)[0]);
+    },
+    [OP.CHANNEL](bytes, begin) {
+      const schema = schemas.get(bytes.short(begin + 2));
       if (!KIND_OF[schema]) others.add(schema || "without schema");
-      kinds.set(view.getUint16(begin, true), KIND_OF[schema]);
-    } else if (op === OP.MESSAGE) {
-      const kind = kinds.get(view.getUint16(begin, true));
+      kinds.set(bytes.short(begin), KIND_OF[schema]);
+    },
+    [OP.MESSAGE](bytes, begin, end) {
+      const kind = kinds.get(bytes.short(begin));
       if (!kind) return;
       try {
-        const event = JSON.parse(decoder.decode(bytes.subarray(begin + 22, end)));
+        const event = JSON.parse(bytes.string(begin + 22, end));
         event.kind = kind;
         if (typeof event.time_us === "number") events.push(event);
       } catch {
         notes.add("Some events could not be read.");
       }
-    }
-  }
-  async function chunk(bytes, view, begin, end, to) {
-    if (begin + 32 > to) return;
-    const [packed, next] = text(bytes, view, begin + 28);
+    },
+    [OP.ATTACHMENT]: (bytes, begin) => sources.attachment(bytes, begin),
+    [OP.METADATA]: (bytes, begin) => sources.metadata(bytes, begin),
+    [OP.CHUNK]: chunk,
+  };
+  function chunk(bytes, begin, end) {
+    if (begin + 32 > bytes.length) return;
+    const [packed, next] = bytes.text(begin + 28),
+      inner = bytes.part(next + 8, end);
     if (packed) {
-      notes.add(
-        "It is packed by '" + packed + "': unpack it with 'cxbridge trace convert FILE OUT --to mcap'.",
-      );
+      const remedy = "': unpack it with 'cxbridge trace convert FILE OUT --to mcap'.";
+      notes.add("It is packed by '" + packed + remedy);
       return;
     }
-    const inner = bytes.subarray(next + 8, Math.min(end, to)),
-      innerView = new DataView(inner.buffer, inner.byteOffset, inner.byteLength);
-    let at = 0;
     try {
-      while (at + 9 <= inner.length) {
-        const stop = at + 9 + Number(innerView.getBigUint64(at + 1, true));
-        if (stop > inner.length) break; // its file was cut off
-        take(inner[at], inner, innerView, at + 9, stop);
-        at = stop;
-      }
+      for (const { op, begin: from, end: to } of inner.records(0, inner.length))
+        if (to <= inner.length) take[op]?.(inner, from, to); // else the file was cut off
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
       notes.add("A part of the file is damaged (" + error.message + "); the rest is shown.");
@@ -101,19 +150,21 @@ export async function readMcap(whole, pause) {
   }
   /** A whole file tells its channels once more at its end: they are known even if a part is damaged. */
   function summary() {
-    const view = new DataView(whole.buffer, whole.byteOffset, whole.byteLength),
-      footer = whole.length - MAGIC.length - 20;
+    const footer = file.length - MAGIC.length - 20;
     if (footer < MAGIC.length || !isMcap(whole.subarray(-MAGIC.length))) return;
-    for (let at = Number(view.getBigUint64(footer, true)); at && at + 9 < footer;) {
-      const begin = at + 9,
-        end = begin + Number(view.getBigUint64(at + 1, true));
-      if (end > footer) return;
-      if (whole[at] === OP.SCHEMA || whole[at] === OP.CHANNEL) take(whole[at], whole, view, begin, end);
-      at = end;
-    }
+    for (const { op, begin, end } of file.records(file.long(footer) || footer, footer))
+      if (end <= footer && (op === OP.SCHEMA || op === OP.CHANNEL)) take[op](file, begin, end);
   }
   summary();
-  await records(whole, MAGIC.length, whole.length, true);
+  let isEnded = false;
+  for (const { op, begin, end } of file.records(MAGIC.length, file.length)) {
+    isEnded = op === OP.DATA_END;
+    if (isEnded) break;
+    // of a chunk that was cut off the first records are whole
+    if (end <= file.length || op === OP.CHUNK) take[op]?.(file, begin, Math.min(end, file.length));
+    await pause(end / file.length);
+  }
+  if (!isEnded) notes.add(CUT);
   if (!events.length && others.size)
     notes.add("It has other things: " + [...others].slice(0, 5).join(", ") + ".");
   return { events, notes: [...notes], sources };

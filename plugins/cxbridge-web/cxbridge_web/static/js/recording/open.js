@@ -16,54 +16,47 @@ const WHAT =
 class Cancelled extends Error {}
 
 /** Tells how far it is, lets the page draw meanwhile, and may be cancelled. */
-function progress(app, name) {
+async function withProgress(name, work, failed) {
   const bar = el.progress({ max: 1, "aria-label": "reading " + name });
   let cancelled = false,
     last = performance.now();
-  const box = el(
-    "div#opening",
-    { role: "status" },
-    el("span.main-text", "Reading " + name),
-    bar,
-    button("Cancel", () => {
-      cancelled = true;
-    }),
-  );
-  return {
-    async pause(part) {
-      if (performance.now() - last < SLICE_MS) return;
-      if (!box.isConnected) document.body.append(box);
-      bar.value = part;
-      await new Promise((done) => {
-        setTimeout(done, 0);
-      });
-      if (cancelled) throw new Cancelled();
-      last = performance.now();
-    },
-    end() {
-      box.remove();
-    },
-  };
+  const cancel = button("Cancel", () => {
+    cancelled = true;
+  });
+  const box = el("div#opening", { role: "status" }, el("span.main-text", "Reading " + name), bar, cancel);
+  async function pause(part) {
+    if (performance.now() - last < SLICE_MS) return;
+    if (!box.isConnected) document.body.append(box);
+    bar.value = part;
+    await new Promise((done) => {
+      setTimeout(done, 0);
+    });
+    if (cancelled) throw new Cancelled();
+    last = performance.now();
+  }
+  try {
+    await work(pause);
+  } catch (error) {
+    failed(error);
+  } finally {
+    box.remove();
+  }
 }
 
-async function openBytes(app, name, bytes, shown, server = {}) {
-  const {
-    events,
-    notes,
-    sources = null,
-  } = isMcap(bytes)
-    ? await readMcap(bytes, shown.pause)
-    : await readLines(new TextDecoder().decode(bytes), shown.pause);
+async function openBytes(app, name, bytes, pause, server) {
+  const text = () => new TextDecoder().decode(bytes),
+    { events, notes, sources } = await (isMcap(bytes) ? readMcap(bytes, pause) : readLines(text(), pause));
   if (!events.length) {
     app.toast(name + " is not a recording, or has no events. " + [...notes, WHAT].join(" "), true);
     return;
   }
-  const recording = new Recording(name, events, notes, sources);
-  await playAll(recording, shown.pause);
+  const recording = new Recording(name, events, notes, sources),
+    { history } = recording;
+  await playAll(recording, pause);
   recording.why = server.why && ((...question) => server.why(recording, ...question));
-  if (server.readLinks && ![...recording.history.actions.values()].some((action) => action.calls.length))
-    recording.history.linkGuessed(await server.readLinks());
-  if (SITE.inside && location.hash.length < 3) app.select({ time: failureTime(recording.history) });
+  if (server.readLinks && ![...history.actions.values()].some((action) => action.calls.length))
+    history.linkGuessed(await server.readLinks());
+  if (SITE.inside && location.hash.length < 3) app.select({ time: failureTime(history) });
   app.look(recording);
   for (const note of notes) app.toast(note, true);
 }
@@ -85,36 +78,31 @@ async function playAll(recording, pause) {
 }
 
 /** Look at what has happened up to now as at a recording. */
-export async function openPast(app, recording) {
-  const shown = progress(app, recording.name);
-  try {
-    await playAll(recording, shown.pause);
+export function openPast(app, recording) {
+  const work = async (pause) => {
+    await playAll(recording, pause);
     app.look(recording);
-  } catch (error) {
+  };
+  return withProgress(recording.name, work, (error) => {
     if (!(error instanceof Cancelled)) throw error;
     app.select({ time: null });
-  } finally {
-    shown.end();
-  }
+  });
 }
 
-async function attempt(app, name, load, server) {
-  const shown = progress(app, name);
-  try {
-    await openBytes(app, name, await load(), shown, server);
-  } catch (error) {
-    if (!(error instanceof Cancelled)) app.toast(name + " could not be read: " + error.message, true);
-  } finally {
-    shown.end();
-  }
-}
+const open = (app, name, load, server = {}) =>
+  withProgress(
+    name,
+    async (pause) => openBytes(app, name, await load(), pause, server),
+    (error) => {
+      if (!(error instanceof Cancelled)) app.toast(name + " could not be read: " + error.message, true);
+    },
+  );
 
-async function openFile(app, file) {
-  if (file.size > MOST_BYTES) {
-    app.toast(file.name + " is too big for a browser: cxbridge trace report makes a page of it", true);
-    return;
-  }
-  await attempt(app, file.name, async () => new Uint8Array(await file.arrayBuffer()));
+function openFile(app, file) {
+  if (!file) return null;
+  if (file.size > MOST_BYTES)
+    return app.toast(file.name + " is too big for a browser: cxbridge trace report makes a page of it", true);
+  return open(app, file.name, async () => new Uint8Array(await file.arrayBuffer()));
 }
 
 /** The bytes of the recording, or of the document, that is in the page itself. */
@@ -138,24 +126,30 @@ async function askServer(url, { time, begin, end, environments }, kind, name, en
 /** The answers to why that a report has inside. */
 const toldInside = (answers) => async (recording, kind, name) => {
   const found = answers[(kind + " " + name).trim()];
-  if (!found)
-    throw new Error("The report does not have this answer: open the recording with 'cxbridge view'");
-  return found;
+  if (found) return found;
+  throw new Error("The report does not have this answer: open the recording with 'cxbridge view'");
 };
+async function load(url) {
+  if (url.origin !== location.origin) throw new Error("it is on another server; open it as a file");
+  const reply = await fetch(url),
+    reason = reply.status === 404 ? "this server has no " + url.pathname : "HTTP " + reply.status;
+  if (!reply.ok) throw new Error(reason);
+  return new Uint8Array(await reply.arrayBuffer());
+}
 
 /**
- * The recording in the page, or the one that the address asks for: `?run=PATH` of a file of this server. One that serves recordings
- * only has one for addresses without.
+ * Open the recording in the page, or the one that the address asks for: `?run=PATH` of a file of this server. A
+ * server of recordings opens its first one for an address without.
  */
 export async function openLinked(app) {
   if (SITE.inside) {
     const { name, links, notes, answers } = SITE.inside;
-    await attempt(app, name, inside, { readLinks: async () => links, why: answers && toldInside(answers) });
+    await open(app, name, inside, { readLinks: async () => links, why: answers && toldInside(answers) });
     for (const note of notes) app.toast(note, true);
     return;
   }
-  const [first = null] = SITE.runs || [],
-    path = new URLSearchParams(location.search).get("run") || (first && first.path);
+  const [first] = SITE.runs || [],
+    path = new URLSearchParams(location.search).get("run") || first?.path;
   if (!path) return;
   const url = new URL(path, location.href);
   // which action a skill call was for, where the recording does not say it, and why: a server of recordings knows
@@ -163,24 +157,18 @@ export async function openLinked(app) {
     readLinks: async () => (await fetch(url + "?links")).json(),
     why: (...question) => askServer(url, ...question),
   };
-  const load = async () => {
-    if (url.origin !== location.origin) throw new Error("it is on another server; open it as a file");
-    const reply = await fetch(url);
-    if (!reply.ok)
-      throw new Error(reply.status === 404 ? "this server has no " + url.pathname : "HTTP " + reply.status);
-    return new Uint8Array(await reply.arrayBuffer());
-  };
-  await attempt(app, path.split("/").pop() || path, load, server || {});
+  await open(app, path.split("/").pop() || path, () => load(url), server);
 }
 
 export function chooseFile(app) {
   let input = document.getElementById("recording-file");
   if (!input) {
-    input = el("input#recording-file", { type: "file", hidden: true, accept: ".mcap,.json,.jsonl,.ndjson" });
-    input.addEventListener("change", () => {
-      if (input.files.length) openFile(app, input.files[0]);
+    const change = () => {
+      openFile(app, input.files[0]);
       input.value = ""; // the same file may be chosen again
-    });
+    };
+    const about = { type: "file", hidden: true, accept: ".mcap,.json,.jsonl,.ndjson", on: { change } };
+    input = el("input#recording-file", about);
     document.body.append(input);
   }
   input.click();
@@ -189,25 +177,22 @@ export function chooseFile(app) {
 export function dropZone(app) {
   const zone = document.getElementById("drop");
   let depth = 0;
-  const isFile = (event) => event.dataTransfer && [...event.dataTransfer.types].includes("Files");
-  document.addEventListener("dragenter", (event) => {
-    if (isFile(event)) {
-      depth += 1;
-      zone.hidden = false;
-    }
-  });
-  document.addEventListener("dragleave", () => {
-    depth = Math.max(0, depth - 1);
+  const enter = (by) => {
+    depth = Math.max(0, depth + by);
     zone.hidden = depth === 0;
-  });
-  document.addEventListener("dragover", (event) => {
-    if (isFile(event)) event.preventDefault();
-  });
-  document.addEventListener("drop", (event) => {
-    if (!isFile(event)) return;
-    event.preventDefault();
-    depth = 0;
-    zone.hidden = true;
-    if (event.dataTransfer.files.length) openFile(app, event.dataTransfer.files[0]);
-  });
+  };
+  const on = {
+    dragenter: () => enter(1),
+    dragover: (event) => event.preventDefault(),
+    drop(event) {
+      event.preventDefault();
+      enter(-Infinity);
+      openFile(app, event.dataTransfer.files[0]);
+    },
+  };
+  document.addEventListener("dragleave", () => enter(-1));
+  for (const [type, call] of Object.entries(on))
+    document.addEventListener(type, (event) => {
+      if (event.dataTransfer?.types.includes("Files")) call(event);
+    });
 }

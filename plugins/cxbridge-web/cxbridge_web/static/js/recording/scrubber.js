@@ -1,5 +1,5 @@
 // The bar that goes through the time of a recording; of a live run it names the moment that is chosen.
-import { button, clockText, el } from "cx/dom.js";
+import { button, choice, clockText, el } from "cx/dom.js";
 import { runAddress } from "cx/not_found.js";
 
 const PLAY_MS = 60,
@@ -9,74 +9,53 @@ const SHOWS_NOW = "This view shows what is now: the past has goals, skills, mess
 
 /** A choice among the runs of a server that has several. */
 function runSelect(runs) {
-  const chosen = new URLSearchParams(location.search).get("run");
-  const select = el(
-    "select#run-choice",
-    { "aria-label": "run" },
-    runs.map(({ path, name }) => el.option({ value: path, selected: path === chosen }, name)),
+  const select = choice({ id: "run-choice", "aria-label": "run" }, (path) =>
+    location.assign(runAddress(path)),
   );
-  select.addEventListener("change", () => location.assign(runAddress(select.value)));
+  select.offer(
+    runs.map(({ path, name }) => [path, name]),
+    new URLSearchParams(location.search).get("run"),
+  );
   return select;
 }
 
 export function scrubber(app) {
-  const bar = document.getElementById("scrub");
-  const slider = el("input#moment", { type: "range", min: 0, step: 1, "aria-label": "moment" });
-  const play = button("▶", () => toggle(), { id: "play", "aria-label": "play" });
-  const output = el("span#told");
-  const name = el("b.main-text");
-  const runs = app.runs && app.runs.length > 1 ? runSelect(app.runs) : null;
-  name.hidden = Boolean(runs);
-  const speeds = el(
-    "select#speed",
-    { "aria-label": "speed" },
-    el.option({ value: "step" }, "step by step"),
-    SPEEDS.map((speed) => el.option({ value: speed }, speed + "×")),
-  );
+  const bar = document.getElementById("scrub"),
+    slider = el("input#moment", { type: "range", min: 0, step: 1, "aria-label": "moment" }),
+    play = button("▶", toggle, { id: "play", "aria-label": "play" }),
+    output = el("span#told"),
+    runs = app.runs && app.runs.length > 1 ? runSelect(app.runs) : null,
+    name = el("b.main-text", { hidden: Boolean(runs) }),
+    speeds = choice({ id: "speed", "aria-label": "speed" }, () => {}),
+    step = (text, by, label) => button(text, () => app.recording.step(by), { "aria-label": label });
+  function toLive() {
+    halt();
+    if (app.recording) app.look(null);
+    else app.select({ time: null });
+  }
   const steps = el(
-    "div.scrub-line",
-    button("◂", () => app.recording.step(-1), { "aria-label": "one step back" }),
-    play,
-    button("▸", () => app.recording.step(1), { "aria-label": "one step on" }),
-    slider,
-    speeds,
-  );
-  bar.append(
-    el(
       "div.scrub-line",
-      runs,
-      name,
-      output,
-      el("span.grow"),
-      button(
-        "Back to live",
-        () => {
-          halt();
-          if (app.recording) app.look(null);
-          else app.select({ time: null });
-        },
-        { id: "to-live", hidden: Boolean(app.runs) },
-      ),
+      ...[step("◂", -1, "one step back"), play, step("▸", 1, "one step on"), slider, speeds],
     ),
-    steps,
-  );
+    live = button("Back to live", toLive, { id: "to-live", hidden: Boolean(app.runs) });
+  bar.append(el("div.scrub-line", runs, name, output, el("span.grow"), live), steps);
   let timer = null,
-    frame = 0;
+    frame = 0,
+    known = null;
+  function plays(on) {
+    play.textContent = on ? "❙❙" : "▶";
+    play.setAttribute("aria-label", on ? "pause" : "play");
+  }
   function halt() {
     clearInterval(timer);
     timer = null;
-    play.textContent = "▶";
-    play.setAttribute("aria-label", "play");
+    plays(false);
   }
   function toggle() {
-    if (timer) {
-      halt();
-      return;
-    }
     const { recording } = app;
+    if (timer) return halt();
     if (recording.at === recording.events.length) recording.goTo(0);
-    play.textContent = "❙❙";
-    play.setAttribute("aria-label", "pause");
+    plays(true);
     let last = performance.now();
     timer = setInterval(() => {
       const passed = performance.now() - last;
@@ -87,15 +66,26 @@ export function scrubber(app) {
       else return;
       last = performance.now();
     }, PLAY_MS);
+    return timer;
   }
   slider.addEventListener("input", () => {
-    if (!frame)
-      frame = requestAnimationFrame(() => {
-        frame = 0;
-        if (app.recording) app.recording.goToStep(Number(slider.value));
-      });
+    frame ||= requestAnimationFrame(() => {
+      frame = 0;
+      app.recording?.goToStep(Number(slider.value));
+    });
   });
-  let known = null;
+  /** Another recording is played: at a speed at which it takes some seconds. */
+  function begin(recording) {
+    const speed = Math.max((recording.end - recording.begin) / 1e6 / LASTS_S, SPEEDS[0]);
+    known = recording;
+    recording.listeners.add(draw);
+    slider.max = recording.steps.length;
+    name.textContent = recording.name;
+    speeds.offer(
+      [["step", "step by step"], ...SPEEDS.map((each) => [each, each + "×"])],
+      SPEEDS.findLast((each) => each <= speed),
+    );
+  }
   function draw() {
     const { recording } = app,
       { time } = app.selection.value;
@@ -108,17 +98,11 @@ export function scrubber(app) {
       output.textContent = app.moment ? "" : SHOWS_NOW;
       return;
     }
-    if (recording !== known) {
-      known = recording;
-      recording.listeners.add(draw);
-      slider.max = recording.steps.length;
-      const speed = (recording.end - recording.begin) / 1e6 / LASTS_S;
-      speeds.value = SPEEDS.findLast((each) => each <= Math.max(speed, SPEEDS[0]));
-      name.textContent = recording.name;
-    }
-    slider.value = recording.stepNumber;
-    const text = clockText(recording.time, 3) + ", " + recording.line;
-    output.textContent = "  " + recording.stepNumber + " of " + recording.steps.length + " · " + text;
+    if (recording !== known) begin(recording);
+    const { stepNumber: number, steps: all, line } = recording,
+      text = clockText(recording.time, 3) + ", " + line;
+    slider.value = number;
+    output.textContent = "  " + number + " of " + all.length + " · " + text;
     slider.setAttribute("aria-valuetext", text);
   }
   app.onChange(draw);

@@ -1,83 +1,69 @@
 // The robots over time: a lane each with its skill calls, and how each one stands at the moment.
-import { part } from "cx/api.js";
-import { clockText, durationText, el } from "cx/dom.js";
+import { clockText, dim, durationText, el, link, redraw } from "cx/dom.js";
 import { skillBadge } from "cx/looks.js";
 import { OUTCOMES, skillOutcome } from "cx/outcome.js";
-import { partsOf, pathTo } from "cx/timeline/path.js";
+import { timelineAddress } from "cx/timeline/host.js";
+import { pathTo } from "cx/timeline/path.js";
+import { robotNames } from "cx/timeline/rows.js";
 
-const MOST_BARS = 400;
+const MOST_BARS = 400,
+  MOST_FACTS = 3;
 
 /** The skill calls by robot: name -> calls, in order. */
-export function robotsOf(history) {
-  const found = new Map();
-  for (const call of history.calls) {
-    if (!found.has(call.skiller)) found.set(call.skiller, []);
-    found.get(call.skiller).push(call);
-  }
-  return found;
+export function robotsOf({ lanes }) {
+  const names = robotNames(lanes);
+  return new Map(
+    [...lanes].map(([lane, calls]) => [names.get(lane), calls]).sort(([a], [b]) => (a < b ? -1 : 1)),
+  );
 }
 
 /** The call that a robot executes at a step, or its last one before; null: none yet. */
 export const callAt = (calls, step) => calls.findLast(({ begin }) => begin.step <= step) || null;
 export const isOver = (call, step) => Boolean(call.end) && call.end.step <= step;
 
-function bar(call, from, length, now) {
-  const end = call.end ? call.end.time : now,
-    outcome = skillOutcome(call.status),
-    text = call.text + " " + OUTCOMES[outcome].word + (call.error ? ": " + call.error : "");
-  return el.span(
-    {
+/** @param share(time) how far to the right a time is, of one */
+function bar({ begin, end, status, text, error }, share, now) {
+  const outcome = skillOutcome(status),
+    { word, icon } = OUTCOMES[outcome],
+    [left, right] = [begin.time, end ? end.time : now].map((time) => 100 * share(time)),
+    about = {
       class: "lane-bar o-" + outcome,
-      style:
-        "left: " +
-        (100 * (call.begin.time - from)) / length +
-        "%; width: " +
-        (100 * Math.max(0, end - call.begin.time)) / length +
-        "%",
-      title: text,
-    },
-    outcome === "completed" ? null : el.i({ "aria-hidden": "true" }, OUTCOMES[outcome].icon),
-    call.text,
-  );
+      style: `left: ${left}%; width: ${Math.max(0, right - left)}%`,
+      title: text + " " + word + (error ? ": " + error : ""),
+    };
+  return el.span(about, outcome !== "completed" && el.i({ "aria-hidden": "true" }, icon), text);
 }
 
-/**
- * Lanes of robots with a cursor.
- * @param choose called with the moment of a press
- */
+/** Lanes of robots with a cursor. */
 export class Lanes {
+  /** @param choose called with the moment of a press */
   constructor(choose) {
     this.choose = choose;
     this.cursor = el("i.lane-cursor", { "aria-hidden": "true" });
     this.rows = el.div();
     this.box = el("div.lanes-of-robots", this.rows);
-    this.sign = "";
   }
 
   /** @param from, to microseconds; now: the moment */
   draw(robots, history, { from, to, now }) {
-    const length = Math.max(1, to - from);
-    const sign = [history.revision, from, history.goesOn ? to : 0].join(" ");
-    if (sign !== this.sign) {
-      this.sign = sign;
-      this.rows.replaceChildren(
-        ...[...robots].map(([name, calls]) => {
-          const track = el(
-            "div.lane-track",
-            { role: "img", "aria-label": name + ": " + calls.length + " skill calls" },
-            calls.slice(-MOST_BARS).map((call) => bar(call, from, length, to)),
-          );
-          track.addEventListener("pointerdown", (event) => {
-            const { left, width } = track.getBoundingClientRect();
-            this.choose(Math.round(from + (length * (event.clientX - left)) / width));
-          });
-          return el("div.lane", el("b.lane-name", name), track);
-        }),
+    const share = (time) => (time - from) / Math.max(1, to - from);
+    const choose = ({ clientX, currentTarget }) => {
+      const { left, width } = currentTarget.getBoundingClientRect();
+      this.choose(Math.round(from + ((to - from) * (clientX - left)) / width));
+    };
+    const lane = ([name, calls]) => {
+      const about = { role: "img", "aria-label": name + ": " + calls.length + " skill calls" },
+        bars = calls.slice(-MOST_BARS).map((call) => bar(call, share, to));
+      return el(
+        "div.lane",
+        el("b.lane-name", name),
+        el("div.lane-track", { ...about, on: { pointerdown: choose } }, bars),
       );
-      const [track] = this.rows.querySelectorAll(".lane-track");
-      if (track) track.append(this.cursor);
-    }
-    this.cursor.style.left = 100 * Math.min(1, Math.max(0, (now - from) / length)) + "%";
+    };
+    const state = [history.revision, from, history.goesOn ? to : 0];
+    if (redraw(this.rows, state, () => [...robots].map(lane)))
+      this.rows.querySelector(".lane-track")?.append(this.cursor);
+    this.cursor.style.left = 100 * Math.min(1, Math.max(0, share(now))) + "%";
     this.cursor.style.height = robots.size * 1.9 + "rem";
   }
 }
@@ -87,50 +73,37 @@ export class Lanes {
  * @param placeOf the pose of a robot on the map, in words; "" without
  * @param known sentences of the latest facts; those that name a robot are its last known state
  */
-export function robotCards(robots, { step, time }, { placeOf, known }) {
+export function robotCards(robots, moment, { placeOf, known }) {
   const gone = new Set(), // a fact that was retracted later is no state
     present = known.flatMap(({ before, after }) => {
       if (before) gone.add(before);
       return after && !gone.has(after) ? [after] : [];
     });
   return [...robots].map(([name, calls]) => {
-    const call = callAt(calls, step),
-      over = call && isOver(call, step),
-      facts = present.filter((fact) => fact.split(" ").includes(name)).slice(0, 3),
+    const facts = present.filter((fact) => fact.split(" ").includes(name)).slice(0, MOST_FACTS),
       place = placeOf(name);
     return el(
       "section.robot",
       { "data-robot": name },
-      el.p(
-        el.b(name),
-        " ",
-        call ? skillBadge(over ? call.status : "S_RUNNING") : el("span.dim", "has done nothing yet"),
-      ),
-      call
-        ? el.p(
-            el.code(call.text),
-            " ",
-            el(
-              "span.dim",
-              over
-                ? "ended at " + clockText(call.end.time, 3)
-                : "for " + durationText(Math.max(0, time - call.begin.time)),
-            ),
-          )
-        : null,
-      call && over && call.error ? el("p.bad-text", call.error) : null,
-      call && call.action
-        ? el(
-            "p.small",
-            "for ",
-            el.a(
-              { href: ["#/timeline", ...partsOf(pathTo(call.action)).map(part)].join("/") },
-              "action " + call.action.id + " " + call.action.name + " of " + call.action.goal,
-            ),
-          )
-        : null,
-      place ? el("p.small", "at " + place) : null,
-      facts.length ? el("p.small.dim", facts.join("; ")) : null,
+      callLines(name, callAt(calls, moment.step), moment),
+      place && el("p.small", "at " + place),
+      facts.length > 0 && el("p.small.dim", facts.join("; ")),
     );
   });
+}
+
+function callLines(name, call, { step, time }) {
+  if (!call) return el.p(el.b(name), " ", dim("has done nothing yet"));
+  const { text, status, begin, end, error, action } = call,
+    over = isOver(call, step),
+    when = over
+      ? "ended at " + clockText(end.time, 3)
+      : "for " + durationText(Math.max(0, time - begin.time)),
+    of = action && "action " + action.id + " " + action.name + " of " + action.goal;
+  return [
+    el.p(el.b(name), " ", skillBadge(over ? status : "S_RUNNING")),
+    el.p(el.code(text), " ", dim(when)),
+    over && error && el("p.bad-text", error),
+    action && el("p.small", "for ", link(timelineAddress(pathTo(action)), of)),
+  ];
 }
