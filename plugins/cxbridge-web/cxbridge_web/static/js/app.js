@@ -5,7 +5,7 @@ import { countFrom, el } from "cx/dom.js";
 import { readOf } from "cx/env.js";
 import { MAIN_ENV, Model } from "cx/model.js";
 import { openPast } from "cx/recording/open.js";
-import { Past } from "cx/recording/past.js";
+import { Past } from "cx/recording/run.js";
 import { Selection } from "cx/selection.js";
 import { Stream } from "cx/stream.js";
 

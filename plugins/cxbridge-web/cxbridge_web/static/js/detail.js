@@ -10,7 +10,7 @@ import { actionOutcome, goalOutcome, isOpen, outcomeBadge } from "cx/outcome.js"
 import { causes, errorOf, forestOf } from "cx/story/causes.js";
 import { chain, Story } from "cx/story/story.js";
 import { lastUpTo } from "cx/timeline/history.js";
-import { pathTo, resolve } from "cx/timeline/path.js";
+import { pathTo, resolve } from "cx/timeline/host.js";
 import { outcomeAt, timesOf } from "cx/timeline/spans.js";
 import { answer, canAsk } from "cx/why.js";
 

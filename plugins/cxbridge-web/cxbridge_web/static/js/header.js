@@ -1,7 +1,7 @@
 // State of the daemon, its clock, pause and resume.
 import { debugBar } from "cx/debug.js";
 import { button, clockText, el, switchTimes } from "cx/dom.js";
-import { stateBadge } from "cx/looks.js";
+import { stateBadge } from "cx/outcome.js";
 import { chooseFile } from "cx/recording/open.js";
 import { themeSwitch } from "cx/theme.js";
 

@@ -6,7 +6,7 @@ import { el, none } from "cx/dom.js";
 import { header } from "cx/header.js";
 import { keys } from "cx/keys.js";
 import { openNoRun, openNotFound } from "cx/not_found.js";
-import { palette } from "cx/palette/palette.js";
+import { palette } from "cx/palette.js";
 import { dropZone, inside, openLinked } from "cx/recording/open.js";
 import { scrubber } from "cx/recording/scrubber.js";
 import { parseAddress } from "cx/selection.js";

@@ -1,6 +1,7 @@
-// Outcomes of goals, plan-actions and skill calls: six words. Each has a hue and an icon of its own, so that none
-// rests on colour alone; css/outcomes.css has the hues.
+// How states look. Outcomes of goals, plan-actions and skill calls are six words; each has a hue and an icon of its own,
+// so that none rests on colour alone; css/outcomes.css has the hues.
 // cxbridge/history/outcome.py has the words, the icons, and which state has which outcome.
+import { badge } from "cx/dom.js";
 
 const { kinds, ended, goal, action, skill } = cx.outcomes;
 /** By outcome: the word that readers see, and the icon. */
@@ -37,3 +38,44 @@ export const outcomeBadge = (outcome, text = OUTCOMES[outcome].word) =>
     cx.el("i", { "aria-hidden": "true" }, OUTCOMES[outcome].icon),
     text,
   );
+
+const OTHER = ["other", "?"];
+
+/** The mode of a goal, and its outcome when it has one. */
+export const goalText = ({ mode, outcome }) =>
+  ["", "UNKNOWN"].includes(outcome) ? mode : mode + " " + outcome;
+
+/** A skill's status, with or without Fawkes' `S_`. */
+export function skillBadge(status) {
+  const name = String(status || "INACTIVE").replace(/^S_/, "");
+  return outcomeBadge(skillOutcome(name), name);
+}
+
+const DAEMON = {
+  RUNNING: ["done", "▶"],
+  PAUSED: ["active", "❙❙"],
+  BREAK: ["active", "❙❙"],
+  DEGRADED: ["failed", "!"],
+  STARTING: ["chosen", "◔"],
+  STOPPING: ["ended", "■"],
+  PAST: ["refused", "◷"],
+  "NO RUN": ["failed", "!"],
+  READING: ["chosen", "◔"],
+  RECORDING: ["refused", "◉"],
+  LOST: ["failed", "✗"],
+  CONNECTING: ["chosen", "◔"],
+};
+/** @param result of a run that is over: {status, word}, null without */
+export function stateBadge(state, result = null) {
+  if (!result) return badge(...(DAEMON[state] || OTHER), state);
+  return badge(...(result.status ? ["failed", "✗"] : ["done", "✓"]), state + ": " + result.word);
+}
+
+const COMPONENT = {
+  active: ["done", "✓"],
+  inactive: ["ended", "■"],
+  unconfigured: ["new", "○"],
+  finalized: ["gone", "·"],
+};
+export const componentBadge = (state) =>
+  badge(...(COMPONENT[String(state).toLowerCase()] || OTHER), String(state).toLowerCase());

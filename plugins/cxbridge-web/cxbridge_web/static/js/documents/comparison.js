@@ -1,7 +1,7 @@
 // Two runs side by side: `cxbridge view A B`, and the page of `cxbridge trace diff --html`.
 import { button, dim, el, none, note, pairs, refill, wideTable } from "cx/dom.js";
 import { notes, section } from "cx/documents/parts.js";
-import { goalOutcome, OUTCOMES, outcomeBadge } from "cx/outcome.js";
+import { goalOutcome, outcomeBadge, OUTCOMES } from "cx/outcome.js";
 
 const SIGNS = {
   changed: "≠",

@@ -1,8 +1,7 @@
 // Choices above the goals: words, outcome, class, robot. The address has them, and they stay when another view was open.
 import { choice, search } from "cx/dom.js";
 import { robotsOf } from "cx/goals/numbers.js";
-import { goalText } from "cx/looks.js";
-import { goalOutcome, NAMES, OUTCOMES } from "cx/outcome.js";
+import { goalOutcome, goalText, NAMES, OUTCOMES } from "cx/outcome.js";
 import { parseAddress } from "cx/selection.js";
 
 const NOTHING = { words: "", outcome: "", class: "", robot: "" },

@@ -4,87 +4,95 @@ const TOKEN = /"((?:\\.|[^"\\])*)"|(->|[{}[\];,=])|([^\s"{}[\];,=]+)/gs;
 
 export class DotError extends Error {}
 
+/** The tokens of a text, one after the other: signs, and words. */
+class Tokens {
+  at = 0;
+  constructor(text) {
+    this.all = [...text.matchAll(TOKEN)].map(([, quoted, sign, plain]) =>
+      sign ? { sign } : { word: quoted?.replaceAll('\\"', '"') ?? plain },
+    );
+  }
+  /** Whether one of these signs is next; it is passed over. */
+  sign(...wanted) {
+    const isNext = wanted.includes(this.all[this.at]?.sign ?? "");
+    if (isNext) this.at += 1;
+    return isNext;
+  }
+  get isWord() {
+    return this.all[this.at]?.word !== undefined;
+  }
+  word() {
+    if (!this.isWord) throw new DotError("The graph is cut off or is none");
+    return this.all[this.at++].word;
+  }
+  begin() {
+    if (this.isWord) this.word(); // the name of a graph
+    if (!this.sign("{")) throw new DotError("The graph is cut off");
+  }
+  attributes() {
+    const found = {};
+    while (this.sign("["))
+      while (!this.sign("]")) {
+        const name = this.word();
+        found[name] = this.sign("=") ? this.word() : "true";
+        this.sign(",", ";");
+      }
+    return found;
+  }
+  /** Where an edge goes to: a node, or several in braces. */
+  ends() {
+    if (!this.sign("{")) return [this.word()];
+    const names = [];
+    while (!this.sign("}")) if (!this.sign(";", ",")) names.push(this.word());
+    return names;
+  }
+}
+
 /**
  * @returns {nodes: Map name -> {name, label, ...attributes}, edges: [{from, to, ...attributes}],
  * attributes}
  */
 export function parseDot(text) {
-  const tokens = [...text.matchAll(TOKEN)].map((match) =>
-    match[2]
-      ? { sign: match[2] }
-      : { word: match[1] !== undefined ? match[1].replaceAll('\\"', '"') : match[3] },
-  );
-  let at = 0;
-  const graph = { nodes: new Map(), edges: [], attributes: {} };
-  let usual = {}; // attributes of nodes to come
-  const sign = (wanted) => tokens[at] && tokens[at].sign === wanted && Boolean(++at);
-  function word() {
-    if (!tokens[at] || tokens[at].word === undefined) throw new DotError("The graph is cut off or is none");
-    return tokens[at++].word;
-  }
-  function attributes() {
-    const found = {};
-    while (sign("[")) {
-      while (!sign("]")) {
-        const name = word();
-        found[name] = sign("=") ? word() : "true";
-        sign(",") || sign(";");
-      }
-    }
-    return found;
-  }
+  const tokens = new Tokens(text),
+    graph = { nodes: new Map(), edges: [], attributes: {} },
+    usual = {}, // attributes of nodes to come
+    attributed = new Map(Object.entries({ graph: graph.attributes, node: usual, edge: {} }));
   function node(name, more = {}) {
     if (!graph.nodes.has(name)) graph.nodes.set(name, { name, label: name, ...usual });
     Object.assign(graph.nodes.get(name), more);
   }
-  /** Where an edge goes to: a node, or several in braces. */
-  function ends() {
-    if (!sign("{")) return [word()];
-    const names = [];
-    while (!sign("}")) if (!sign(";") && !sign(",")) names.push(word());
-    return names;
+  function edges(path) {
+    const more = tokens.attributes();
+    path.flat().forEach((name) => node(name));
+    for (const [at, heads] of path.slice(1).entries())
+      for (const from of path[at]) graph.edges.push(...heads.map((to) => ({ ...more, from, to })));
   }
-  function body() {
-    while (!sign("}")) {
-      if (sign("{")) {
-        body();
-        continue;
-      }
-      const name = word();
-      if (name === "subgraph") {
-        if (tokens[at] && tokens[at].word !== undefined) at++;
-        if (!sign("{")) throw new DotError("The graph is cut off");
-        body();
-      } else if (sign("=")) graph.attributes[name] = word();
-      else if (sign("->")) {
-        const path = [[name], ends()];
-        while (sign("->")) path.push(ends());
-        const more = attributes();
-        for (let step = 1; step < path.length; step++) {
-          for (const from of path[step - 1]) {
-            node(from);
-            for (const to of path[step]) {
-              node(to);
-              graph.edges.push({ ...more, from, to });
-            }
-          }
-        }
-      } else {
-        const more = attributes();
-        if (name === "graph" || name === "node" || name === "edge") {
-          if (name === "graph") Object.assign(graph.attributes, more);
-          else if (name === "node") usual = { ...usual, ...more };
-        } else node(name, more);
-      }
-      sign(";");
+  function statement() {
+    const name = tokens.word();
+    if (name === "subgraph") {
+      tokens.begin();
+      body();
+    } else if (tokens.sign("=")) graph.attributes[name] = tokens.word();
+    else if (tokens.sign("->")) {
+      const path = [[name], tokens.ends()];
+      while (tokens.sign("->")) path.push(tokens.ends());
+      edges(path);
+    } else {
+      const more = tokens.attributes(),
+        target = attributed.get(name);
+      if (target) Object.assign(target, more);
+      else node(name, more);
     }
   }
-  sign("");
-  if (word() !== "digraph") throw new DotError("This is not a graph");
-  if (!sign("{")) {
-    word();
-    if (!sign("{")) throw new DotError("The graph is cut off");
+  function body() {
+    while (!tokens.sign("}")) {
+      if (tokens.sign("{")) body();
+      else statement();
+      tokens.sign(";");
+    }
   }
+  if (tokens.word() !== "digraph") throw new DotError("This is not a graph");
+  tokens.begin();
   body();
   return graph;
 }

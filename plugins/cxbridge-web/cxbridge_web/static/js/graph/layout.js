@@ -3,7 +3,15 @@
 // layers between. Between two layers of nodes is one for labels.
 const GAP_X = 26,
   GAP_Y = 22,
-  SWEEPS = 8;
+  SWEEPS = 8,
+  PUSHES = 12,
+  PLACE = 12, // the width of a line that passes a layer
+  LOOP = [
+    [0, -8],
+    [26, -14],
+    [26, 14],
+    [0, 8],
+  ];
 
 /**
  * @param nodes [{name, width, height}], the first is where it starts unless others have no way in
@@ -11,58 +19,22 @@ const GAP_X = 26,
  * @returns {width, height, nodes: Map name -> {x, y} (middle), edges: [{path: [{x, y}, ...], label: {x, y}}]}
  */
 export function layered(nodes, edges) {
-  const byName = new Map(nodes.map((node) => [node.name, { ...node, out: [], in: [], layer: -1 }]));
-  const back = backEdges(byName, edges);
-  const forward = edges
-    .map((edge, number) => ({
-      ...edge,
-      ...(back.has(number) ? { from: edge.to, to: edge.from } : {}),
-      number,
-    }))
-    .filter((edge) => edge.from !== edge.to);
-  for (const edge of forward) {
-    byName.get(edge.from).out.push(edge);
-    byName.get(edge.to).in.push(edge);
-  }
-  rank(byName);
-  const layers = [];
-  const put = (node) => {
-    (layers[node.layer] ??= []).push(node);
-  };
+  const byName = new Map(nodes.map((node) => [node.name, { ...node, layer: -1, above: [], below: [] }])),
+    back = backEdges([...byName.keys()], edges),
+    ends = ({ from, to }, number) =>
+      (back.has(number) ? [to, from] : [from, to]).map((name) => byName.get(name)),
+    ways = edges.map((edge, number) => (edge.from === edge.to ? null : ends(edge, number)));
+  rank([...byName.values()], ways.filter(Boolean));
+  const layers = [],
+    put = (node) => (layers[node.layer] ??= []).push(node);
   for (const node of byName.values()) put(node);
   for (let at = 0; at < layers.length; at++) layers[at] ??= [];
-
   // long edges go through places of their own
-  const chains = new Map();
-  for (const edge of forward) {
-    const from = byName.get(edge.from),
-      to = byName.get(edge.to),
-      chain = [from];
-    const middle = from.layer + 2 * Math.floor((to.layer - from.layer) / 4) + 1;
-    for (let layer = from.layer + 1; layer < to.layer; layer++) {
-      const labelled = layer === middle;
-      const place = {
-        name: null,
-        width: labelled ? Math.max(edge.width, 12) : 12,
-        height: labelled ? edge.height : 0,
-        layer,
-        isLabel: labelled,
-      };
-      layers[layer].push(place);
-      chain.push(place);
-    }
-    chain.push(to);
-    chains.set(edge.number, chain);
-  }
-  for (const layer of layers)
-    for (const node of layer) {
-      node.above = [];
-      node.below = [];
-    }
-  for (const chain of chains.values())
-    for (let at = 1; at < chain.length; at++) {
-      chain[at - 1].below.push(chain[at]);
-      chain[at].above.push(chain[at - 1]);
+  const chains = ways.map((way, number) => way && chainOf(...way, edges[number], put));
+  for (const chain of chains.filter(Boolean))
+    for (const [at, node] of chain.slice(1).entries()) {
+      chain[at].below.push(node);
+      node.above.push(chain[at]);
     }
   order(layers);
   const width = place(layers);
@@ -72,100 +44,93 @@ export function layered(nodes, edges) {
     for (const node of layer) node.y = top + high / 2;
     top += high + GAP_Y;
   }
-  const ways = edges.map((edge, number) => {
-    if (edge.from === edge.to) {
-      const { x: middle, y, width: wide } = byName.get(edge.from),
-        x = middle + wide / 2;
-      return {
-        path: [
-          { x, y: y - 8 },
-          { x: x + 26, y: y - 14 },
-          { x: x + 26, y: y + 14 },
-          { x, y: y + 8 },
-        ],
-        label: { x: x + 26 + edge.width / 2, y },
-      };
-    }
-    const chain = chains.get(number);
-    const path = chain.map((node, at) => ({
-      x: node.x,
-      y: node.y + (at === 0 ? node.height / 2 : at === chain.length - 1 ? -node.height / 2 : 0),
-    }));
-    return { path: back.has(number) ? path.reverse() : path, label: chain.find((node) => node.isLabel) };
-  });
-  return { width, height: Math.max(0, top - GAP_Y), nodes: byName, edges: ways };
+  const paths = edges.map((edge, number) =>
+    chains[number] ? pathOf(chains[number], back.has(number)) : loopOf(byName.get(edge.from), edge),
+  );
+  return { width, height: Math.max(0, top - GAP_Y), nodes: byName, edges: paths };
+}
+
+/** The places of an edge in the layers between its ends; in the middle one is the label. */
+function chainOf(from, to, { width, height }, put) {
+  const middle = from.layer + 2 * Math.floor((to.layer - from.layer) / 4) + 1,
+    places = [];
+  for (let layer = from.layer + 1; layer < to.layer; layer++) {
+    const isLabel = layer === middle,
+      size = isLabel ? { width: Math.max(width, PLACE), height } : { width: PLACE, height: 0 };
+    places.push({ ...size, layer, isLabel, above: [], below: [] });
+  }
+  places.forEach(put);
+  return [from, ...places, to];
+}
+function pathOf(chain, isBack) {
+  const last = chain.length - 1,
+    edgeOf = ({ height }, at) => (at === 0 ? height / 2 : at === last ? -height / 2 : 0),
+    path = chain.map((node, at) => ({ x: node.x, y: node.y + edgeOf(node, at) }));
+  return { path: isBack ? path.reverse() : path, label: chain.find((node) => node.isLabel) };
+}
+function loopOf({ x: middle, y, width }, edge) {
+  const x = middle + width / 2;
+  return {
+    path: LOOP.map(([dx, dy]) => ({ x: x + dx, y: y + dy })),
+    label: { x: x + 26 + edge.width / 2, y },
+  };
 }
 
 /** Numbers of the edges that close a circle. */
-function backEdges(byName, edges) {
-  const out = new Map([...byName.keys()].map((name) => [name, []]));
-  const comesIn = new Set();
-  edges.forEach((edge, number) => {
-    out.get(edge.from).push([edge.to, number]);
-    if (edge.from !== edge.to) comesIn.add(edge.to);
-  });
-  const found = new Set(),
+function backEdges(names, edges) {
+  const out = Map.groupBy(edges.keys(), (number) => edges[number].from),
+    comesIn = new Set(edges.filter(({ from, to }) => from !== to).map(({ to }) => to)),
+    found = new Set(),
     state = new Map();
-  const starts = [...byName.keys()].sort((a, b) => comesIn.has(a) - comesIn.has(b));
-  for (const start of starts) {
-    if (state.has(start)) continue;
-    const stack = [[start, 0]];
-    state.set(start, "open");
+  for (const start of names.sort((a, b) => comesIn.has(a) - comesIn.has(b))) {
+    const stack = state.has(start) ? [] : [[start, 0]];
     while (stack.length) {
-      const top = stack[stack.length - 1],
-        next = out.get(top[0])[top[1]++];
-      if (!next) {
+      const top = stack.at(-1),
+        number = out.get(top[0])?.[top[1]++],
+        next = edges[number]?.to;
+      state.set(top[0], "open");
+      if (number === undefined) {
         state.set(top[0], "done");
         stack.pop();
-        continue;
-      }
-      if (state.get(next[0]) === "open") found.add(next[1]);
-      else if (!state.has(next[0])) {
-        state.set(next[0], "open");
-        stack.push([next[0], 0]);
-      }
+      } else if (state.get(next) === "open") found.add(number);
+      else if (!state.has(next)) stack.push([next, 0]);
     }
   }
   return found;
 }
 
 /** The longest way from a start gives the layer. */
-function rank(byName) {
-  const left = new Map([...byName.values()].map((node) => [node, node.in.length]));
-  const ready = [...byName.values()].filter((node) => !node.in.length);
+function rank(nodes, ways) {
+  const left = new Map(nodes.map((node) => [node, ways.filter(([, to]) => to === node).length])),
+    ready = nodes.filter((node) => !left.get(node));
   for (const node of ready) node.layer = 0;
-  while (ready.length) {
-    const node = ready.shift();
-    for (const edge of node.out) {
-      const next = byName.get(edge.to);
+  for (const node of ready)
+    for (const [from, next] of ways) {
+      if (from !== node) continue;
       next.layer = Math.max(next.layer, node.layer + 2);
       left.set(next, left.get(next) - 1);
       if (!left.get(next)) ready.push(next);
     }
-  }
 }
 
+const number = (layer) => layer.forEach((node, at) => (node.at = at));
 /** Reduce crossings: each node goes to the median of its neighbours, down and up in turn. */
 function order(layers) {
   for (let sweep = 0; sweep < SWEEPS; sweep++) {
     const down = sweep % 2 === 0;
-    for (const layer of layers)
-      layer.forEach((node, at) => {
-        node.at = at;
-      });
+    layers.forEach(number);
     for (const layer of down ? layers : [...layers].reverse()) {
       for (const node of layer) {
         const near = (down ? node.above : node.below).map((each) => each.at).sort((a, b) => a - b);
         node.key = near.length ? (near[(near.length - 1) >> 1] + near[near.length >> 1]) / 2 : node.at;
       }
       layer.sort((a, b) => a.key - b.key);
-      layer.forEach((node, at) => {
-        node.at = at;
-      });
+      number(layer);
     }
   }
 }
 
+const rightOf = (node) => (node ? node.x + node.width / 2 : 0);
 /** Give each node its x: near its neighbours, without touching the one beside it. Returns the width. */
 function place(layers) {
   for (const layer of layers) {
@@ -175,52 +140,35 @@ function place(layers) {
       x += node.width + GAP_X;
     }
   }
-  const widest = Math.max(
-    0,
-    ...layers.map((layer) =>
-      layer.length ? layer[layer.length - 1].x + layer[layer.length - 1].width / 2 : 0,
-    ),
-  );
+  const widest = Math.max(0, ...layers.map((layer) => rightOf(layer.at(-1))));
   for (const layer of layers) {
-    const last = layer[layer.length - 1],
-      shift = last ? (widest - last.x - last.width / 2) / 2 : 0;
+    const shift = (widest - rightOf(layer.at(-1))) / 2;
     for (const node of layer) node.x += shift;
   }
-  for (let sweep = 0; sweep < SWEEPS; sweep++) {
+  for (let sweep = 0; sweep < SWEEPS; sweep++)
     for (const layer of sweep % 2 ? [...layers].reverse() : layers) {
-      for (const node of layer) {
+      const wishes = layer.map((node) => {
         const near = [...node.above, ...node.below];
-        node.wish = near.length ? near.reduce((sum, each) => sum + each.x, 0) / near.length : node.x;
-      }
-      for (const node of layer) node.x = node.wish;
+        return near.length ? near.reduce((sum, each) => sum + each.x, 0) / near.length : node.x;
+      });
+      layer.forEach((node, at) => (node.x = wishes[at]));
       apart(layer);
     }
-  }
   const all = layers.flat(),
     least = Math.min(...all.map((node) => node.x - node.width / 2));
   for (const node of all) node.x -= least;
-  return Math.max(0, ...all.map((node) => node.x + node.width / 2));
+  return Math.max(0, ...all.map(rightOf));
 }
 
-/** Push neighbours of a layer apart, to both sides alike. */
+/** Push neighbours of a layer apart, to both sides alike; what is still too near goes to the right. */
 function apart(layer) {
-  for (let pass = 0; pass < 12; pass++) {
-    let moved = false;
-    for (let at = 1; at < layer.length; at++) {
-      const a = layer[at - 1],
-        b = layer[at],
-        lack = (a.width + b.width) / 2 + GAP_X - (b.x - a.x);
-      if (lack > 0.5) {
-        a.x -= lack / 2;
-        b.x += lack / 2;
-        moved = true;
-      }
+  const pairs = layer.slice(1).map((node, at) => [layer[at], node]),
+    lack = ([a, b]) => (a.width + b.width) / 2 + GAP_X - (b.x - a.x);
+  for (let push = 0; push < PUSHES && pairs.some((pair) => lack(pair) > 0.5); push++)
+    for (const pair of pairs) {
+      const half = Math.max(0, lack(pair)) / 2;
+      pair[0].x -= half;
+      pair[1].x += half;
     }
-    if (!moved) return;
-  }
-  for (let at = 1; at < layer.length; at++) {
-    const a = layer[at - 1],
-      b = layer[at];
-    b.x = Math.max(b.x, a.x + (a.width + b.width) / 2 + GAP_X);
-  }
+  for (const pair of pairs) pair[1].x += Math.max(0, lack(pair));
 }

@@ -1,4 +1,4 @@
-// A recorded run at one of its moments.
+// A recorded run at one of its moments; and what has happened of a live run, looked at in the same way.
 import { Model } from "cx/model.js";
 import { countWhile } from "cx/names.js";
 import { History } from "cx/timeline/history.js";
@@ -93,3 +93,41 @@ const WORDS = {
   skill: ({ skill_string: text, status }) => "skill " + (text || "none") + " " + status,
   log: ({ component, text }) => component + ": " + text.split("\n", 1)[0],
 };
+
+const KEPT = new Set(["goal", "plan-action", "skill", "log", "message", "planner"]);
+const MOST_EVENTS = 100_000;
+
+export class Past {
+  constructor() {
+    this.clear();
+  }
+
+  clear() {
+    this.events = [];
+    this.latest = 0;
+    this.isWhole = true;
+  }
+
+  /** Keep an event. Of very many the oldest make room. */
+  note(event) {
+    if (!KEPT.has(event.kind)) return;
+    this.events.push(event);
+    this.latest = Math.max(this.latest, event.time_us);
+    if (this.events.length <= MOST_EVENTS) return;
+    this.events.splice(0, MOST_EVENTS / 10);
+    this.isWhole = false;
+  }
+
+  /** Whether events up to a moment are there already. */
+  reaches(time) {
+    return this.latest >= time;
+  }
+
+  /** What there is up to now, as a recording at its begin. */
+  recording() {
+    const notes = this.isWhole ? [] : ["What was long ago is not kept."];
+    // a recording notes its steps in its events
+    const events = this.events.map((event) => ({ ...event }));
+    return new Recording("The past of this run", events, notes, null, { isPast: true });
+  }
+}

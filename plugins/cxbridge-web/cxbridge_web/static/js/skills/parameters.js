@@ -1,5 +1,7 @@
 // What is known of the parameters of skills: the templates of the action mapping name them, and calls that
-// were made show values.
+// were made show values; a form to call a skill has a field for each.
+import { el, field, form, submit, textInput } from "cx/dom.js";
+
 const CALL = /^\s*([\w-]+)\s*\{(.*)\}\s*$/s;
 const PAIR = /([\w-]+)\s*=\s*("(?:\\.|[^"\\])*"|[^,\s]+(?:\s*\([^)]*\))?)\s*(?:,|$)/gs;
 const BARE = /^(-?\d+(\.\d+)?|true|false|nil)$/;
@@ -45,3 +47,37 @@ export function written(text) {
 
 export const skillString = (skill, values) =>
   skill + "{" + values.map(([name, value]) => name + "=" + written(value)).join(", ") + "}";
+
+/**
+ * @param parameters of parametersOf()
+ * @param call called with the skill string
+ * @param isHeld whether another client controls the Skiller
+ */
+export function skillForm(app, skill, parameters, call, isHeld) {
+  const inputs = parameters.map(({ name, last }) =>
+      textInput({ name, value: last.replace(/^"(.*)"$/s, "$1") }),
+    ),
+    shown = el("code.dim");
+  const given = () => inputs.filter(({ value }) => value.trim()).map(({ name, value }) => [name, value]),
+    text = () => skillString(skill, given());
+  const show = () => {
+    shown.textContent = text();
+  };
+  const made = form(
+    "#skill-form.skill-form",
+    () => call(text()),
+    inputs.length
+      ? el(
+          "div.fields",
+          inputs.map((input) => field(input.name, input)),
+        )
+      : el(
+          "p.dim.small",
+          "No parameters are known: the action mapping names none, and it was not called yet.",
+        ),
+    el("div.tools", app.gate(submit("Call " + skill), isHeld), shown),
+  );
+  made.addEventListener("input", show);
+  show();
+  return made;
+}

@@ -2,7 +2,7 @@
 // action and the skill call behind the goal. `why` of the server knows more (rules, facts): js/why.js.
 import { forestOfGoals } from "cx/forest.js";
 import { isOpen, OUTCOMES } from "cx/outcome.js";
-import { pathTo } from "cx/timeline/path.js";
+import { pathTo } from "cx/timeline/host.js";
 import { outcomeAt, timesOf } from "cx/timeline/spans.js";
 
 const DEEPEST = 50,

@@ -3,9 +3,9 @@
 import { part } from "cx/api.js";
 import { dim, durationText, el, link, none, plural, timeOfDay } from "cx/dom.js";
 import { linked } from "cx/links.js";
-import { goalOutcome, isOpen, NAMES, OUTCOMES, outcomeBadge } from "cx/outcome.js";
+import { goalOutcome, isOpen, NAMES, outcomeBadge, OUTCOMES } from "cx/outcome.js";
 import { causes, errorOf, forestOf, lateCalls, overcome, reasonOf } from "cx/story/causes.js";
-import { pathTo } from "cx/timeline/path.js";
+import { pathTo } from "cx/timeline/host.js";
 import { outcomeAt } from "cx/timeline/spans.js";
 import { ask, causeList } from "cx/why.js";
 

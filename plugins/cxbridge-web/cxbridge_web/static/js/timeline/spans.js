@@ -10,9 +10,10 @@ import { lastUpTo } from "cx/timeline/history.js";
  * @property {"wait" | "run" | "tail"} part waiting to run; running; over, but still there
  */
 
-const OVER = new Set(["FINISHED", "EVALUATED"]);
-const goalPart = ({ mode }) =>
-  mode === "RETRACTED" ? "gone" : OVER.has(mode) ? "tail" : mode === "DISPATCHED" ? "run" : "wait";
+const GOAL_PARTS = { RETRACTED: "gone", FINISHED: "tail", EVALUATED: "tail", DISPATCHED: "run" },
+  ACTION_PARTS = { FORMULATED: "none", PENDING: "wait", WAITING: "wait", FINAL: "tail", FAILED: "tail" };
+const goalPart = ({ mode }) => GOAL_PARTS[mode] || "wait",
+  actionPart = ({ state }) => ACTION_PARTS[state] || "run";
 
 /**
  * Changes joined while they mean the same part. A goal that was dispatched runs until it is finished: between its
@@ -22,104 +23,72 @@ function joined(changes, partOf) {
   const parts = [];
   for (const change of changes) {
     const last = parts.at(-1),
-      isAgain = change.mode === "FORMULATED" && last !== undefined;
-    let part = partOf(change);
-    if (last && last.part === "run" && part === "wait" && !isAgain) part = "run";
-    if (last && last.part === part && !isAgain) last.changes.push(change);
+      isAgain = change.mode === "FORMULATED" && last !== undefined,
+      told = partOf(change),
+      part = last?.part === "run" && told === "wait" && !isAgain ? "run" : told;
+    if (last?.part === part && !isAgain) last.changes.push(change);
     else parts.push({ part, changes: [change] });
   }
   return parts;
 }
 
 function goalSpans(goal) {
-  const spans = [],
-    parts = joined(goal.changes, goalPart);
-  for (const [at, { part, changes }] of parts.entries()) {
+  return joined(goal.changes, goalPart).flatMap(({ part, changes }, at, parts) => {
     const next = parts[at + 1],
       from = changes[0],
-      to = next ? next.changes[0] : null;
-    if (part === "gone") continue;
-    if (part === "tail") {
-      spans.push({ from, to, part, outcome: goalOutcome(changes.at(-1)) });
-      continue;
-    }
-    const end = next && next.part !== "wait" && next.part !== "run" ? next.changes.at(-1) : null,
-      ended = end ? goalOutcome(end) : null;
-    if (part === "run") spans.push({ from, to, part, outcome: ended || (next ? "retracted" : "running") });
-    else if (ended && next.part === "tail") {
-      // never dispatched: from when it was selected, if ever, it ran into its outcome
-      const began = changes[1] || to;
-      if (began !== from) spans.push({ from, to: began, part, outcome: "formulated" });
-      spans.push({ from: began, to, part: "run", outcome: ended });
-    } else spans.push({ from, to, part, outcome: next && next.part === "gone" ? ended : "formulated" });
-  }
-  return spans;
+      to = next ? next.changes[0] : null,
+      isOver = next && (next.part === "tail" || next.part === "gone"),
+      ended = isOver ? goalOutcome(next.changes.at(-1)) : null;
+    if (part === "gone") return [];
+    if (part === "tail") return { from, to, part, outcome: goalOutcome(changes.at(-1)) };
+    if (part === "run") return { from, to, part, outcome: ended || (next ? "retracted" : "running") };
+    if (next?.part !== "tail")
+      return { from, to, part, outcome: next?.part === "gone" ? ended : "formulated" };
+    // never dispatched: from when it was selected, if ever, it ran into its outcome
+    const began = changes[1] || to,
+      wait = began === from ? [] : [{ from, to: began, part, outcome: "formulated" }];
+    return [...wait, { from: began, to, part: "run", outcome: ended }];
+  });
 }
-
-const actionPart = ({ state }) =>
-  state === "FORMULATED"
-    ? "none"
-    : state === "PENDING" || state === "WAITING"
-      ? "wait"
-      : /^(FINAL|FAILED)$/.test(state)
-        ? "tail"
-        : "run";
 
 /** @param gone when its goal was retracted, null: it is there */
 function actionSpans(action, gone) {
   const spans = [],
     parts = joined(action.changes, actionPart);
   for (const [at, { part, changes }] of parts.entries()) {
-    if (part === "none") continue;
-    const next = parts[at + 1];
-    if (part === "tail") {
-      if (!spans.length)
-        spans.push({
-          from: changes[0],
-          to: changes[0],
-          part: "run",
-          outcome: actionOutcome(changes[0].state),
-        });
-      continue;
-    }
-    const last = changes.at(-1),
-      ended = next && next.part === "tail" ? actionOutcome(next.changes.at(-1).state) : null,
-      isOver = !next && actionOutcome(last.state) === "failed";
-    const to = next ? next.changes[0] : isOver ? last : gone && gone.step > last.step ? gone : null;
-    const outcome =
-      part === "wait" && !(ended && next.part === "tail")
-        ? "formulated"
-        : ended || (isOver ? "failed" : to && !next ? "retracted" : "running");
-    spans.push({ from: changes[0], to, part, outcome });
+    const next = parts[at + 1],
+      from = changes[0],
+      last = changes.at(-1);
+    if (part === "tail" && !spans.length)
+      spans.push({ from, to: from, part: "run", outcome: actionOutcome(from.state) });
+    if (part === "none" || part === "tail") continue;
+    const ended = next?.part === "tail" ? actionOutcome(next.changes.at(-1).state) : null,
+      hasFailed = !next && actionOutcome(last.state) === "failed",
+      isLeft = !next && !hasFailed && gone && gone.step > last.step,
+      to = next ? next.changes[0] : hasFailed ? last : isLeft ? gone : null,
+      open = part === "wait" ? "formulated" : hasFailed ? "failed" : isLeft ? "retracted" : "running";
+    spans.push({ from, to, part, outcome: ended || open });
   }
   return spans;
 }
 
 const known = new WeakMap(); // item -> its spans, and of which state they are
+const plannerOutcome = ({ end, status }) => (!end ? "running" : status === "found" ? "completed" : "failed");
 
 /** @returns {Span[]} in order */
 export function spansOf(item, history) {
   if (item.kind === "skill" || item.kind === "planner") {
-    const outcome =
-      item.kind === "skill"
-        ? skillOutcome(item.status)
-        : item.end
-          ? item.status === "found"
-            ? "completed"
-            : "failed"
-          : "running";
+    const outcome = item.kind === "skill" ? skillOutcome(item.status) : plannerOutcome(item);
     return [{ from: item.begin, to: item.end, part: "run", outcome }];
   }
-  const goal = item.kind === "action" ? history.goals.get(item.goal) : item;
-  const sign = item.changes.length + " " + item.changes.at(-1).step + " " + (goal ? goal.changes.length : 0);
-  const before = known.get(item);
+  const isAction = item.kind === "action",
+    goal = isAction ? history.goals.get(item.goal) : item,
+    sign = [item.changes.length, item.changes.at(-1).step, goal?.changes.length].join(),
+    before = known.get(item);
   if (before && before.sign === sign) return before.spans;
-  const first = item.changes[0].step,
-    gone =
-      goal && item.kind === "action"
-        ? goal.changes.find(({ mode, step }) => mode === "RETRACTED" && step > first) || null
-        : null;
-  const spans = item.kind === "action" ? actionSpans(item, gone) : goalSpans(item);
+  const [first] = item.changes,
+    isGone = ({ mode, step }) => mode === "RETRACTED" && step > first.step,
+    spans = isAction ? actionSpans(item, goal?.changes.find(isGone) || null) : goalSpans(item);
   known.set(item, { sign, spans });
   return spans;
 }
@@ -129,21 +98,18 @@ export function spansOf(item, history) {
  * @returns {{item: object, span: Span, lane: number, lanes: number}[]} in the order of their beginnings
  */
 export function stacked(actions, whole, history) {
-  const found = [],
-    ends = []; // of each lane
-  for (const item of actions)
-    for (const span of spansOf(item, history)) {
-      const isWithin = span.from.step >= whole.from.step && (!whole.to || span.from.step <= whole.to.step);
-      if (span.part === "run" && isWithin) found.push({ item, span, lane: 0, lanes: 1 });
-    }
-  found.sort((a, b) => a.span.from.step - b.span.from.step);
+  const ends = [], // of each lane
+    isWithin = ({ step }) => step >= whole.from.step && (!whole.to || step <= whole.to.step),
+    found = actions
+      .flatMap((item) => spansOf(item, history).map((span) => ({ item, span })))
+      .filter(({ span }) => span.part === "run" && isWithin(span.from))
+      .sort((a, b) => a.span.from.step - b.span.from.step);
   for (const each of found) {
     const free = ends.findIndex((end) => end <= each.span.from.step);
     each.lane = free < 0 ? ends.length : free;
     ends[each.lane] = each.span.to ? each.span.to.step : Infinity;
   }
-  for (const each of found) each.lanes = ends.length;
-  return found;
+  return found.map((each) => ({ ...each, lanes: ends.length }));
 }
 
 /** What became of it up to a step, as far as known then; null: it was not there yet. */
@@ -159,15 +125,13 @@ export function outcomeAt(item, step = Infinity) {
 
 /** When it began and ended, and for how long it ran; null for what has not happened. */
 export function timesOf(item, history) {
-  const spans = spansOf(item, history),
-    runs = spans.filter(({ part }) => part === "run"),
-    first = item.begin || item.changes[0],
-    lastRun = runs.at(-1);
+  const runs = spansOf(item, history).filter(({ part }) => part === "run"),
+    begin = item.begin || item.changes[0],
+    start = runs[0]?.from ?? null,
+    end = runs.at(-1)?.to ?? null;
   return {
-    begin: first,
-    start: runs.length ? runs[0].from : null,
-    end: lastRun ? lastRun.to : null,
-    waited: runs.length ? runs[0].from.time - first.time : null,
-    ran: lastRun && lastRun.to ? lastRun.to.time - runs[0].from.time : null,
+    ...{ begin, start, end },
+    waited: start ? start.time - begin.time : null,
+    ran: end ? end.time - start.time : null,
   };
 }

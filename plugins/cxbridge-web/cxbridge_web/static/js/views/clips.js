@@ -1,11 +1,16 @@
 // CLIPS: facts, rules and agenda of an environment; why a rule has not fired; asserting, changing and
 // retracting.
 import { factsPath, get, part, post } from "cx/api.js";
-import { templateOwners } from "cx/clips/constructs.js";
-import { factForm } from "cx/clips/fact_form.js";
-import { agendaItems, factItems, ruleItems, rulesOfRecording } from "cx/clips/items.js";
-import { factsOverview, rulesOverview } from "cx/clips/overview.js";
-import { ruleDetail } from "cx/clips/rule.js";
+import { templateOwners } from "cx/clips/source.js";
+import { factForm, ruleDetail } from "cx/clips/details.js";
+import {
+  agendaItems,
+  factItems,
+  factsOverview,
+  ruleItems,
+  rulesOfRecording,
+  rulesOverview,
+} from "cx/clips/lists.js";
 import { button, checkbox, dim, el, form, none, refill, submit, tabs, textInput } from "cx/dom.js";
 import { envSelect } from "cx/env.js";
 import { Lifetime, ListPanel } from "cx/scaffold.js";

@@ -1,7 +1,7 @@
 // The configuration, the daemon's components, and its plugins.
 import { get, part, put } from "cx/api.js";
 import { badge, button, dim, el, note, refill, tabs, timeOfDay } from "cx/dom.js";
-import { componentBadge } from "cx/looks.js";
+import { componentBadge } from "cx/outcome.js";
 import { Lifetime, ListPanel } from "cx/scaffold.js";
 
 export const tab = { title: "Config", order: 90, formerly: "settings" };

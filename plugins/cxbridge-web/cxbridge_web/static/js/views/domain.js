@@ -2,8 +2,7 @@
 import { part as segment } from "cx/api.js";
 import { MODELS } from "cx/clips/text.js";
 import { backLink, checkbox, el, none, redraw, refill, tabs } from "cx/dom.js";
-import { operatorView } from "cx/domain/operator_view.js";
-import { readDomain, TEMPLATES } from "cx/domain/operators.js";
+import { operatorView, readDomain, TEMPLATES } from "cx/domain/operators.js";
 import { envSelect, readFacts, readOf } from "cx/env.js";
 import { Lifetime, ListPanel } from "cx/scaffold.js";
 

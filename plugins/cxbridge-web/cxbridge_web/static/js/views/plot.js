@@ -3,11 +3,9 @@ import { dashOf, palette, save } from "cx/canvas.js";
 import { button, choice, clockText, dataTable, el, form, none, panel, redraw } from "cx/dom.js";
 import { refill, submit, textInput, zeroOfTimes } from "cx/dom.js";
 import { Chart } from "cx/plot/chart.js";
-import { choices } from "cx/plot/choices.js";
-import { csv } from "cx/plot/csv.js";
+import { choices, Proposals } from "cx/plot/proposals.js";
+import { csv, numberText } from "cx/plot/series.js";
 import { HINT } from "cx/plot/names.js";
-import { Proposals } from "cx/plot/proposals.js";
-import { numberText } from "cx/plot/series.js";
 import { plotAddress, plotsOf } from "cx/plot/store.js";
 import { Lifetime } from "cx/scaffold.js";
 

@@ -1,15 +1,24 @@
 // Skills: what runs, its state graph, to call and to stop.
 import { get, part, post, remove } from "cx/api.js";
-import { controllerName } from "cx/controller.js";
+import {
+  callList,
+  callsOf,
+  controllerName,
+  DEBUG,
+  EXECUTOR,
+  executorsOf,
+  executorTable,
+  knownSkills,
+  noSkills,
+  readStatus,
+  skillerState,
+  STATUS,
+} from "cx/skills/skiller.js";
 import { backLink, button, choice, el, form, link, none, pairs, redraw, submit, textInput } from "cx/dom.js";
 import { drawGraph } from "cx/graph/draw.js";
-import { skillBadge } from "cx/looks.js";
+import { skillBadge } from "cx/outcome.js";
 import { Lifetime, ListPanel } from "cx/scaffold.js";
-import { EXECUTOR, executorsOf, executorTable } from "cx/skills/executors.js";
-import { skillForm } from "cx/skills/form.js";
-import { knownSkills, noSkills } from "cx/skills/known.js";
-import { callList, callsOf, DEBUG, readStatus, skillerState, STATUS } from "cx/skills/now.js";
-import { mappedSkills, parametersOf } from "cx/skills/parameters.js";
+import { mappedSkills, parametersOf, skillForm } from "cx/skills/parameters.js";
 import { nameOfLane } from "cx/timeline/board.js";
 
 export const tab = { title: "Skills", order: 30 };

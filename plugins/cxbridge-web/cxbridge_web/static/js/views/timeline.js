@@ -1,8 +1,7 @@
 // The timeline of what happens now, or of the recording that is looked at.
 import { envSelect } from "cx/env.js";
 import { Lifetime } from "cx/scaffold.js";
-import { PageHost } from "cx/timeline/host.js";
-import { pathOf } from "cx/timeline/path.js";
+import { PageHost, pathOf } from "cx/timeline/host.js";
 import { Timeline } from "cx/timeline/timeline.js";
 
 export const tab = { title: "Timeline", order: 10 };

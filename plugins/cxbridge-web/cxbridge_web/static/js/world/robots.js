@@ -1,9 +1,7 @@
 // The robots over time: a lane each with its skill calls, and how each one stands at the moment.
 import { clockText, dim, durationText, el, link, redraw } from "cx/dom.js";
-import { skillBadge } from "cx/looks.js";
-import { OUTCOMES, skillOutcome } from "cx/outcome.js";
-import { timelineAddress } from "cx/timeline/host.js";
-import { pathTo } from "cx/timeline/path.js";
+import { OUTCOMES, skillBadge, skillOutcome } from "cx/outcome.js";
+import { pathTo, timelineAddress } from "cx/timeline/host.js";
 import { robotNames } from "cx/timeline/rows.js";
 
 const MOST_BARS = 400,
