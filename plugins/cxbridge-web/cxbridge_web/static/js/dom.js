@@ -173,6 +173,7 @@ export function durationText(us) {
   return Math.floor(us / 60e6) + " min " + Math.floor((us % 60e6) / 1e6) + " s";
 }
 
+export const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 export const plural = (count, noun) => count + " " + noun + (count === 1 ? "" : "s");
 
 /** Replace what is in a node, and keep where it was scrolled to. */

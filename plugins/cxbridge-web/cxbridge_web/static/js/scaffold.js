@@ -3,6 +3,10 @@ import { throttled } from "cx/api.js";
 import { el, none, paced, panel, refill, search } from "cx/dom.js";
 import { VirtualList } from "cx/virtual.js";
 
+export const goTo = (address) => {
+  location.hash = address;
+};
+
 /** Readers, timers and listeners of a view, until the view is closed. */
 export class Lifetime {
   ends = [];
@@ -11,15 +15,15 @@ export class Lifetime {
   add(...ends) {
     this.ends.push(...ends);
   }
+  stopped(call) {
+    this.add(call.stop);
+    return call;
+  }
   reader(call, ms, failed) {
     return this.stopped(throttled(call, ms, failed));
   }
   paced(call, size) {
     return this.stopped(paced(call, size));
-  }
-  stopped(call) {
-    this.add(call.stop);
-    return call;
   }
   /** Call again and again while the page is seen. */
   every(ms, call) {
@@ -29,6 +33,11 @@ export class Lifetime {
   listen(target, type, call, options) {
     target.addEventListener(type, call, options);
     this.add(() => target.removeEventListener(type, call));
+  }
+  /** Follow the moments of a recording. */
+  follow(recording, call) {
+    recording.listeners.add(call);
+    this.add(() => recording.listeners.delete(call));
   }
   /** Returns a call that draws once in the next frame. */
   framed(draw) {
@@ -45,44 +54,53 @@ export class Lifetime {
 
 /** A panel with a searched list; `split` has the panel and, if there are any, the details beside it. */
 export class ListPanel {
+  wanted = "";
+  problem = ""; // why the list could not be read
+  counter = el("span.dim.count");
+  empty = el.div({ hidden: true });
+  life = new Lifetime();
+
   /**
-   * @param life of the view
-   * @param options title; find: label of the search, or nodes that search; before, after: tools beside counter and search; above: nodes
-   * between the tools and the list; below; detail: a node; row: options of the list
-   * @param draw called when another text is searched
+   * @param options title; find: label of the search, or nodes that search; before, after: tools beside counter and
+   * search; above, below: nodes beside the list; detail: a node; row: options of the list
+   * @param draw called when another text is searched, or the list was read
    */
-  constructor(life, { title, find, before, after, above = [], below = [], detail, row }, draw) {
-    this.wanted = "";
-    this.list = new VirtualList({ label: title, ...row });
-    life.add(() => this.list.gone());
-    this.counter = el("span.dim.count");
-    this.empty = el.div({ hidden: true });
+  constructor({ title, find, before, after, above = [], below = [], detail, row }, draw) {
     const searched = (text) => {
       this.wanted = text;
       draw();
     };
-    this.find = typeof find === "string" ? search(find, searched) : find;
-    this.panel = panel(
-      title,
-      [before, this.counter, this.find, after],
-      above,
-      this.empty,
-      this.list.box,
-      below,
-    );
+    this.draw = draw;
     this.detail = detail;
+    this.list = new VirtualList({ label: title, ...row });
+    this.life.add(() => this.list.gone());
+    this.find = typeof find === "string" ? search(find, searched) : find;
+    const tools = [before, this.counter, this.find, after];
+    this.panel = panel(title, tools, above, this.empty, this.list.box, below);
     this.split = el("div.split", this.panel, detail);
   }
 
   matches(...words) {
     return !this.wanted || words.join(" ").toLowerCase().includes(this.wanted);
   }
-  /** @param nothing text and hint in place of an empty list, or a node */
-  show(items, total, nothing) {
+  /** @param read reads what the list shows; the reason why that failed stands in place of the list */
+  reader(read, ms) {
+    const drawn = (problem) => {
+      this.problem = problem;
+      this.draw();
+    };
+    const call = async () => {
+      if ((await read()) !== false) drawn("");
+    };
+    return this.life.reader(call, ms, (error) => drawn(error.message));
+  }
+  /** @param text, hint in place of a list without any items */
+  show(items, total, text, hint = "") {
+    const nothing = this.problem ? [this.problem] : [text, hint];
     this.count(items.length, total);
     this.list.box.hidden = !items.length;
     this.empty.hidden = items.length > 0;
-    if (!items.length) refill(this.empty, nothing instanceof Node ? nothing : none(...[nothing].flat()));
+    if (!items.length) refill(this.empty, none(...(total ? ["Nothing matches"] : nothing)));
     this.list.set(items);
   }
   count(shown, total) {

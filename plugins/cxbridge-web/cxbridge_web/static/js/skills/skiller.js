@@ -78,11 +78,9 @@ export function knownSkills(names, executors, calls) {
 }
 
 /** Text and hint of a list without skills. */
-export function noSkills({ isRecording, hasCalls, skiller, showsGraphs, hasGraph, problem, isSearch }) {
-  if (isSearch) return ["No skill matches"];
+export function noSkills({ isRecording, hasCalls, skiller, showsGraphs, hasGraph }) {
   if (isRecording && !hasCalls)
     return ["No skill called yet", "A recording shows the skills that were called up to its moment."];
-  if (problem) return [problem];
   if (hasGraph || isRecording) return ["No list of skills", "The Skiller has not shown its list."];
   if (showsGraphs) return ["No skills", "The Skiller knows none, or there is no Skiller."];
   return [

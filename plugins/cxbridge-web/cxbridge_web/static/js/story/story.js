@@ -1,7 +1,7 @@
 // The story of a run, beside the timeline while nothing is chosen: its outcome, the goals that were wanted, what the
 // robots do now, and what went wrong and why.
 import { part } from "cx/api.js";
-import { dim, durationText, el, link, none, plural, timeOfDay } from "cx/dom.js";
+import { capital, dim, durationText, el, link, none, plural, timeOfDay } from "cx/dom.js";
 import { linked } from "cx/links.js";
 import { goalOutcome, isOpen, NAMES, outcomeBadge, OUTCOMES } from "cx/outcome.js";
 import { causes, errorOf, forestOf, lateCalls, overcome, reasonOf } from "cx/story/causes.js";
@@ -13,7 +13,6 @@ const MOST = 6,
   ASK_MS = 3000,
   STILL_US = 5e6; // without a transition for so long a run stands still
 const RANK = { failed: 0, running: 1, formulated: 2, rejected: 3, completed: 4, retracted: 5 };
-const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
 export class Story {
   /** @param host of the timeline */

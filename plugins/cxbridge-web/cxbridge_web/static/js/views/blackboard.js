@@ -17,7 +17,7 @@ import {
 } from "cx/dom.js";
 import { fieldNames } from "cx/plot/names.js";
 import { plot } from "cx/plot/store.js";
-import { Lifetime, ListPanel } from "cx/scaffold.js";
+import { goTo, ListPanel } from "cx/scaffold.js";
 
 export const tab = { title: "Blackboard", order: 50 };
 export const kinds = ["interface"];
@@ -59,15 +59,12 @@ function flash(cell) {
 export function open(root, app) {
   let infos = [],
     chosen = "",
-    problem = "",
     data = null;
-  const life = new Lifetime(),
-    head = el.div(),
+  const head = el.div(),
     values = el("div#values"),
     formPlace = el.div(),
     sent = el("div#messages");
   const page = new ListPanel(
-    life,
     {
       title: "Blackboard",
       find: "Search interfaces",
@@ -78,9 +75,7 @@ export function open(root, app) {
         sign: (item) => item.writer + item.readers.length + item.writes,
         height: "--row-two",
         draw: interfaceRow,
-        select: (item) => {
-          location.hash = "#/blackboard/" + part(item.uid);
-        },
+        select: (item) => goTo("#/blackboard/" + part(item.uid)),
       },
     },
     draw,
@@ -88,24 +83,19 @@ export function open(root, app) {
   root.append(page.split);
 
   const info = () => infos.find((each) => each.uid === chosen);
-  const readList = life.reader(
-    async () => {
-      infos = (await get("blackboard/interfaces")).map((each) => ({
-        ...each,
-        uid: each.type + "::" + each.id,
-        writer: each.writer || "",
-        known: true,
-      }));
-      problem = "";
-      draw();
-      drawHead();
-    },
-    LIST_MS,
-    (error) => {
-      problem = error.message;
-      draw();
-    },
-  );
+  const { life } = page;
+  const readList = page.reader(async () => {
+    const found = await get("blackboard/interfaces"),
+      infoOf = ({ type, id, writer, ...rest }) => ({
+        uid: type + "::" + id,
+        type,
+        id,
+        writer: writer || "",
+        ...rest,
+      });
+    infos = found.map((each) => ({ ...infoOf(each), known: true }));
+    drawHead();
+  }, LIST_MS);
   const readData = life.reader(async () => {
     const of = info();
     if (!of) return;
@@ -121,13 +111,8 @@ export function open(root, app) {
       writesOf = ({ uid }) => (app.recording ? (app.model.interfaces.get(uid)?.writes ?? 0) : 0),
       items = found
         .filter(({ uid }) => page.matches(uid))
-        .map((each) => ({ ...each, writes: writesOf(each) })),
-      hint = problem ? "" : "No interface is open.";
-    page.show(
-      items,
-      found.length,
-      found.length ? "No interface matches" : [problem || "No interfaces", hint],
-    );
+        .map((each) => ({ ...each, writes: writesOf(each) }));
+    page.show(items, found.length, "No interfaces", "No interface is open.");
   }
   function drawHead() {
     page.showsDetail(chosen);

@@ -11,9 +11,9 @@ import {
   rulesOfRecording,
   rulesOverview,
 } from "cx/clips/lists.js";
-import { button, checkbox, dim, el, form, none, refill, submit, tabs, textInput } from "cx/dom.js";
+import { capital, button, checkbox, dim, el, form, none, refill, submit, tabs, textInput } from "cx/dom.js";
 import { envSelect } from "cx/env.js";
-import { Lifetime, ListPanel } from "cx/scaffold.js";
+import { ListPanel } from "cx/scaffold.js";
 import { whyBox } from "cx/why.js";
 
 export const tab = { title: "CLIPS", order: 60 };
@@ -21,7 +21,7 @@ export const kinds = ["fact", "rule"];
 const SOON_MS = 1000,
   NARROW = 760; // pixels: there details take the place of the list
 const NAMES = ["facts", "rules", "agenda", "environments"],
-  TABS = NAMES.map((key) => ["#/clips/" + key, key[0].toUpperCase() + key.slice(1)]);
+  TABS = NAMES.map((key) => ["#/clips/" + key, capital(key)]);
 export const clipsTabs = (current) => tabs("Parts of CLIPS", TABS, "#/clips/" + current);
 
 /** Texts of empty lists: of a daemon, and of a recording. */
@@ -33,7 +33,6 @@ const NOTHING = {
 
 export function open(root, app) {
   let tab = "",
-    problem = "",
     rules = [],
     agenda = [],
     chosen = "",
@@ -41,8 +40,7 @@ export function open(root, app) {
     onlyFired = false,
     awaited = null, // the index of a chosen fact that has not come yet
     shownRule = null;
-  const life = new Lifetime(),
-    bar = el.div(),
+  const bar = el.div(),
     tools = el("div.tools.below"),
     detail = el("div.detail");
   const envs = envSelect(app, () => {
@@ -54,7 +52,6 @@ export function open(root, app) {
     draw();
   });
   const page = new ListPanel(
-    life,
     {
       title: "CLIPS",
       find: "Search CLIPS",
@@ -74,39 +71,28 @@ export function open(root, app) {
     },
     draw,
   );
-  const { list } = page,
+  const { list, life } = page,
     matches = (text) => page.matches(text);
   root.append(page.split);
 
   const facts = () => app.model.factsOf(app.env);
-  const reading = (read) =>
-    life.reader(read, SOON_MS, (error) => {
-      problem = error.message;
-      draw();
-    });
+  const reading = (read) => page.reader(read, SOON_MS);
   const readers = {
     facts: reading(async () => {
       const of = app.env;
       await app.live.update(
         () => get(factsPath(of)),
-        (found) => {
-          problem = "";
-          app.live.factsAre(of, found);
-        },
+        (found) => app.live.factsAre(of, found),
       );
     }),
     rules: reading(async () => {
       rules = await get("cxbridge/rules?env=" + part(app.env));
-      problem = "";
-      draw();
       if (!chosen || tab !== "rules") return;
       list.mark(chosen, true);
       if (!detail.querySelector("#rule-source")) drawDetail({ rule: { name: chosen.slice(2) } });
     }),
     agenda: reading(async () => {
       agenda = await get("cxbridge/agenda?env=" + part(app.env));
-      problem = "";
-      draw();
     }),
   };
   const renew = () => app.recording || readers[tab]();
@@ -132,9 +118,8 @@ export function open(root, app) {
   function draw() {
     const found = items[tab](),
       all = { facts: facts().size, rules: rules.length || found.length, agenda: agenda.length }[tab],
-      [text, live, recorded] = NOTHING[tab],
-      hint = problem ? "" : app.recording ? recorded : live;
-    page.show(found, all, all ? "Nothing matches" : [problem || text, hint]);
+      [text, live, recorded] = NOTHING[tab];
+    page.show(found, all, text, app.recording ? recorded : live);
     updateRule();
     envs.renew();
     if (!chosen && found.length && detail.querySelector(".empty")) drawOverview(); // it says that there is nothing
@@ -259,7 +244,7 @@ export function open(root, app) {
     go([name = "facts", which = ""]) {
       if (name !== tab) {
         tab = Object.hasOwn(readers, name) ? name : "facts";
-        chosen = problem = "";
+        chosen = page.problem = "";
         list.box.scrollTop = 0;
         refill(bar, clipsTabs(tab));
         refill(tools, (!app.recording || tab === "rules") && toolsOf[tab]());

@@ -2,7 +2,7 @@
 import { get, part, put } from "cx/api.js";
 import { badge, button, dim, el, note, refill, tabs, timeOfDay } from "cx/dom.js";
 import { componentBadge } from "cx/outcome.js";
-import { Lifetime, ListPanel } from "cx/scaffold.js";
+import { ListPanel } from "cx/scaffold.js";
 
 export const tab = { title: "Config", order: 90, formerly: "settings" };
 export const kinds = [];
@@ -40,14 +40,11 @@ const componentCard = ({ name, reason, since_us: since, state }) =>
 export function open(root, app) {
   let tab = "config",
     values = [],
-    plugins = [],
-    problem = "";
-  const life = new Lifetime(),
-    bar = el.div(),
+    plugins = [];
+  const bar = el.div(),
     body = el("div.fill.scroll-page"),
     whole = el("div.log-whole", { hidden: true });
   const page = new ListPanel(
-    life,
     {
       title: "Config",
       find: "Search",
@@ -70,25 +67,13 @@ export function open(root, app) {
   );
   root.append(page.panel);
 
-  const reading = (read) =>
-    life.reader(
-      async () => {
-        await read();
-        problem = "";
-        draw();
-      },
-      SOON_MS,
-      (error) => {
-        problem = error.message;
-        draw();
-      },
-    );
-  const readConfig = reading(async () => {
-    values = flat((await get("config")).config, "");
-  });
-  const readPlugins = reading(async () => {
-    plugins = await get("plugins");
-  });
+  const { life } = page,
+    readConfig = page.reader(async () => {
+      values = flat((await get("config")).config, "");
+    }, SOON_MS),
+    readPlugins = page.reader(async () => {
+      plugins = await get("plugins");
+    }, SOON_MS);
 
   function draw() {
     page.find.hidden = tab === "components";
@@ -96,24 +81,24 @@ export function open(root, app) {
     if (tab !== "config") whole.hidden = true;
     const hint = "cxbridge trace extract gets the files of a run out of its recording.";
     if (app.recording) {
-      page.show([], 0, ["Not in a recording", hint]);
+      page.show([], 0, "Not in a recording", hint);
       page.counter.textContent = "";
     } else if (tab === "config") {
       const items = values.filter(({ path, value }) => page.matches(path, value));
-      page.show(items, values.length, values.length ? "Nothing matches" : problem || "Empty");
+      page.show(items, values.length, "Empty");
     } else if (tab === "plugins") drawPlugins();
     else drawComponents();
   }
   /** Show cards in place of the list. */
-  function drawCards(items, nothing, ...above) {
-    page.show([], 0, nothing);
+  function drawCards(items, total, nothing, ...above) {
+    page.show([], total, nothing);
     page.empty.hidden = items.length > 0;
     page.counter.textContent = String(items.length);
     refill(body, items.length ? [above, el("ul.cards", items)] : []);
   }
   function drawPlugins() {
     const found = plugins.filter(({ name, description }) => page.matches(name, description));
-    drawCards(found.map(pluginCard), plugins.length ? "Nothing matches" : problem || "No plugins");
+    drawCards(found.map(pluginCard), plugins.length, "No plugins");
   }
   function pluginCard(plugin) {
     const { name, description, is_meta: isMeta, meta_children: children, is_loaded: isLoaded } = plugin,
@@ -134,7 +119,7 @@ export function open(root, app) {
   function drawComponents() {
     const { status } = app,
       about = status && [note(aboutDaemon(status)), note((status.endpoints || []).join(" · "))];
-    drawCards(status ? status.components.map(componentCard) : [], "Nothing known yet", about);
+    drawCards(status?.components.map(componentCard) ?? [], 0, "Nothing known yet", about);
   }
   const renew = () => {
     if (!app.recording) ({ config: readConfig, plugins: readPlugins, components: app.readStatus })[tab]();
@@ -148,7 +133,7 @@ export function open(root, app) {
       tab = next;
       const entries = Object.entries(TABS).map(([key, title]) => ["#/config/" + key, title]);
       refill(bar, tabs("Parts", entries, "#/config/" + tab));
-      problem = "";
+      page.problem = "";
       renew();
       draw();
     },

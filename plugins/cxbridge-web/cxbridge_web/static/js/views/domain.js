@@ -1,10 +1,10 @@
 // The PDDL domain: facts, objects, predicates, operators.
 import { part as segment } from "cx/api.js";
 import { MODELS } from "cx/clips/text.js";
-import { backLink, checkbox, el, none, redraw, refill, tabs } from "cx/dom.js";
+import { capital, backLink, checkbox, el, none, redraw, refill, tabs } from "cx/dom.js";
 import { operatorView, readDomain, TEMPLATES } from "cx/domain/operators.js";
 import { envSelect, readFacts, readOf } from "cx/env.js";
-import { Lifetime, ListPanel } from "cx/scaffold.js";
+import { goTo, ListPanel } from "cx/scaffold.js";
 
 export const tab = { title: "Domain", order: 40 };
 export const kinds = ["fact"];
@@ -27,18 +27,16 @@ const PARTS = {
     waits ? "waits for sensing" : "",
   ],
 };
-const LINKS = Object.keys(PARTS).map((key) => ["#/domain/" + key, key[0].toUpperCase() + key.slice(1)]);
+const LINKS = Object.keys(PARTS).map((key) => ["#/domain/" + key, capital(key)]);
 
 export function open(root, app) {
   let part = "facts",
     items = [],
-    problem = "",
     byName = true,
     chosen = "",
     domain = null,
     calls = [];
   const bindings = new Map(), // operator -> Map parameter -> argument
-    life = new Lifetime(),
     detail = el("div#operator.detail", { hidden: true }),
     bar = el.div();
   const envs = envSelect(app, () => {
@@ -47,7 +45,6 @@ export function open(root, app) {
     renew();
   });
   const page = new ListPanel(
-    life,
     {
       title: "Domain",
       find: "Search the domain",
@@ -65,9 +62,7 @@ export function open(root, app) {
           el("code.main-text", el.b(name), rest ? " " + rest : ""),
           note ? el("span.dim.small", note) : null,
         ],
-        select: (item) => {
-          if (part === "operators") location.hash = "#/domain/operators/" + segment(item.name);
-        },
+        select: ({ name }) => part === "operators" && goTo("#/domain/operators/" + segment(name)),
       },
     },
     draw,
@@ -76,21 +71,14 @@ export function open(root, app) {
 
   const factsNow = () => [...app.model.factsOf(app.env).values()],
     pathOf = (name) => "domain-" + name;
-  const read = life.reader(
-    async () => {
-      const asked = part,
-        { env } = app,
-        answer = await readOf(env, pathOf(asked));
-      if (asked !== part || env !== app.env) return;
-      problem = "";
-      take(answer);
-    },
-    SOON_MS,
-    (error) => {
-      problem = error.message;
-      take([]);
-    },
-  );
+  const { life } = page;
+  const read = page.reader(async () => {
+    const asked = part,
+      { env } = app,
+      answer = await readOf(env, pathOf(asked));
+    if (asked !== part || env !== app.env) return false;
+    return itemsAre(answer);
+  }, SOON_MS);
   /** The facts that operators are made of. */
   const readDetails = life.reader(async () => {
     if (part !== "operators") return;
@@ -133,22 +121,19 @@ export function open(root, app) {
     ];
   }
 
-  function take(list) {
+  function itemsAre(list) {
     items = list.map(PARTS[part]).map(([name, rest = "", note = ""], number) => {
       const line = name + " " + rest + " " + note;
       return { number, name, rest, note, line };
     });
-    draw();
   }
   function draw() {
     const found = items.filter((item) => page.matches(item.line));
     if (byName) found.sort((a, b) => (a.line < b.line ? -1 : a.line > b.line ? 1 : 0));
     const hint = app.recording
       ? "They are in recordings of --trace-level facts."
-      : problem
-        ? ""
-        : "The executive has not loaded a domain.";
-    page.show(found, items.length, items.length ? "Nothing matches" : [problem || "No " + part, hint]);
+      : "The executive has not loaded a domain.";
+    page.show(found, items.length, "No " + part, hint);
     mark();
   }
   const mark = () => {
@@ -157,8 +142,10 @@ export function open(root, app) {
   };
   function renew() {
     envs.renew();
-    if (app.recording) take(MODELS[pathOf(part)].make(factsNow()));
-    else read();
+    if (app.recording) {
+      itemsAre(MODELS[pathOf(part)].make(factsNow()));
+      draw();
+    } else read();
     readDetails();
   }
   const soon = life.reader(async () => renew(), SOON_MS);

@@ -3,7 +3,7 @@
 import { get, part, post, put, remove } from "cx/api.js";
 import { backLink, badge, button, el, field, form, none, pairs, redraw, submit, textInput } from "cx/dom.js";
 import { MAIN_ENV } from "cx/model.js";
-import { Lifetime, ListPanel } from "cx/scaffold.js";
+import { goTo, ListPanel } from "cx/scaffold.js";
 import { clipsTabs } from "cx/views/clips.js";
 
 export const parts = ["clips/environments"];
@@ -75,14 +75,11 @@ const envRow = ({ name, facts, agenda, own, ended }) => [
 export function open(root, app) {
   let infos = [],
     chosen = "",
-    problem = "",
     output = "";
-  const life = new Lifetime(),
-    detail = el("div.detail"),
+  const detail = el("div.detail"),
     name = textInput({ id: "new-env", "aria-label": "name of a new environment", placeholder: "name" }),
     create = submit("Create");
   const page = new ListPanel(
-    life,
     {
       title: "CLIPS",
       find: "Search environments",
@@ -96,9 +93,7 @@ export function open(root, app) {
         sign: (item) => item.facts + " " + item.agenda + " " + item.ended,
         height: "--row-two",
         draw: envRow,
-        select: (item) => {
-          location.hash = HERE + "/" + part(item.name);
-        },
+        select: (item) => goTo(HERE + "/" + part(item.name)),
       },
     },
     draw,
@@ -111,22 +106,13 @@ export function open(root, app) {
     return act(async () => {
       await post(BASE, { name: wish });
       name.value = "";
-      location.hash = HERE + "/" + part(wish);
+      goTo(HERE + "/" + part(wish));
     }, wish + " is created");
   }
-  const read = life.reader(
-    async () => {
-      infos = await get(BASE);
-      problem = "";
-      draw();
-    },
-    SOON_MS,
-    (error) => {
-      problem = error.message;
-      infos = [];
-      draw();
-    },
-  );
+  const { life } = page;
+  const read = page.reader(async () => {
+    infos = await get(BASE);
+  }, SOON_MS);
   async function act(call, done) {
     await app.attempt(call, done);
     read();
@@ -134,11 +120,9 @@ export function open(root, app) {
   }
 
   function draw() {
-    const items = infos.filter((each) => page.matches(each.name)),
-      nothing = app.recording
-        ? ["Not in a recording", "Choose an environment above the facts."]
-        : [problem || "No environments", problem ? "" : "There is no executive."];
-    page.show(items, infos.length, infos.length ? "Nothing matches" : nothing);
+    const items = infos.filter((each) => page.matches(each.name));
+    if (app.recording) page.show([], 0, "Not in a recording", "Choose an environment above the facts.");
+    else page.show(items, infos.length, "No environments", "There is no executive.");
     app.gate(create);
     drawDetail();
   }
@@ -194,7 +178,7 @@ export function open(root, app) {
       if (confirm("Destroy the environment " + info.name + " with all its facts?"))
         act(async () => {
           await remove(path);
-          location.hash = HERE;
+          goTo(HERE);
         }, info.name + " is destroyed");
     };
     const refused = app.whyNot

@@ -1,14 +1,14 @@
 // The goals as a table, in the order of their trees; beside it the goal that is chosen.
 import { part } from "cx/api.js";
 import { Detail } from "cx/detail.js";
-import { button, checkbox, clockText, dim, durationText, el, none } from "cx/dom.js";
+import { button, checkbox, clockText, dim, durationText, el, none, refill } from "cx/dom.js";
 import { envSelect } from "cx/env.js";
 import { forestOfGoals, rowsOf } from "cx/forest.js";
 import { filterQuery, goalFilter } from "cx/goals/filter.js";
 import { durationOf, progressOf, robotsOf } from "cx/goals/numbers.js";
 import { MAIN_ENV } from "cx/names.js";
 import { goalOutcome, isOpen, outcomeBadge, OUTCOMES } from "cx/outcome.js";
-import { Lifetime, ListPanel } from "cx/scaffold.js";
+import { ListPanel } from "cx/scaffold.js";
 import { inWords, reasonOf } from "cx/story/causes.js";
 import { PageHost, timelineAddress } from "cx/timeline/host.js";
 
@@ -33,10 +33,8 @@ const { word, icon } = OUTCOMES.completed,
 export function open(root, app) {
   let chosen = "",
     children = new Map();
-  const life = new Lifetime(),
-    host = new PageHost(app, () => drawDetail(), address),
+  const host = new PageHost(app, () => drawDetail(), address),
     detail = new Detail(host, () => drawDetail());
-  life.add(() => detail.close());
   detail.box.id = "goal";
   detail.box.classList.add("detail");
   const envs = envSelect(
@@ -61,7 +59,6 @@ export function open(root, app) {
     COLUMNS.map((name) => el.span({ class: "c-" + name }, name)),
   );
   const page = new ListPanel(
-    life,
     {
       title: "Goals",
       before: envs,
@@ -90,7 +87,8 @@ export function open(root, app) {
     },
     draw,
   );
-  const { list } = page;
+  const { list, life } = page;
+  life.add(() => detail.close());
   page.split.classList.add("goals");
   root.append(page.split);
   /** A button that changes what the table shows. */
@@ -156,7 +154,8 @@ export function open(root, app) {
       items = rowsOf(forest, { isFlat: filter.isSet, closed, fits: filter.fits });
     ({ children } = forest);
     filter.offer(goals);
-    page.show(items, goals.length, !items.length && nothing(goals));
+    page.show(items, goals.length, "");
+    if (!items.length) refill(page.empty, nothing(goals));
     if (!filter.isSet) page.count(goals.length, goals.length);
   }
   function nothing(goals) {

@@ -1,6 +1,6 @@
 // The log, with levels and search. At its end it follows.
 import { checkbox, clockText, el, note, refill } from "cx/dom.js";
-import { Lifetime, ListPanel } from "cx/scaffold.js";
+import { ListPanel } from "cx/scaffold.js";
 
 export const tab = { title: "Log", order: 80 };
 export const moment = "own";
@@ -10,8 +10,7 @@ const shownLevels = new Set(["I", "W", "E"]);
 
 export function open(root, app) {
   let follow = true;
-  const life = new Lifetime(),
-    whole = el("div.log-whole", { hidden: true }),
+  const whole = el("div.log-whole", { hidden: true }),
     following = checkbox("follow", true, (on) => {
       follow = on;
       draw();
@@ -23,7 +22,6 @@ export function open(root, app) {
     }),
   );
   const page = new ListPanel(
-    life,
     {
       title: "Log",
       find: "Search the log",
@@ -45,7 +43,7 @@ export function open(root, app) {
     },
     draw,
   );
-  const { list } = page;
+  const { list, life } = page;
   list.box.classList.add("mono");
   root.append(page.panel);
 
@@ -66,8 +64,7 @@ export function open(root, app) {
         ({ level, component, text }) => shownLevels.has(level) && page.matches(component + ": " + text),
       ),
       stay = follow;
-    const none = log.length ? ["No line matches", "Other levels, or another search?"] : "Nothing logged yet";
-    page.show(items, log.length, none);
+    page.show(items, log.length, "Nothing logged yet");
     if (stay) list.toEnd();
   }
   /** Show the line of the moment that is selected. */

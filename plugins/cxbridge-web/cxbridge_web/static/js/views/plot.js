@@ -224,10 +224,7 @@ export function open(root, app) {
     if (shown !== recording.at) soon();
     shown = recording.at;
   };
-  if (recording) {
-    recording.listeners.add(moved);
-    life.add(() => recording.listeners.delete(moved));
-  }
+  if (recording) life.follow(recording, moved);
   life.listen(app, "select", soon);
   life.add(store.onChange(soon), app.onChange(drawTools));
   life.every(TICK_MS, () => !app.recording && follows && draw());

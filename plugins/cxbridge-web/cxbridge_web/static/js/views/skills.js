@@ -14,10 +14,23 @@ import {
   skillerState,
   STATUS,
 } from "cx/skills/skiller.js";
-import { backLink, button, choice, el, form, link, none, pairs, redraw, submit, textInput } from "cx/dom.js";
+import {
+  capital,
+  backLink,
+  button,
+  choice,
+  el,
+  form,
+  link,
+  none,
+  pairs,
+  redraw,
+  submit,
+  textInput,
+} from "cx/dom.js";
 import { drawGraph } from "cx/graph/draw.js";
 import { skillBadge } from "cx/outcome.js";
-import { Lifetime, ListPanel } from "cx/scaffold.js";
+import { goTo, ListPanel } from "cx/scaffold.js";
 import { mappedSkills, parametersOf, skillForm } from "cx/skills/parameters.js";
 import { nameOfLane } from "cx/timeline/board.js";
 
@@ -30,14 +43,11 @@ const USUAL = "Skiller";
 let typed = "",
   chosenSkiller = ""; // stay when another view was open
 
-const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
-
 export function open(root, app) {
   let names = [],
     chosen = "",
     active = null,
     shown = null,
-    problem = "",
     skillers = [],
     showsGraphs = true,
     looked = "",
@@ -45,8 +55,7 @@ export function open(root, app) {
     mapped = new Map(),
     controller = { of: "", name: "" };
   const ask = (path) => path + (skiller() === USUAL ? "" : "?skiller=" + part(skiller()));
-  const life = new Lifetime(),
-    now = el("div#skill-now.now", { role: "status" }),
+  const now = el("div#skill-now.now", { role: "status" }),
     graph = el("div#graph.graph-place"),
     history = el("div#calls"),
     board = el.div(),
@@ -81,11 +90,10 @@ export function open(root, app) {
   const select = choice({ "aria-label": "Skiller", id: "skiller" }, (id) => {
     chosenSkiller = id;
     change();
-    if (chosen) location.hash = "#/skills";
+    if (chosen) goTo("#/skills");
   });
   const back = el("div.detail-head.only-phone", backLink("#/skills", "skills"));
   const page = new ListPanel(
-    life,
     {
       title: "Skills",
       find: "Search skills",
@@ -95,9 +103,7 @@ export function open(root, app) {
         key: (item) => item.name,
         sign: (item) => item.who,
         draw: ({ name, who }) => [el("span.main-text", name), who ? el("span.dim.small", who) : null],
-        select: (item) => {
-          location.hash = "#/skills/" + part(item.name);
-        },
+        select: (item) => goTo("#/skills/" + part(item.name)),
       },
     },
     drawNames,
@@ -125,7 +131,7 @@ export function open(root, app) {
     looked = skiller();
     names = [];
     active = shown = null;
-    problem = "";
+    page.problem = "";
     for (const each of [now, history]) redraw(each);
     renew();
     drawNames();
@@ -150,20 +156,12 @@ export function open(root, app) {
       boardRead = await get("cxbridge/interfaces?type=" + EXECUTOR);
     drawChoice();
   }
-  const readNames = life.reader(
-    async () => {
-      await readSkillers();
-      mapped = mappedSkills((await get("config").catch(() => ({}))).config);
-      names = showsGraphs ? (await get(ask("skiller/skills"))).map((each) => each.name) : [];
-      problem = "";
-      drawNames();
-    },
-    SLOW_MS,
-    (error) => {
-      problem = error.message;
-      drawNames();
-    },
-  );
+  const { life } = page;
+  const readNames = page.reader(async () => {
+    await readSkillers();
+    mapped = mappedSkills((await get("config").catch(() => ({}))).config);
+    names = showsGraphs ? (await get(ask("skiller/skills"))).map((each) => each.name) : [];
+  }, SLOW_MS);
   const readActive = life.reader(
     async () => {
       const of = skiller(),
@@ -175,7 +173,7 @@ export function open(root, app) {
     SOON_MS,
     (error) => {
       active = null;
-      problem = error.message;
+      page.problem = error.message;
       draw();
     },
   );
@@ -209,14 +207,12 @@ export function open(root, app) {
         skiller: skiller(),
         showsGraphs,
         hasGraph: Boolean(graph.querySelector("svg")),
-        problem,
-        isSearch: all.length > 0,
       });
     drawnNames = JSON.stringify(all);
     page.show(
       all.filter((each) => page.matches(each.name)),
       all.length,
-      nothing,
+      ...nothing,
     );
     page.counter.textContent = all.length ? String(all.length) : "";
   }

@@ -206,8 +206,7 @@ export function open(root, app) {
   life.add(store.onChange(soon), app.model.onChange(soon), app.onRenew(read), () => drawing.gone());
   life.listen(app, "select", soon);
   if (recording) {
-    recording.listeners.add(soon);
-    life.add(() => recording.listeners.delete(soon));
+    life.follow(recording, soon);
   } else {
     life.every(TICK_MS, soon);
     read();
