@@ -11,7 +11,6 @@ export const part = encodeURIComponent;
 /** The path of the facts of an environment, of one deftemplate if it is named. */
 export const factsPath = (env, template = "") =>
   "clips/" + part(env) + "/facts?formatted=true" + (template && "&template=" + part(template));
-/** An interface's id as a part of a path. */
 export const idPath = (id) => id.split("/").map(part).join("/");
 
 async function request(method, path, body) {
@@ -47,8 +46,7 @@ export const patch = (path, body) => request("PATCH", path, body);
 
 /**
  * A call that runs at most once in `ms`, never twice at the same time, and once more when it was wanted
- * meanwhile.
- * What it throws goes to `failed`.
+ * meanwhile. What it throws goes to `failed`.
  */
 export function throttled(call, ms, failed = () => {}) {
   let running = false,

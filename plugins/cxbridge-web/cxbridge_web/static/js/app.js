@@ -146,7 +146,6 @@ class App extends EventTarget {
     this.readGoals();
   }
 
-  /** Do something that may fail; the reason is shown. Returns whether it went well. */
   async attempt(call, done = "") {
     try {
       await call();
@@ -240,7 +239,6 @@ class App extends EventTarget {
     return node;
   }
 
-  /** Look at a recorded run; null: back to what happens now. */
   look(recording) {
     this.recording = recording;
     this.model = recording ? recording.model : this.live;
@@ -259,8 +257,8 @@ class App extends EventTarget {
   }
 
   /**
-   * A view is about to be opened while a moment of the live run is chosen: some show such a moment
-   * themselves ("own"), some can show a recording of it ("past"), the others show what is now (undefined).
+   * A view is about to be opened while a moment of the live run is chosen: some show such a moment themselves
+   * ("own"), some can show a recording of it ("past"), the others show what is now (undefined).
    */
   toMoment(ability) {
     if (this.recording && this.recording.isPast && ability !== "past") {
@@ -271,7 +269,6 @@ class App extends EventTarget {
     this.lookBack();
     this.notify();
   }
-  /** Open the past if the view needs it for the chosen moment, and if that is known already. */
   lookBack() {
     const { time } = this.selection.value;
     if (this.recording || this.isOpening || this.moment !== "past") return;

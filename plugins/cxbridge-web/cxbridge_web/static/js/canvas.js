@@ -160,8 +160,8 @@ const SLOP = 4, // pixels: less than that is a click
 /**
  * Gestures on a node; what is moved and scaled the handlers say.
  * @param handlers.pan(dx, dy) in pixels; handlers.zoom(factor, x, y) around a point of the node;
- * handlers.point(x, y) the pointer rests there, handlers.leave(), handlers.press(x, y) a click that moved nothing;
- * handlers.grab(x, y), if it is there, may return a call that gets the places of this drag instead
+ * handlers.point(x, y) the pointer rests there, handlers.leave(), handlers.press(x, y) a click that moved
+ * nothing; handlers.grab(x, y), if it is there, may return a call that gets the places of this drag instead
  */
 export function gestures(node, handlers) {
   const down = new Map(); // pointers that are pressed

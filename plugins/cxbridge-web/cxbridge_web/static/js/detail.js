@@ -1,5 +1,5 @@
-// Beside the timeline and the table of goals: the goal, the action or the skill call that is chosen, with its why;
-// without one the story of the run.
+// Beside the timeline and the table of goals: the goal, the action or the skill call that is chosen, with its
+// why; without one the story of the run.
 import { get, part, throttled } from "cx/api.js";
 import { button, clockText, dim, durationText, el, link, none, note, pairs, refill } from "cx/dom.js";
 import { formulaTree, ofApi } from "cx/domain/formula.js";
@@ -35,10 +35,7 @@ const unusual = (values) => (USUAL.has(words(values)) ? "" : words(values));
 const errorBox = (text) => (text ? el("p.error-box", text) : null);
 
 export class Detail {
-  /**
-   * @param host see timeline/host.js
-   * @param later called when there is more to draw
-   */
+  /** @param host see timeline/host.js @param later called when there is more to draw */
   constructor(host, later) {
     this.host = host;
     this.later = later;
@@ -96,7 +93,6 @@ export class Detail {
     return true;
   }
 
-  /** From the run down to the item: each level leads back. */
   crumbs(path) {
     const { goal, action, call } = resolve(path, this.history),
       entries = [

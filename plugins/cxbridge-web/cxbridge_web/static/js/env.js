@@ -5,8 +5,8 @@ import { choice } from "cx/dom.js";
 import { MAIN_ENV } from "cx/model.js";
 
 /**
- * Goals, plans or the domain of an environment. The API has those of the executive's own; of others they
- * are made of its facts.
+ * Goals, plans or the domain of an environment. The API has those of the executive's own; of others they are
+ * made of its facts.
  * @param what goals, plans, domain-facts, domain-objects, domain-predicates or domain-operators
  */
 export async function readOf(env, what) {

@@ -4,10 +4,7 @@ import { el } from "cx/dom.js";
 
 const WORD = /[A-Za-z_][\w-]*(?:#\d+)?|\b\d+\.\d{3} s\b/g;
 
-/**
- * @param rules names of rules that are known, a Set
- * @returns nodes and texts
- */
+/** @param rules names of rules that are known, a Set @returns nodes and texts */
 export function linked(app, text, rules = new Set()) {
   const found = [];
   let at = 0;

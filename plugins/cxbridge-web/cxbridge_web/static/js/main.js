@@ -96,7 +96,6 @@ function router({ tabs, parts }) {
   return route;
 }
 
-/** Show a document that is in the page, instead of a run. */
 async function openDocument({ kind, name }) {
   const text = new TextDecoder().decode(await inside()),
     { open } = await import("cx/documents/" + kind + ".js");

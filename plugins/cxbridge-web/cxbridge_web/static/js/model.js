@@ -37,8 +37,8 @@ export class Model {
   }
 
   /**
-   * Ask for a list and take it. It may be older than events that came meanwhile: they are applied once
-   * more, but happened once.
+   * Ask for a list and take it. It may be older than events that came meanwhile: they are applied once more,
+   * but happened once.
    * @param take called with the answer
    */
   async update(ask, take) {
@@ -93,7 +93,6 @@ export class Model {
     if (take && !isUnnamed(event)) take.call(this, event);
     for (const watcher of this.watchers) watcher(event);
   }
-  /** Call with every event, as it comes. */
   onEvent(watcher) {
     this.watchers.add(watcher);
     return () => this.watchers.delete(watcher);
@@ -192,12 +191,10 @@ export class Model {
   on_skill() {
     this.touch("skills");
   }
-  /** The skill calls up to now, the latest last. */
   get calls() {
     const begun = this.history.calls.filter(({ begin }) => begin.step <= this.step);
     return begun.slice(-MOST_CALLS).map((call) => this.callNow(call));
   }
-  /** A skill call of the history as it is now. */
   callNow({ skiller, lane, text, msgid, status, error, guessed, begin, end }) {
     const isOver = end !== null && end.step <= this.step,
       state = isOver ? { status, error, end: end.time } : { status: "S_RUNNING", error: "", end: null };
@@ -209,7 +206,6 @@ export class Model {
       call = action?.calls.findLast(({ begin }) => begin.step <= this.step);
     return call ? this.callNow(call) : null;
   }
-  /** The transitions of a goal up to now. */
   changesOf({ key }) {
     const known = this.history.goals.get(key);
     return known ? known.changes.filter(({ step }) => step <= this.step) : [];

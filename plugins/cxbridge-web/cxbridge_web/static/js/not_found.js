@@ -31,5 +31,4 @@ export const openNoRun = (main, runs) =>
     runs.map(({ path, name }) => [runAddress(path), name]),
   );
 
-/** The address of the page with a run. */
 export const runAddress = (path) => "?run=" + encodeURIComponent(path).replaceAll("%2F", "/");

@@ -1,6 +1,6 @@
-// How states look. Outcomes of goals, plan-actions and skill calls are six words; each has a hue and an icon of its own,
-// so that none rests on colour alone; css/outcomes.css has the hues.
-// cxbridge/history/outcome.py has the words, the icons, and which state has which outcome.
+// How states look. Outcomes of goals, plan-actions and skill calls are six words; each has a hue and an icon
+// of its own, so that none rests on colour alone; css/outcomes.css has the hues. cxbridge/history/outcome.py
+// has the words, the icons, and which state has which outcome.
 import { badge } from "cx/dom.js";
 
 const { kinds, ended, goal, action, skill } = cx.outcomes;
@@ -27,7 +27,6 @@ export const actionOutcome = (state) => find(action, state, "running");
 export const skillOutcome = (status) =>
   find(skill, status, find(skill, "S_" + String(status).toUpperCase(), "formulated"));
 
-/** Whether it goes on. */
 export const isOpen = (outcome) => outcome === "formulated" || outcome === "running";
 
 /** An outcome as an element: its icon and its word (or another text) on its hue. */
@@ -41,11 +40,9 @@ export const outcomeBadge = (outcome, text = OUTCOMES[outcome].word) =>
 
 const OTHER = ["other", "?"];
 
-/** The mode of a goal, and its outcome when it has one. */
 export const goalText = ({ mode, outcome }) =>
   ["", "UNKNOWN"].includes(outcome) ? mode : mode + " " + outcome;
 
-/** A skill's status, with or without Fawkes' `S_`. */
 export function skillBadge(status) {
   const name = String(status || "INACTIVE").replace(/^S_/, "");
   return outcomeBadge(skillOutcome(name), name);

@@ -121,7 +121,6 @@ export async function asked(app) {
   return Object.fromEntries(await Promise.all(answers));
 }
 
-/** All entries of what is known now. */
 export function* entries(app, views, { rules = [], interfaces = [], skills = [], facts = [] }) {
   const { model } = app,
     entry = (group, text, href, more = "") => ({ group, text, more, href: "#/" + href });

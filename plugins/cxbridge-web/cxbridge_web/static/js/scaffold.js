@@ -25,7 +25,6 @@ export class Lifetime {
   paced(call, size) {
     return this.stopped(paced(call, size));
   }
-  /** Call again and again while the page is seen. */
   every(ms, call) {
     const timer = setInterval(() => document.hidden || call(), ms);
     this.add(() => clearInterval(timer));
@@ -34,7 +33,6 @@ export class Lifetime {
     target.addEventListener(type, call, options);
     this.add(() => target.removeEventListener(type, call));
   }
-  /** Follow the moments of a recording. */
   follow(recording, call) {
     recording.listeners.add(call);
     this.add(() => recording.listeners.delete(call));
@@ -61,8 +59,8 @@ export class ListPanel {
   life = new Lifetime();
 
   /**
-   * @param options title; find: label of the search, or nodes that search; before, after: tools beside counter and
-   * search; above, below: nodes beside the list; detail: a node; row: options of the list
+   * @param options title; find: label of the search, or nodes that search; before, after: tools beside
+   * counter and search; above, below: nodes beside the list; detail: a node; row: options of the list
    * @param draw called when another text is searched, or the list was read
    */
   constructor({ title, find, before, after, above = [], below = [], detail, row }, draw) {

@@ -1,5 +1,5 @@
-// What all views look at together: the chosen goal, action and skill, the moment, the environment. The address
-// holds it, so that a link shows the same to somebody else.
+// What all views look at together: the chosen goal, action and skill, the moment, the environment. The
+// address holds it, so that a link shows the same to somebody else.
 
 /** The names of what can be selected. `time`: microseconds since the epoch, null: now. */
 const NOTHING = { goal: "", action: "", skill: "", time: null, env: "" };

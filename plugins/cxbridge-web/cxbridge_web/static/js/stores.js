@@ -1,5 +1,5 @@
-// What views have gathered of the run: one store a page and kind. Live events come to the store whichever view is
-// open; of a recording the store is made of its events when it is asked for.
+// What views have gathered of the run: one store a page and kind. Live events come to the store whichever
+// view is open; of a recording the store is made of its events when it is asked for.
 const stores = new WeakMap(); // class -> the store of the page
 
 export class Store {
@@ -12,13 +12,11 @@ export class Store {
     this.make = make;
     this.live = make();
   }
-  /** The one store of the page. */
   static of(app) {
     if (!stores.has(this)) stores.set(this, new this(app));
     return stores.get(this);
   }
 
-  /** Of the recording, if one is open. */
   get now() {
     const { recording } = this.app;
     if (!recording || recording.isPast) return this.live;

@@ -13,8 +13,9 @@ export class Stream {
   working = null; // the timer of what is left to do
 
   /**
-   * @param handlers.event, handlers.state ("connecting" | "open" | "lost"), handlers.hello, handlers.restarted,
-   * handlers.dropped, handlers.caughtUp (so much had come that it took more than a moment)
+   * @param handlers.event, handlers.state ("connecting" | "open" | "lost"), handlers.hello,
+   * handlers.restarted, handlers.dropped, handlers.caughtUp (so much had come that it took more than a
+   * moment)
    */
   constructor(handlers) {
     this.handlers = handlers;

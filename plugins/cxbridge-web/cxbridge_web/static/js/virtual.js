@@ -169,7 +169,6 @@ export class VirtualList {
     event.preventDefault();
   }
 
-  /** The place of the row that a row is below. */
   above(at) {
     return this.items.slice(0, at).findLastIndex((each) => each.depth < this.items[at].depth);
   }

@@ -1,5 +1,5 @@
-// Why a goal came to its outcome or what it waits for, why a rule has not fired, and the story of a run: the answers
-// of `cxbridge why` as lists of reasons, with links.
+// Why a goal came to its outcome or what it waits for, why a rule has not fired, and the story of a run: the
+// answers of `cxbridge why` as lists of reasons, with links.
 import { get, part } from "cx/api.js";
 import { highlighted } from "cx/clips/source.js";
 import { button, el, link, note, refill } from "cx/dom.js";
@@ -30,7 +30,6 @@ export async function ask(app, kind, name = "", env = MAIN_ENV) {
 export const canAsk = (app, env) =>
   app.recording && !app.recording.isPast ? Boolean(app.recording.why) : (env || MAIN_ENV) === MAIN_ENV;
 
-/** Fill a node with the answer to why, or with the reason why there is none. */
 export async function answer(app, question, show) {
   show(note("…"));
   try {
@@ -41,10 +40,7 @@ export async function answer(app, question, show) {
   }
 }
 
-/**
- * A button that asks why, and the place of the answer.
- * @param about attributes of both: {button, box}
- */
+/** A button that asks why, and the place of the answer. @param about attributes of both: {button, box} */
 export function whyBox(app, kind, name, env, about) {
   const box = el.div(about.box),
     show = (node) => refill(box, el.h3("Why"), node),
@@ -53,7 +49,6 @@ export function whyBox(app, kind, name, env, about) {
 }
 
 const causeItems = (items) => (items.length ? el("ul.causes", items) : null);
-/** Reasons of reasons. @param list of {text, because} */
 export const causeList = (app, list, rules) =>
   causeItems(
     list.map(({ text, because }) => el.li(linked(app, text, rules), causeList(app, because, rules))),
@@ -100,7 +95,6 @@ const ICONS = {
 };
 const matches = ({ number, more }) => number + (more ? " or more" : "");
 
-/** The condition elements of a rule, with the facts that match each. */
 function elements({ elements: list, failing }) {
   const item = ({ number, text, alone, joined }) => {
     const isFailing = failing === number,

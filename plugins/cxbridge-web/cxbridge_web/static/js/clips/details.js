@@ -1,4 +1,5 @@
-// One rule: where it is, its source, why it has not fired; one fact, to be changed in its place, or retracted.
+// One rule: where it is, its source, why it has not fired; one fact, to be changed in its place, or
+// retracted.
 import { part, patch, post, remove } from "cx/api.js";
 import { constructText, highlighted } from "cx/clips/source.js";
 import { parseFact } from "cx/clips/text.js";

@@ -1,5 +1,5 @@
-// The text of CLIPS constructs: of a daemon as it answers, of a recording as its attached files have them; shown with
-// colours.
+// The text of CLIPS constructs: of a daemon as it answers, of a recording as its attached files have them;
+// shown with colours.
 import { get, part } from "cx/api.js";
 import { el } from "cx/dom.js";
 

@@ -28,7 +28,6 @@ export function parseFact(text) {
 }
 
 const unquote = (token) => (token.startsWith('"') ? token.slice(1, -1).replace(/\\(.)/gs, "$1") : token);
-/** The values in the text of a slot: texts without quotes. */
 export const valuesOf = (text) => ((text || "").match(TOKEN) || []).map(unquote);
 
 /** The slots of facts by deftemplate: `first(name)` and `all(name)` have the values of a slot. */

@@ -27,7 +27,6 @@ const sides = (make) =>
 const said = ({ event, text }) => [event === null ? null : dim(event + " "), el.code(short(text))];
 const stateOf = ({ mode, outcome }) => mode + (outcome === "UNKNOWN" ? "" : " " + outcome);
 const clock = (seconds) => seconds.toFixed(3) + " s";
-/** The seconds of a difference in a run; undefined where the run has nothing. */
 const secondsOf = (context) => context?.lines.find(({ here }) => here)?.seconds;
 
 /** Where the page of a run shows a moment of it; null: only the comparison is here. */
@@ -226,7 +225,6 @@ function walk(report, mark) {
   ];
 }
 
-/** The sentence that says where the runs part. */
 function parting({ contexts: [context], unit, differences: [{ a, b }] }) {
   const at = SIDES.map((side) => [secondsOf(context?.[side]), side.toUpperCase()])
     .filter(([seconds]) => seconds !== undefined && unit === "s")
@@ -241,7 +239,6 @@ function parting({ contexts: [context], unit, differences: [{ a, b }] }) {
   );
 }
 
-/** Show a comparison. */
 export function open(main, report) {
   const { same, summary, options, headlines, differences } = report,
     given = Object.entries(options).filter(

@@ -74,7 +74,6 @@ const source = (file, number) =>
     el("div.wide", el("table.source", el.tbody(lines(number, file)))),
   );
 
-/** Show the coverage of an agent. */
 export function open(main, report) {
   const { rules, firings_known: isKnown, goal_classes: classes } = report,
     runs = plural(report.runs, "run"),

@@ -112,7 +112,6 @@ const goalsOf = ({ outcomes: ended, modes_never_reached: never }) =>
     { empty: "no goals" },
   );
 
-/** Show an exploration. */
 export function open(main, { live, summary, command, properties: all, rows, coverage }) {
   const broken = all.filter(({ verdict }) => verdict === "violated");
   if (live) setTimeout(() => location.reload(), AGAIN_MS);

@@ -222,7 +222,6 @@ const awardsOf = ({ awards }) =>
     { numbers: [0, 3], empty: "no points" },
   );
 
-/** Show a game. */
 export function open(main, report) {
   const points = Object.entries(report.points).map((entry) => entry.join(" ")),
     ended = report.complete ? "over" : "not over, in " + report.phase,

@@ -38,13 +38,10 @@ export function table(heads, rows, { numbers = [], caption = "", empty = "nothin
   return made;
 }
 
-/** All columns but the first. */
 export const allBut1 = (heads) => heads.map((_, at) => at).slice(1);
 
-/** The outcomes of goals, as badges. */
 export const outcomes = (names) =>
   names.map((outcome) => [outcomeBadge(goalOutcome({ mode: "FINISHED", outcome }), outcome), " "]);
 
-/** The modes of goals, as badges. */
 export const modes = (names) =>
   names.map((mode) => [outcomeBadge(goalOutcome({ mode, outcome: "" }), mode), " "]);

@@ -49,7 +49,6 @@ function stepsOf({ steps, begin }, shown) {
   return [el.h3("At the start"), state(begin), table(heads, rows, { numbers: [0], empty: "no steps" })];
 }
 
-/** Show a plan. */
 export function open(main, report) {
   const { facts, reasons, steps } = report,
     shown = steps?.slice(0, MOST_ROWS) ?? [],

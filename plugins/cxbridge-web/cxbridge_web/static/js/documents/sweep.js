@@ -7,7 +7,6 @@ const BINS = 40,
   HEIGHT = 180,
   FOOT = 18;
 
-/** How values are distributed, as a picture. */
 function histogram(values, label) {
   const low = Math.min(...values),
     high = Math.max(...values),
@@ -85,7 +84,6 @@ function comparison({ completed, makespan: took, seeds }) {
   ];
 }
 
-/** Show a sweep. */
 export function open(main, { command, comparison: compared, sweeps: found }) {
   const sweeps = Object.entries(found);
   show(main, { command }, [

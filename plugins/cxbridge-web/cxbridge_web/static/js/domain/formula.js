@@ -6,7 +6,6 @@ const TYPES = { conjunction: "and", disjunction: "or", negation: "not" };
 const EQUALITY = "EQUALITY";
 const atomText = (...words) => "(" + words.join(" ") + ")";
 
-/** A formula as the API says it of a plan-action. */
 export function ofApi({ type, child = [], name, "param-values": values = [], "is-satisfied": satisfied }) {
   const children = child.map(ofApi);
   if (type === "atom" && children.length === 1) return children[0];
@@ -14,7 +13,6 @@ export function ofApi({ type, child = [], name, "param-values": values = [], "is
   return { type: "atom", text: atomText(name, ...values), satisfied, children };
 }
 
-/** How many facts an atom with open parameters fits. */
 const countMatching = (words, facts) =>
   [...facts]
     .map((fact) => fact.split(" "))

@@ -1,5 +1,5 @@
-// The operators of a domain, made of the facts of the executive: parameters, precondition and effects, with what is
-// true and false now for arguments that can be chosen.
+// The operators of a domain, made of the facts of the executive: parameters, precondition and effects, with
+// what is true and false now for arguments that can be chosen.
 import { slotsBy } from "cx/clips/text.js";
 import { button, dim, el, field, note, refill, textInput } from "cx/dom.js";
 import { evaluated, formulaTree } from "cx/domain/formula.js";

@@ -1,4 +1,5 @@
-// Choices above the goals: words, outcome, class, robot. The address has them, and they stay when another view was open.
+// Choices above the goals: words, outcome, class, robot. The address has them, and they stay when another
+// view was open.
 import { choice, search } from "cx/dom.js";
 import { robotsOf } from "cx/goals/numbers.js";
 import { goalOutcome, goalText, NAMES, OUTCOMES } from "cx/outcome.js";
@@ -50,7 +51,6 @@ export function goalFilter(app, changed) {
       if (document.activeElement !== find) find.value = chosen.words;
       write();
     },
-    /** Offer what there is among these goals. */
     offer(goals) {
       const offers = [
         NAMES.map((name) => [name, OUTCOMES[name].word]),

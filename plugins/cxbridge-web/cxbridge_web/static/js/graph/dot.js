@@ -4,7 +4,6 @@ const TOKEN = /"((?:\\.|[^"\\])*)"|(->|[{}[\];,=])|([^\s"{}[\];,=]+)/gs;
 
 export class DotError extends Error {}
 
-/** The tokens of a text, one after the other: signs, and words. */
 class Tokens {
   at = 0;
   constructor(text) {
@@ -39,7 +38,6 @@ class Tokens {
       }
     return found;
   }
-  /** Where an edge goes to: a node, or several in braces. */
   ends() {
     if (!this.sign("{")) return [this.word()];
     const names = [];
@@ -49,8 +47,7 @@ class Tokens {
 }
 
 /**
- * @returns {nodes: Map name -> {name, label, ...attributes}, edges: [{from, to, ...attributes}],
- * attributes}
+ * @returns {nodes: Map name -> {name, label, ...attributes}, edges: [{from, to, ...attributes}], attributes}
  */
 export function parseDot(text) {
   const tokens = new Tokens(text),

@@ -65,7 +65,6 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
   return el("div.graph-box", box, picture, words(nodes, edges));
 }
 
-/** A node with its size and what it is. */
 function nodeOf({ name, label, shape = "", color, active }) {
   const text = plain(label),
     byName = name.startsWith("FINAL") ? "final" : name.startsWith("FAILED") ? "failed" : "",

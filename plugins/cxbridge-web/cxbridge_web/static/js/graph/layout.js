@@ -1,6 +1,5 @@
-// A layered layout, as dot makes it but simpler: layers from the start, crossings reduced by medians,
-// edges through places in the
-// layers between. Between two layers of nodes is one for labels.
+// A layered layout, as dot makes it but simpler: layers from the start, crossings reduced by medians, edges
+// through places in the layers between. Between two layers of nodes is one for labels.
 const GAP_X = 26,
   GAP_Y = 22,
   SWEEPS = 8,

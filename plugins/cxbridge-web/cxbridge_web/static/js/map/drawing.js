@@ -95,7 +95,6 @@ export class Drawing {
     return true;
   }
 
-  /** The pixel of a place in metres, and the place of a pixel. */
   at(x, y) {
     const { width, height } = this.canvas;
     return [width / 2 + (x - this.x) * this.scale, height / 2 - (y - this.y) * this.scale];

@@ -1,5 +1,5 @@
-// Where robots and frames were over time, from interface writes: poses, transforms, what navigators say. Poses are
-// in the plane: {x, y, yaw}, metres and radians.
+// Where robots and frames were over time, from interface writes: poses, transforms, what navigators say.
+// Poses are in the plane: {x, y, yaw}, metres and radians.
 import { get } from "cx/api.js";
 import { countWhile } from "cx/names.js";
 import { Store } from "cx/stores.js";
@@ -138,8 +138,8 @@ export class Tracks {
   }
 
   /**
-   * All that has a place in a frame at a time: {track, x, y, yaw, frame, seen, goal}; x is null of what is not
-   * connected with the frame.
+   * All that has a place in a frame at a time: {track, x, y, yaw, frame, seen, goal}; x is null of what is
+   * not connected with the frame.
    */
   placed(frame, time) {
     return [...this.poses.values(), ...this.frames.values()].flatMap((track) => {

@@ -16,8 +16,8 @@ const AXIS = 58,
 
 export class Chart {
   /**
-   * @param handlers.moved() a user zoomed or panned; handlers.cursor(time) the pointer is there, null: nowhere;
-   * handlers.pick(time) that moment was chosen; handlers.all() show everything
+   * @param handlers.moved() a user zoomed or panned; handlers.cursor(time) the pointer is there, null:
+   * nowhere; handlers.pick(time) that moment was chosen; handlers.all() show everything
    * @param timeText(time, step) a time on the axis, whose marks are `step` apart; microseconds
    */
   constructor(handlers, timeText) {
@@ -73,7 +73,6 @@ export class Chart {
     this.series = series;
     this.canvas.later();
   }
-  /** Show this part of time. */
   look(from, to) {
     this.from = from;
     this.to = Math.max(to, from + SHORTEST_US);
@@ -248,7 +247,6 @@ export class Chart {
   }
 }
 
-/** As much of a text as there is room for. */
 function fitting(context, text, room) {
   if (context.measureText(text).width <= room) return text;
   let length = text.length - 1;

@@ -5,7 +5,6 @@ import { fieldNames } from "cx/plot/names.js";
 
 const MOST_NAMES = 4000;
 
-/** The interfaces and facts of a daemon, as events. */
 async function eventsOf(app) {
   const { env } = app,
     of = (path) => get(path).catch(() => []),
@@ -38,7 +37,6 @@ const MOST = 8,
   COUNTED = /(^|[.:])(msgid|time|timestamp|progress_id|visibility_history|rotation)(\[|$)/; // they only count, or say nothing alone
 const isNumber = (value) => value !== "" && Number.isFinite(Number(value));
 
-/** Counts the changes of values by name. */
 export class Proposals {
   seen = new Map(); // name -> {count, last, least, greatest}
 

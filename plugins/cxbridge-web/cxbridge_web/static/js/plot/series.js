@@ -32,7 +32,6 @@ export class Series {
     return this.source.isStep || this.words !== null;
   }
 
-  /** Take the value of an event, if it has one. Returns whether it had. */
   take(event) {
     const value = this.source.sample(event);
     if (value === undefined) return false;

@@ -88,7 +88,6 @@ class PlotStore extends Store {
 }
 export const plotsOf = (app) => PlotStore.of(app);
 
-/** The address that shows these names. */
 export const plotAddress = (names) => "#/plot" + names.map((name) => "/" + part(name)).join("");
 
 /** Add fields where they are shown, and go to the plot. */

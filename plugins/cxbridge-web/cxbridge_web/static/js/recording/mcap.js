@@ -1,5 +1,5 @@
-// Reads the events of an mcap file that cxbridge wrote: JSON messages in chunks that are not packed; and the CLIPS
-// files that are attached, with the paths that they had. https://mcap.dev/spec
+// Reads the events of an mcap file that cxbridge wrote: JSON messages in chunks that are not packed; and the
+// CLIPS files that are attached, with the paths that they had. https://mcap.dev/spec
 
 const MAGIC = [0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a];
 const OP = { SCHEMA: 3, CHANNEL: 4, MESSAGE: 5, CHUNK: 6, ATTACHMENT: 9, METADATA: 12, DATA_END: 15 };

@@ -138,8 +138,8 @@ async function load(url) {
 }
 
 /**
- * Open the recording in the page, or the one that the address asks for: `?run=PATH` of a file of this server. A
- * server of recordings opens its first one for an address without.
+ * Open the recording in the page, or the one that the address asks for: `?run=PATH` of a file of this server.
+ * A server of recordings opens its first one for an address without.
  */
 export async function openLinked(app) {
   if (SITE.inside) {

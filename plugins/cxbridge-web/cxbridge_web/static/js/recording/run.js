@@ -11,10 +11,7 @@ export class Recording {
   at = 0; // events that have happened
   listeners = new Set();
 
-  /**
-   * @param sources the attached CLIPS files, null without
-   * @param how isPast: of a run that goes on
-   */
+  /** @param sources the attached CLIPS files, null without @param how isPast: of a run that goes on */
   constructor(name, events, notes, sources = null, { isPast = false } = {}) {
     Object.assign(this, { name, notes, sources, isPast });
     this.model = new Model(null, this.history);

@@ -1,4 +1,5 @@
-// What is known of a Skiller: its state, its calls, its skills, the executors of its skill board, and who controls it.
+// What is known of a Skiller: its state, its calls, its skills, the executors of its skill board, and who
+// controls it.
 import { factsPath, get, idPath, part } from "cx/api.js";
 import { parseFact, valuesOf } from "cx/clips/text.js";
 import { badge, button, clockText, durationText, el, link, note, wideTable } from "cx/dom.js";
@@ -42,7 +43,6 @@ export async function readStatus(skiller) {
   return { ...data, "skill-string": data.skill_string, graph: "" };
 }
 
-/** The calls of a Skiller, the latest first. */
 export const callsOf = (model, skiller) => model.calls.filter(isOf(skiller)).slice(-MOST_CALLS).reverse();
 
 /** @param again called with the skill string of a call that is wanted again; null: nothing can be called */
@@ -77,7 +77,6 @@ export function knownSkills(names, executors, calls) {
     .sort((a, b) => (a.name < b.name ? -1 : 1));
 }
 
-/** Text and hint of a list without skills. */
 export function noSkills({ isRecording, hasCalls, skiller, showsGraphs, hasGraph }) {
   if (isRecording && !hasCalls)
     return ["No skill called yet", "A recording shows the skills that were called up to its moment."];

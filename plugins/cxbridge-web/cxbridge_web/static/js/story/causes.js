@@ -1,5 +1,6 @@
-// Why something failed, was rejected, or goes on, as far as the events tell: from a goal down to the sub-goal, the
-// action and the skill call behind the goal. `why` of the server knows more (rules, facts): js/why.js.
+// Why something failed, was rejected, or goes on, as far as the events tell: from a goal down to the
+// sub-goal, the action and the skill call behind the goal. `why` of the server knows more (rules, facts):
+// js/why.js.
 import { forestOfGoals } from "cx/forest.js";
 import { isOpen, OUTCOMES } from "cx/outcome.js";
 import { pathTo } from "cx/timeline/host.js";

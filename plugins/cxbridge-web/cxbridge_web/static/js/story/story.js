@@ -1,5 +1,5 @@
-// The story of a run, beside the timeline while nothing is chosen: its outcome, the goals that were wanted, what the
-// robots do now, and what went wrong and why.
+// The story of a run, beside the timeline while nothing is chosen: its outcome, the goals that were wanted,
+// what the robots do now, and what went wrong and why.
 import { part } from "cx/api.js";
 import { capital, dim, durationText, el, link, none, plural, timeOfDay } from "cx/dom.js";
 import { linked } from "cx/links.js";

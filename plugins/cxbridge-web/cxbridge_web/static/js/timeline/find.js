@@ -1,4 +1,5 @@
-// What is at a place of the timeline: the bar or the mark below the pointer, in words; and the box that shows it.
+// What is at a place of the timeline: the bar or the mark below the pointer, in words; and the box that shows
+// it.
 import { durationText, el, refill } from "cx/dom.js";
 import { OUTCOMES } from "cx/outcome.js";
 import { AXIS, MARKS, axisText } from "cx/timeline/paint.js";

@@ -1,5 +1,5 @@
-// What happened when: goals, plan-actions, skill calls and errors with their changes over time, read from events.
-// The one reader of such times: the timeline, the goals' view and reports take them from here.
+// What happened when: goals, plan-actions, skill calls and errors with their changes over time, read from
+// events. The one reader of such times: the timeline, the goals' view and reports take them from here.
 import { hasEnded, skillOutcome } from "cx/outcome.js";
 import { MAIN_ENV, bare, countWhile, fields, goalKey, isUnnamed } from "cx/names.js";
 import { agentAndId, BoardMessages, laneOf } from "cx/timeline/board.js";
@@ -73,7 +73,6 @@ export class History {
     return ofSkillers.length && (this.seen.size || !ofBoard.length) ? ofSkillers : ofBoard;
   }
 
-  /** The latest moment. */
   get end() {
     return pointAt(this.time, this.steps);
   }
@@ -257,8 +256,8 @@ export class History {
   }
 
   /**
-   * A Skiller says so itself, or the executive has read it there: the same call has the same message.
-   * `lane`: what runs one skill at a time; a Skiller.
+   * A Skiller says so itself, or the executive has read it there: the same call has the same message. `lane`:
+   * what runs one skill at a time; a Skiller.
    */
   skillIs({ skiller, skill_string: text, msgid, status, env = "", lane, request }, error = "") {
     const last = this.lastCalls.get(lane),

@@ -1,5 +1,5 @@
-// The page as the timeline, the details and the story see it: the run, the chosen moment, addresses. What is chosen is
-// a path, the parts of an address: goal/KEY/action/PLAN ID/skill/NUMBER.
+// The page as the timeline, the details and the story see it: the run, the chosen moment, addresses. What is
+// chosen is a path, the parts of an address: goal/KEY/action/PLAN ID/skill/NUMBER.
 import { part } from "cx/api.js";
 import { zeroOfTimes } from "cx/dom.js";
 
@@ -47,11 +47,7 @@ export const timelineAddress = (path) => ["#/timeline", ...partsOf(path).map(par
  */
 
 export class PageHost {
-  /**
-   * @param app the page
-   * @param show draws the view again
-   * @param href the address of a path, see path.js
-   */
+  /** @param app the page @param show draws the view again @param href the address of a path, see path.js */
   constructor(app, show, href = timelineAddress) {
     Object.assign(this, { app, show, href });
     this.at = null; // of what happens now: the chosen moment
@@ -83,7 +79,6 @@ export class PageHost {
   momentIs(time) {
     if (this.isLive) this.at = time === null ? null : { time, step: this.history.stepsUpTo(time) };
   }
-  /** Go to a path. @param isReplaced in place of the present address */
   go(path, isReplaced = false) {
     const wanted = this.href(path);
     if (isReplaced) {

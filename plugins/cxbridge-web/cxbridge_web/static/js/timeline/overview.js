@@ -1,5 +1,5 @@
-// The whole run in a strip: how many goals ran when, where something failed, and the stretch that is seen, which
-// can be dragged, and resized at its ends.
+// The whole run in a strip: how many goals ran when, where something failed, and the stretch that is seen,
+// which can be dragged, and resized at its ends.
 import { Canvas, fillBox, gestures, ink } from "cx/canvas.js";
 import { el } from "cx/dom.js";
 import { spansOf } from "cx/timeline/spans.js";

@@ -1,5 +1,5 @@
-// Rows of the timeline: robots, then the trees of goals with their plan-actions; folds and filters; the names beside
-// the lanes, as they are read, and as screen readers say them.
+// Rows of the timeline: robots, then the trees of goals with their plan-actions; folds and filters; the names
+// beside the lanes, as they are read, and as screen readers say them.
 import { dim, durationText, el } from "cx/dom.js";
 import { forestOfGoals } from "cx/forest.js";
 import { NAMES, OUTCOMES } from "cx/outcome.js";

@@ -16,8 +16,8 @@ const goalPart = ({ mode }) => GOAL_PARTS[mode] || "wait",
   actionPart = ({ state }) => ACTION_PARTS[state] || "run";
 
 /**
- * Changes joined while they mean the same part. A goal that was dispatched runs until it is finished: between its
- * sub-goals it may be in other modes. Only when it is formulated again it waits again.
+ * Changes joined while they mean the same part. A goal that was dispatched runs until it is finished: between
+ * its sub-goals it may be in other modes. Only when it is formulated again it waits again.
  */
 function joined(changes, partOf) {
   const parts = [];

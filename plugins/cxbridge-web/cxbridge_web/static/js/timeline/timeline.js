@@ -1,4 +1,5 @@
-// The timeline: goals, plan-actions, skill calls and errors over time. The page and reports show this component.
+// The timeline: goals, plan-actions, skill calls and errors over time. The page and reports show this
+// component.
 import { Canvas, fillBox } from "cx/canvas.js";
 import { Detail } from "cx/detail.js";
 import { el, none, refill } from "cx/dom.js";
@@ -21,10 +22,7 @@ const LIVE_MS = 50,
   LATE_MS = 500;
 
 export class Timeline {
-  /**
-   * @param host see host.js
-   * @param tools further elements of the bar
-   */
+  /** @param host see host.js @param tools further elements of the bar */
   constructor(host, tools = []) {
     this.host = host;
     this.path = {};
@@ -127,7 +125,6 @@ export class Timeline {
   later() {
     this.canvas.later();
   }
-  /** The data changed. */
   update() {
     if (this.history.shape !== this.shape || this.rows.filters) this.relist();
     else this.later();

@@ -89,7 +89,6 @@ export function open(root, app) {
     } else if (tab === "plugins") drawPlugins();
     else drawComponents();
   }
-  /** Show cards in place of the list. */
   function drawCards(items, total, nothing, ...above) {
     page.show([], total, nothing);
     page.empty.hidden = items.length > 0;

@@ -79,7 +79,6 @@ export function open(root, app) {
     if (asked !== part || env !== app.env) return false;
     return itemsAre(answer);
   }, SOON_MS);
-  /** The facts that operators are made of. */
   const readDetails = life.reader(async () => {
     if (part !== "operators") return;
     const { env, recording } = app;

@@ -1,5 +1,5 @@
-// CLIPS environments: make and destroy them, load files into them, request features, watch, drop log
-// lines, evaluate.
+// CLIPS environments: make and destroy them, load files into them, request features, watch, drop log lines,
+// evaluate.
 import { get, part, post, put, remove } from "cx/api.js";
 import { backLink, badge, button, el, field, form, none, pairs, redraw, submit, textInput } from "cx/dom.js";
 import { MAIN_ENV } from "cx/model.js";
@@ -126,7 +126,6 @@ export function open(root, app) {
     app.gate(create);
     drawDetail();
   }
-  /** A form of an environment: the fields, and a button for each call. */
   function block({ title, id, needs, fields: makeFields, ...calls }, path, info) {
     const fields = makeFields(info),
       values = () => Object.entries(fields).map(([label, input]) => [label, input.value.trim()]);

@@ -91,7 +91,6 @@ export function open(root, app) {
   life.add(() => detail.close());
   page.split.classList.add("goals");
   root.append(page.split);
-  /** A button that changes what the table shows. */
   function drawing(text, call, attributes) {
     const changed = () => {
       call();

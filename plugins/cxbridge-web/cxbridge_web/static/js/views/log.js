@@ -52,7 +52,6 @@ export function open(root, app) {
   }
   const scrolled = () => list.atEnd === follow || follows(list.atEnd);
   life.listen(list.box, "scroll", scrolled, { passive: true });
-  /** Show the whole text of a line. */
   function choose({ time, level, component, text }) {
     follow = false;
     whole.hidden = false;
@@ -67,7 +66,6 @@ export function open(root, app) {
     page.show(items, log.length, "Nothing logged yet");
     if (stay) list.toEnd();
   }
-  /** Show the line of the moment that is selected. */
   function toMoment(time) {
     const line = time !== null && (list.items.findLast((each) => each.time <= time) || list.items[0]);
     if (!line || app.recording) return;

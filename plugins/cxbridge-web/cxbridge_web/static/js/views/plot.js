@@ -92,7 +92,6 @@ export function open(root, app) {
     draw();
   }
 
-  /** The time up to which is known. */
   function end() {
     if (app.recording) return app.recording.end;
     const { status, connection } = app,

@@ -1,5 +1,5 @@
-// Robots, plan and world together at one moment: the robots' skill calls over time, the map with robots and their
-// trails (the navigation graph, coordinate frames), how each robot stands, and the facts that changed.
+// Robots, plan and world together at one moment: the robots' skill calls over time, the map with robots and
+// their trails (the navigation graph, coordinate frames), how each robot stands, and the facts that changed.
 import { SERIES_COLOURS, save } from "cx/canvas.js";
 import {
   button,

@@ -1,4 +1,5 @@
-// The facts of the world model that changed, in order: of the agent's own templates, of the domain and of wm-fact.
+// The facts of the world model that changed, in order: of the agent's own templates, of the domain and of
+// wm-fact.
 import { templateOwners } from "cx/clips/source.js";
 import { parseFact, valuesOf } from "cx/clips/text.js";
 import { Store } from "cx/stores.js";

@@ -32,7 +32,6 @@ function bar({ begin, end, status, text, error }, share, now) {
   return el.span(about, outcome !== "completed" && el.i({ "aria-hidden": "true" }, icon), text);
 }
 
-/** Lanes of robots with a cursor. */
 export class Lanes {
   /** @param choose called with the moment of a press */
   constructor(choose) {
