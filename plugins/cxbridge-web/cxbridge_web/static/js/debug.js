@@ -57,9 +57,7 @@ export function debugBar(app) {
     "continue to the next breakpoint",
     "/go-on",
     undefined,
-    {
-      class: "primary",
-    },
+    { class: "primary" },
   );
   async function addPoint() {
     const spec = input.value.trim();

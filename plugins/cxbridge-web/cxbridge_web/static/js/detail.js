@@ -1,7 +1,19 @@
 // Beside the timeline and the table of goals: the goal, the action or the skill call that is chosen, with its
 // why; without one the story of the run.
 import { get, part, throttled } from "cx/api.js";
-import { button, clockText, dim, durationText, el, link, none, note, pairs, refill } from "cx/dom.js";
+import {
+  button,
+  clockText,
+  dim,
+  durationText,
+  el,
+  link,
+  listSection,
+  none,
+  note,
+  pairs,
+  refill,
+} from "cx/dom.js";
 import { formulaTree, ofApi } from "cx/domain/formula.js";
 import { readOf } from "cx/env.js";
 import { isOfRobot } from "cx/log_lines.js";
@@ -145,10 +157,7 @@ export class Detail {
     ];
   }
   list(title, items, entry, className = null) {
-    const more = items.length - MOST,
-      entries = items.slice(0, MOST).map((each) => el.li({ class: className }, entry(each)));
-    if (!items.length) return null;
-    return el.section(el.h3(title), el("ul.tl-list", entries), more > 0 && note("and " + more + " more"));
+    return listSection(title, items, entry, { most: MOST, className });
   }
   link(item, text) {
     return link(this.host.href(pathTo(item)), text);

@@ -74,6 +74,18 @@ export function dataTable(attributes, heads, rows, numbers = []) {
 
 export const none = (text, hint) => el("div.empty", el.p(text), hint ? note(hint) : null);
 
+/** A titled list of at most so many items, with the number of the others; null without items. */
+export function listSection(title, items, entry, { most, className = null, isLatest = false }) {
+  const shown = isLatest ? items.slice(-most) : items.slice(0, most),
+    more = items.length - shown.length,
+    entries = shown.map((item) => el.li({ class: className }, entry(item)));
+  if (!items.length) return null;
+  return el.section(
+    el.h3(title),
+    el("ul.tl-list", entries, more > 0 && el("li.dim", "and " + more + " more")),
+  );
+}
+
 /** A panel with a title and, at its right, tools. */
 export const panel = (title, tools, ...children) =>
   el("section.panel", el("div.panel-head", el.h2(title), el("div.tools", tools)), ...children);

@@ -21,11 +21,7 @@ const GROUPS = {
     n: "the newest moment, and follow it",
     Backspace: "up one level, from a goal to the story of the run",
   },
-  "Lists and trees": {
-    "↑ ↓": "walk; also Page and Home, End",
-    "← →": "close and open",
-    Enter: "choose",
-  },
+  "Lists and trees": { "↑ ↓": "walk; also Page and Home, End", "← →": "close and open", Enter: "choose" },
   "Plot and World": {
     "← → ↑ ↓": "the cursor, or the map",
     "+ - 0": "zoom, and show all",

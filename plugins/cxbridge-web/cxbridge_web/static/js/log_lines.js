@@ -1,4 +1,4 @@
-// Which robot, or which agent, a line of the log is about, as far as the name of its component says so.
+// Which robot, or which agent, a line of the log is about, as far as the line says so.
 import { MAIN_ENV } from "cx/names.js";
 
 // the components of an agent's environment: CLIPS (ENV), BBCLIPS|ENV, Planner|ENV; the others of the agent: ENV/NAME
@@ -7,17 +7,23 @@ const agentOf = (component) => OF_AGENT.exec(component)?.slice(1).find(Boolean) 
 
 const callsOf = ({ kind, calls, actions, ...item }) =>
   kind === "skill" ? [item] : (calls ?? actions.flatMap((action) => action.calls));
+const namesOf = (calls) => new Set(calls.flatMap(({ skiller, text }) => [skiller, text]));
 
-/** Whether a line may be about a goal, an action or a skill call: lines of other agents and other robots are not. */
+/**
+ * Whether a line may be about a goal, an action or a skill call: not if its component is of another agent, or if it
+ * names another robot or the skill string of its call, and none of the item's own.
+ */
 export function isOfRobot(item, history) {
-  const own = callsOf(item),
-    robots = new Set(own.map(({ skiller }) => skiller)),
+  const calls = callsOf(item),
+    own = namesOf(calls),
+    others = [...namesOf(history.calls)].filter((name) => !own.has(name)),
     envs = new Set([...history.goals.values()].map(({ env }) => env)),
-    env = item.action?.env || item.env || MAIN_ENV,
-    others = [...new Set(history.calls.map(({ skiller }) => skiller))].filter((name) => !robots.has(name));
-  return ({ component }) => {
-    const agent = agentOf(component);
-    if (envs.has(agent) && envs.size > 1) return agent === env;
-    return !own.length || !others.some((name) => component.split(/\W+/).includes(name));
+    env = item.action?.env || item.env || MAIN_ENV;
+  return ({ component, text }) => {
+    const agent = agentOf(component),
+      words = [...(component + " " + text).split(/[^\w-]+/), text],
+      names = (name) => (/[{(]/.test(name) ? text.includes(name) : words.includes(name));
+    if (envs.size > 1 && envs.has(agent) && agent !== env) return false;
+    return !calls.length || [...own].some(names) || !others.some(names);
   };
 }

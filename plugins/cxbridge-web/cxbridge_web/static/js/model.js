@@ -59,7 +59,6 @@ export class Model {
     if (!this.isWhole) this.history.clear();
     this.goals = new Map();
     this.gone = new Map();
-    this.actions = new Map(); // key of the goal -> key of the action -> action
     this.log = [];
     this.logGone = 0; // lines that made room for others
     this.interfaces = new Map();
@@ -98,9 +97,8 @@ export class Model {
     return () => this.watchers.delete(watcher);
   }
 
-  /** The key of the goal that has an id now: an id may be used again. */
   keyOf(env, id) {
-    return this.history.keyOf(env, id, this.step);
+    return this.history.keyOf(env, id, this.step); // an id may be used again
   }
   /** The goal that has an id now; its transitions up to now are its `history`. */
   goalOf(env, name) {
@@ -135,9 +133,7 @@ export class Model {
     this.gone.delete(goal.key);
     this.gone.set(goal.key, goal);
     const [oldest] = this.gone.keys();
-    if (this.gone.size <= MOST_GONE) return;
-    this.gone.delete(oldest);
-    this.actions.delete(oldest);
+    if (this.gone.size > MOST_GONE) this.gone.delete(oldest);
   }
 
   /**
@@ -165,29 +161,9 @@ export class Model {
     this.touch("goals");
   }
 
-  on_plan_action({ env, goal: id, plan, action_id: number, action: name, params, state, time_us: since }) {
-    const goal = this.keyOf(env, id),
-      key = plan + " " + number,
-      callOf = () => this.callOf(goal, plan, number);
-    if (!this.actions.has(goal)) this.actions.set(goal, new Map());
-    const actions = this.actions.get(goal);
-    const action = actions.get(key) || {
-      ...{ plan, id: number },
-      /** Its last skill call up to now; null: none is known. */
-      get call() {
-        return callOf();
-      },
-      get skiller() {
-        return callOf()?.skiller || "";
-      },
-    };
-    Object.assign(action, { name, values: fields(params), state, since });
-    if (state === "EXECUTION-FAILED" || state === "FAILED") action.hasFailed = true;
-    else if (state === "FORMULATED") action.hasFailed = false; // its goal is tried again
-    actions.set(key, action);
+  on_plan_action() {
     this.touch("goals");
   }
-
   on_skill() {
     this.touch("skills");
   }
@@ -199,12 +175,6 @@ export class Model {
     const isOver = end !== null && end.step <= this.step,
       state = isOver ? { status, error, end: end.time } : { status: "S_RUNNING", error: "", end: null };
     return { skiller, lane, text, msgid, guessed, begin: begin.time, ...state };
-  }
-  /** The last skill call of an action, as far as it has begun; null: none is known. */
-  callOf(goal, plan, id) {
-    const action = this.history.actionAt(goal, plan, id, this.step),
-      call = action?.calls.findLast(({ begin }) => begin.step <= this.step);
-    return call ? this.callNow(call) : null;
   }
   changesOf({ key }) {
     const known = this.history.goals.get(key);

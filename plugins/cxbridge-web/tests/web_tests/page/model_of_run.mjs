@@ -23,5 +23,5 @@ const calls = history.calls.map(({ action, guessed, env, skiller, text, msgid, s
 const goals = [...history.goals.values()].map(({ key, id, parent, changes }) => ({ key, id, parent, states: changes.map(({ mode, outcome, time }) => [mode, outcome, time - history.begin]) }));
 const now = [...model.goals.values(), ...model.gone.values()].map(({ key, mode, outcome, told }) => ({ key, mode, outcome, told }));
 const actions = [...history.actions.values()].map(({ env, goal, plan, id, text, changes }) => [env, goal, plan, id, changes.map(({ state }) => state), text]);
-const failed = [...model.actions.values()].flatMap((all) => [...all.values()].filter(({ hasFailed }) => hasFailed).map(({ id }) => id));
+const failed = [...history.actions.values()].filter(({ changes }) => changes.at(-1).state.endsWith("FAILED")).map(({ id }) => id);
 console.log(JSON.stringify({ actions, calls, failed, goals, now }));

@@ -3,15 +3,7 @@ import { button, dim, el, none, note, pairs, refill, wideTable } from "cx/dom.js
 import { notes, section } from "cx/documents/parts.js";
 import { goalOutcome, outcomeBadge, OUTCOMES } from "cx/outcome.js";
 
-const SIGNS = {
-  changed: "≠",
-  "only-a": "−",
-  "only-b": "+",
-  order: "⇅",
-  msgid: "#",
-  time: "◷",
-  count: "×",
-};
+const SIGNS = { changed: "≠", "only-a": "−", "only-b": "+", order: "⇅", msgid: "#", time: "◷", count: "×" };
 const LISTED = 200,
   LONGEST = 400; // characters of an event
 const SIDES = ["a", "b"];

@@ -32,7 +32,7 @@ export function goalFilter(app, changed) {
     selects = ["outcome", "class", "robot"].map((name) =>
       choice({ "aria-label": name, class: "filter" }, choose(name)),
     ),
-    robotsBelow = (goal) => robotsOf(app.model.actions.get(goal.key));
+    robotsBelow = (goal) => robotsOf(app.model, goal);
   return {
     nodes: [find, selects],
     get isSet() {

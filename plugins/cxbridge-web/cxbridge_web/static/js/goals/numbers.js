@@ -1,5 +1,6 @@
 // What a goal's row says besides its name: how long it took, how far it is, which robots work for it.
 import { goalOutcome, hasEnded, isOpen } from "cx/outcome.js";
+import { outcomeAt } from "cx/timeline/spans.js";
 
 /**
  * How long a goal has run, or waited if it has not been dispatched; microseconds.
@@ -7,22 +8,29 @@ import { goalOutcome, hasEnded, isOpen } from "cx/outcome.js";
  * @returns {us, waits: a word, if it was not dispatched}; null: its begin is not known
  */
 export function durationOf({ history, mode }, now) {
-  if (!history.length) return null;
   const run = history.find((step) => step.mode === "DISPATCHED"),
     end = history[history.findLastIndex((step) => !hasEnded(step.mode)) + 1], // a goal may be tried again
     begin = run || history[0];
-  if (hasEnded(mode) && !end) return null;
-  const us = Math.max(0, (end ? end.time : now) - begin.time);
-  return { us, waits: run ? "" : end ? "waited" : "waits" };
+  if (!begin || (hasEnded(mode) && !end)) return null;
+  return { us: Math.max(0, (end ? end.time : now) - begin.time), waits: run ? "" : end ? "waited" : "waits" };
+}
+
+/** The actions of a goal that began up to a step; of those with one id the latest. */
+function actionsOf({ history, step }, goal) {
+  const all = history.goals.get(goal.key)?.actions ?? [],
+    begun = all.filter(({ changes }) => changes[0].step <= step);
+  return [...new Map(begun.map((action) => [action.plan + " " + action.id, action])).values()];
 }
 
 /** Children or, without any, actions of the plan, as "done/all"; "" without both. */
-export function progressOf(children, actions) {
-  const all = children?.length ? children : [...(actions?.values() ?? [])],
-    isDone = (each) => (each.state ? each.state === "FINAL" : !isOpen(goalOutcome(each)));
-  return all.length ? all.filter(isDone).length + "/" + all.length : "";
+export function progressOf(model, goal, children = []) {
+  const actions = actionsOf(model, goal).map((action) => outcomeAt(action, model.step) === "completed"),
+    done = children.length ? children.map((child) => !isOpen(goalOutcome(child))) : actions;
+  return done.length ? done.filter(Boolean).length + "/" + done.length : "";
 }
 
 /** The robots (Skillers) that the actions of a goal were executed by. */
-export const robotsOf = (actions) =>
-  new Set([...(actions?.values() ?? [])].map(({ skiller }) => skiller).filter(Boolean));
+export function robotsOf(model, goal) {
+  const begun = ({ calls }) => calls.filter(({ begin }) => begin.step <= model.step);
+  return new Set(actionsOf(model, goal).flatMap((action) => begun(action).at(-1)?.skiller ?? []));
+}

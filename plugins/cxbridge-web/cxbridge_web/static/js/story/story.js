@@ -1,7 +1,7 @@
 // The story of a run, beside the timeline while nothing is chosen: its outcome, the goals that were wanted,
 // what the robots do now, and what went wrong and why.
 import { part } from "cx/api.js";
-import { capital, dim, durationText, el, link, none, plural, timeOfDay } from "cx/dom.js";
+import { capital, dim, durationText, el, link, listSection, none, plural, timeOfDay } from "cx/dom.js";
 import { linked } from "cx/links.js";
 import { goalOutcome, isOpen, NAMES, outcomeBadge, OUTCOMES } from "cx/outcome.js";
 import { causes, errorOf, forestOf, lateCalls, overcome, reasonOf } from "cx/story/causes.js";
@@ -70,27 +70,16 @@ export class Story {
       failed = roots.filter((goal) => outcomeAt(goal) === "failed"),
       waiting = roots.filter((goal) => isOpen(outcomeAt(goal))),
       stands = waiting.length > 0 && !open.length && (this.isOver || this.isStill),
-      wrong = stands ? [...failed, ...waiting] : failed,
-      bad = overcome(history);
+      wrong = stands ? [...failed, ...waiting] : failed;
     this.ask(wrong, later);
     return el(
       "div.story",
       this.headline(roots, waiting, stands, now),
-      this.section("Wanted", roots.slice(0, MOST), (goal) => this.goal(goal), roots.length),
+      this.section("Wanted", roots, (goal) => this.goal(goal)),
       (isLive || waiting.length > 0) &&
-        this.section(
-          isLive ? "Now" : "At the end",
-          open.slice(0, MOST),
-          (call) => this.call(call, late, now),
-          open.length,
-        ),
+        this.section(isLive ? "Now" : "At the end", open, (call) => this.call(call, late, now)),
       this.wrong(wrong),
-      this.section(
-        "Failed on the way",
-        bad.slice(-MOST),
-        (goal) => [this.link(goal, goal.id), " ", reasonOf(goal, history) || errorOf(goal)],
-        bad.length,
-      ),
+      this.section("Failed on the way", overcome(history), (goal) => this.failed(goal), true),
       this.counts(),
     );
   }
@@ -122,14 +111,8 @@ export class Story {
     );
   }
 
-  section(title, items, entry, all) {
-    const more = all - items.length,
-      entries = items.map((item) => el.li(entry(item)));
-    if (!items.length) return null;
-    return el.section(
-      el.h3(title),
-      el("ul.tl-list", entries, more > 0 && el("li.dim", "and " + more + " more")),
-    );
+  section(title, items, entry, isLatest = false) {
+    return listSection(title, items, entry, { most: MOST, isLatest });
   }
   link(item, text) {
     return link(this.host.href(pathTo(item)), text);
@@ -142,6 +125,9 @@ export class Story {
       " ",
       outcome === "completed" ? dim("✓ completed") : outcomeBadge(outcome),
     ];
+  }
+  failed(goal) {
+    return [this.link(goal, goal.id), " ", reasonOf(goal, this.host.history) || errorOf(goal)];
   }
   call(call, late, now) {
     const before = late.get(call);

@@ -103,14 +103,13 @@ export function open(root, app) {
   function cellsOf(goal) {
     const outcome = goalOutcome(goal),
       duration = durationOf(goal, app.now),
-      actions = app.model.actions.get(goal.key),
       item = host.history.goals.get(goal.key),
       isBad = outcome === "failed" || outcome === "rejected";
     return {
       outcome,
       why: isBad ? (item && reasonOf(item, host.history)) || inWords(goal.error || "") : "",
-      robot: [...robotsOf(actions)].join(", "),
-      done: progressOf(children.get(goal.key), actions),
+      robot: [...robotsOf(app.model, goal)].join(", "),
+      done: progressOf(app.model, goal, children.get(goal.key)),
       began: goal.history.length ? clockText(goal.history[0].time) : "",
       took: duration ? (duration.waits + " " + shortTime(duration.us)).trim() : "",
     };

@@ -11,11 +11,7 @@ export const kinds = [];
 const AGAIN_MS = 5000,
   SOON_MS = 500;
 const GRAPHS = {
-  graph: {
-    title: "Who writes and reads what",
-    path: "blackboard/graph",
-    empty: "No interface is open.",
-  },
+  graph: { title: "Who writes and reads what", path: "blackboard/graph", empty: "No interface is open." },
   transforms: {
     title: "Coordinate frames",
     path: "transforms/graph",
