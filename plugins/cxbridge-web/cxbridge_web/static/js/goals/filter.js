@@ -18,8 +18,11 @@ export function filterQuery(more = {}) {
 
 function write() {
   const { path, query } = parseAddress(location.hash);
-  for (const name of FILTERS) query.delete(name);
-  history.replaceState(history.state, "", path + filterQuery(Object.fromEntries(query)));
+  for (const name of FILTERS)
+    if (chosen[name]) query.set(name, chosen[name]);
+    else query.delete(name);
+  const text = query.toString();
+  history.replaceState(history.state, "", path + (text && "?" + text));
 }
 
 export function goalFilter(app, changed) {
