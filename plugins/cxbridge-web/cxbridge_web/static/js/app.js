@@ -1,4 +1,4 @@
-// What the views share: the model, where its events come from, and how to get about.
+// The state that views share: the model and the source of its events, the selection, the daemon's status.
 import SITE from "shared/site.js";
 import { get, post, throttled } from "cx/api.js";
 import { countFrom, el } from "cx/dom.js";
@@ -9,12 +9,12 @@ import { Past } from "cx/recording/run.js";
 import { Selection } from "cx/selection.js";
 import { Stream } from "cx/stream.js";
 
-// What is known of these is the same in whichever view one begins
+// events of these kinds come whichever view is open
 const ALWAYS = ["goal", "plan-action", "skill", "log", "message"];
 const STATUS_MS = 2000,
   GOALS_MS = 30000,
   SOON_MS = 1000,
-  LATE_MS = 6000; // the clock goes on without a status for this long
+  LATE_MS = 6000; // the shown clock continues for so long without a status
 
 class App extends EventTarget {
   selection = new Selection(this);
@@ -85,13 +85,13 @@ class App extends EventTarget {
     setInterval(() => isOpen() && !this.recording && this.readGoals(), GOALS_MS);
   }
 
-  /** Follow these kinds of events besides those that are always followed. */
+  /** Follow these kinds of events for the open view. */
   wants(kinds) {
     this.wanted = kinds;
     if (this.runs) return;
     this.stream.follow([...ALWAYS, ...this.kept, ...kinds]);
   }
-  /** Follow these kinds of events as well, whichever view is open: the series of a plot have no gaps. */
+  /** Follow these kinds of events whichever view is open: the series of a plot have no gaps. */
   keep(kinds) {
     this.kept = kinds;
     this.wants(this.wanted);
@@ -104,7 +104,7 @@ class App extends EventTarget {
     this.notify();
   }
 
-  /** A stream that is refused does not say why; a request does. */
+  /** Find the reason of a lost connection: a refused stream has none, a request has. */
   async ask() {
     const words = ({ status, message }) =>
       status === 401 ? "It wants another token: load the page again to give it." : status ? message : "";
@@ -114,7 +114,7 @@ class App extends EventTarget {
     this.notify();
   }
 
-  /** After a connection was made: what happened meanwhile may be lost. */
+  /** Read all again after a connection was made: events may be lost. */
   renew() {
     this.readStatus();
     this.readGoals();
@@ -126,7 +126,7 @@ class App extends EventTarget {
     return () => this.renewals.delete(call);
   }
 
-  /** Ask for the status, so that the first view knows where times count from; not for long. */
+  /** Wait for the status, from which times count; at most for SOON_MS. */
   async firstStatus() {
     const patience = new Promise((done) => {
       setTimeout(done, SOON_MS);
@@ -183,7 +183,7 @@ class App extends EventTarget {
       runs = this.status.clock === "real" && !stands && since < LATE_MS;
     return Math.max(time, this.status.now_us + (runs ? since * 1000 : 0));
   }
-  /** Why nothing can be changed now; "" when it can. */
+  /** The reason why controls are disabled; "": they are enabled. */
   get whyNot() {
     if (this.recording) return this.recording.isPast ? "This is the past" : "This is a recording";
     if (this.runs) return "There is no daemon";
@@ -194,7 +194,7 @@ class App extends EventTarget {
   get mayChange() {
     return this.whyNot === "";
   }
-  /** Why no program can be run now: what loads files or evaluates expressions; "" when it can. */
+  /** The reason why controls that load files or evaluate expressions are disabled; "": they are enabled. */
   get whyNoPrograms() {
     const isOff = this.status?.remote_programs === false;
     return this.whyNot || (isOff ? "remote-programs is off in the daemon's configuration" : "");
@@ -204,8 +204,8 @@ class App extends EventTarget {
     return this.status?.environments.map((each) => each.name) ?? [];
   }
   /**
-   * Look at a goal (its key in the model), an action, a skill, a moment (microseconds, null: now), an
-   * environment: what is given changes, the rest stays. Tells of it by an event `select`.
+   * Select a goal (its key in the model), an action, a skill, a moment (microseconds, null: now), an
+   * environment; names that are not given keep their values. An event `select` follows.
    */
   select(given) {
     this.selection.merge(given);
@@ -225,9 +225,10 @@ class App extends EventTarget {
   }
 
   /**
-   * Disable what changes something while that is not possible, with the reason; from now on. `also`: for
-   * another reason.
-   *  A node with data-needs="programs" may run a program. */
+   * Keep a control disabled, with the reason as its title, while the daemon refuses changes. A control with
+   * data-needs="programs" may run a program.
+   * @param also whether the control is disabled for another reason
+   */
   gate(node, also = false) {
     const { dataset } = node,
       reason = dataset.needs === "programs" ? this.whyNoPrograms : this.whyNot,
@@ -257,8 +258,8 @@ class App extends EventTarget {
   }
 
   /**
-   * A view is about to be opened while a moment of the live run is chosen: some show such a moment themselves
-   * ("own"), some can show a recording of it ("past"), the others show what is now (undefined).
+   * A view opens while a moment of the live run is selected. Views show that moment themselves ("own"), show
+   * a recording of the past ("past"), or show the present (undefined).
    */
   toMoment(ability) {
     if (this.recording && this.recording.isPast && ability !== "past") {

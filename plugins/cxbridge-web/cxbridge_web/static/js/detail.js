@@ -94,7 +94,7 @@ export class Detail {
     if (focused) [...box.querySelectorAll("a")].find((a) => a.getAttribute("href") === focused)?.focus();
   }
 
-  /** Of a busy run the same thing is drawn twice a second: a reader there is not disturbed more often. */
+  /** The details of a busy run are drawn at most twice a second, for the reader's sake. */
   rests() {
     const rest = this.drawnAt + REST_MS - performance.now();
     if (rest <= 0) return false;
@@ -132,11 +132,11 @@ export class Detail {
     const about = { class: "tl-time", title: "go to this moment" };
     return button(clockText(point.time, 3), () => this.host.setCursor(point), about);
   }
-  /** What is beyond has not happened at the chosen moment. */
+  /** The step of the chosen moment. */
   get step() {
     return this.host.cursor()?.step ?? Infinity;
   }
-  /** The title, and the outcome at the chosen moment; of an open goal the mode. */
+  /** The title and the outcome at the chosen moment; an open goal has its mode. */
   head(title, item) {
     const { step } = this,
       outcome = outcomeAt(item, step),
@@ -265,7 +265,7 @@ export class Detail {
     ];
   }
 
-  /** Why it is so: as the events tell it, and on demand as `cxbridge why` does. */
+  /** The causes in the events, and on demand the answer of `cxbridge why`. */
   reasons(item) {
     const mayAsk = canAsk(this.host.app, item.env),
       told = this.why?.key === item.key ? this.why.node : null,

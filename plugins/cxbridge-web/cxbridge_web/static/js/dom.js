@@ -99,7 +99,7 @@ export const tabs = (label, entries, current) =>
   );
 
 const SAY_MS = 700;
-/** Announced to screen readers, when somebody has typed; not with each change of what is shown. */
+/** Announce a count to screen readers after a search; not with each change of the list. */
 function sayCount(input) {
   const count = input.isConnected && input.closest(".panel-head").querySelector(".count");
   if (count && count.textContent) document.getElementById("said").textContent = count.textContent + " shown";
@@ -188,16 +188,16 @@ export function durationText(us) {
 export const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 export const plural = (count, noun) => count + " " + noun + (count === 1 ? "" : "s");
 
-/** Replace what is in a node, and keep where it was scrolled to. */
+/** Replace the children of a node, and keep its scroll position. */
 export function refill(node, ...children) {
   const top = node.firstChild ? node.scrollTop : 0,
     isShown = (child) => child !== null && child !== undefined && child !== false && child !== "";
   node.replaceChildren(...children.flat(Infinity).filter(isShown));
-  if (top) node.scrollTop = top; // to read or write it makes the browser lay out everything
+  if (top) node.scrollTop = top; // reading or writing scrollTop makes the browser lay out the page
 }
 
 const states = new WeakMap(); // node -> what it shows, as JSON
-/** Refill a node when it is to show something else than before; without a call it is filled anew next time. */
+/** Refill a node if the state differs from the last one. Without `make` the next call refills in any case. */
 export function redraw(node, state, make) {
   const sign = make && JSON.stringify(state);
   if (sign !== undefined && states.get(node) === sign) return false;
@@ -208,10 +208,10 @@ export function redraw(node, state, make) {
 
 const MANY = 2000,
   SLOWER_MS = 120,
-  SHARE = 4; // of the time at most one part in as many is used
+  SHARE = 4; // a call rests for so many times its duration
 /**
- * Calls at once while there are few items, of many some eight times a second, and never so often that it is
- * most of what the page does.
+ * Limit a call that draws: at once for few items, some eight times a second for many, and never most of the
+ * time.
  */
 export function paced(call, size) {
   let timer = null,

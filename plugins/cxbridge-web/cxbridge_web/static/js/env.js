@@ -1,12 +1,12 @@
-// CLIPS environments: which one is looked at (all views agree on it), and what the API tells of any of them.
+// CLIPS environments: the choice, which all views share, and their goals, plans and domains.
 import { factsPath, get } from "cx/api.js";
 import { MODELS } from "cx/clips/text.js";
 import { choice } from "cx/dom.js";
 import { MAIN_ENV } from "cx/model.js";
 
 /**
- * Goals, plans or the domain of an environment. The API has those of the executive's own; of others they are
- * made of its facts.
+ * Read goals, plans or the domain of an environment. The API has them for the executive's environment; for
+ * another environment facts are read.
  * @param what goals, plans, domain-facts, domain-objects, domain-predicates or domain-operators
  */
 export async function readOf(env, what) {

@@ -1,4 +1,4 @@
-// Text in which the names of goals, rules and facts, and moments, are links to them.
+// Texts with links: names of goals, rules and facts, and moments.
 import { part } from "cx/api.js";
 import { el } from "cx/dom.js";
 

@@ -10,8 +10,8 @@ const callsOf = ({ kind, calls, actions, ...item }) =>
 const namesOf = (calls) => new Set(calls.flatMap(({ skiller, text }) => [skiller, text]));
 
 /**
- * Whether a line may be about a goal, an action or a skill call: not if its component is of another agent, or if it
- * names another robot or the skill string of its call, and none of the item's own.
+ * Whether a line may be about a goal, an action or a skill call: not if its component is of another agent, or
+ * if it names another robot or the skill string of its call, and none of the item's own.
  */
 export function isOfRobot(item, history) {
   const calls = callsOf(item),

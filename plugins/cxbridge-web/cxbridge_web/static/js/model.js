@@ -1,4 +1,4 @@
-// What is known about a run: made of its events, live or recorded. Views are notified once a frame.
+// The state of a run at one moment, made of its events, live or recorded. Views are notified once a frame.
 import { MAIN_ENV, bare, fields, goalKey, isUnnamed } from "cx/names.js";
 import { History } from "cx/timeline/history.js";
 
@@ -9,7 +9,7 @@ const MOST_LOG = 20000,
   MOST_MESSAGES = 200;
 const TOPICS = ["goals", "skills", "log", "interfaces", "facts", "rules", "messages"];
 
-/** The slots of a goal that its event tells besides its state, by the names of the API. */
+/** The slots in a goal's event besides its state, by the names of the API. */
 const toldBy = ({ params, meta, priority, resources, slots }) => ({
   parameters: fields(params),
   meta: fields(meta),
@@ -20,7 +20,7 @@ const toldBy = ({ params, meta, priority, resources, slots }) => ({
 
 export class Model {
   /**
-   * @param onRetracted gets the goals that are RETRACTED; without it they are gone then
+   * @param onRetracted gets goals that are RETRACTED; without it such goals are gone
    * @param history of the whole run, when it is known already; else it grows with the events
    */
   constructor(onRetracted = null, history = null) {
@@ -37,8 +37,8 @@ export class Model {
   }
 
   /**
-   * Ask for a list and take it. It may be older than events that came meanwhile: they are applied once more,
-   * but happened once.
+   * Read a list. The list may be older than events that came during the request: these events are applied
+   * again, to the model but not to the history.
    * @param take called with the answer
    */
   async update(ask, take) {
@@ -55,12 +55,12 @@ export class Model {
 
   clear() {
     this.time = 0;
-    this.step = 0; // of the history: what is beyond has not happened yet
+    this.step = 0; // of the history; later steps have not happened at the moment
     if (!this.isWhole) this.history.clear();
     this.goals = new Map();
     this.gone = new Map();
     this.log = [];
-    this.logGone = 0; // lines that made room for others
+    this.logGone = 0; // lines that were dropped from the log
     this.interfaces = new Map();
     this.messages = [];
     this.facts = new Map(); // environment -> index -> fact
@@ -123,7 +123,7 @@ export class Model {
     Object.assign(goal, { cls, subType: bare(event.sub_type), parent, mode, outcome, error });
     goal.told = toldBy(event);
     this.goals.set(goal.key, goal);
-    // its fact may stay until its family is gone: who can ask does, a recording only knows this much
+    // the fact of a RETRACTED goal may stay until its family is gone: a live page reads the goals again
     if (mode === "RETRACTED") (this.onRetracted || ((each) => this.bury(each)))(goal);
     this.touch("goals");
   }
@@ -137,7 +137,7 @@ export class Model {
   }
 
   /**
-   * The goals of an environment as the API tells them: what it does not have is gone.
+   * Take the goals of an environment from the API: goals that the API lacks are gone.
    * @param now the daemon's clock
    */
   goalsAre(list, env = MAIN_ENV, now = this.time) {

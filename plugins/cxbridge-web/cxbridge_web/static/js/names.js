@@ -2,7 +2,7 @@
 export const MAIN_ENV = "executive";
 export const goalKey = (env, id) => (!env || env === MAIN_ENV ? id : env + ":" + id);
 export const bare = (symbol) => (symbol === "nil" ? "" : symbol);
-/** Whether an event is of a goal without an id: the core gives it one at once, and its life begins with that. */
+/** Whether a goal has no id in an event: the core gives the goal an id at once, and its life begins with that. */
 export const isUnnamed = ({ kind, goal, mode }) => kind === "goal" && goal === "nil" && mode === "FORMULATED";
 /** The fields of a multislot as CLIPS prints them in parentheses; strings without their quotes. */
 export const fields = (text = "") =>

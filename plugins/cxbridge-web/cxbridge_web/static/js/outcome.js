@@ -8,7 +8,7 @@ const { kinds, ended, goal, action, skill } = cx.outcomes;
 export const OUTCOMES = kinds;
 export const NAMES = Object.keys(OUTCOMES);
 
-// recordings hold any words, those that every object knows, too
+// a recording may hold any word, such as the names of properties that each object has
 const find = (table, name, other) => (Object.hasOwn(table, name) ? table[name] : other);
 
 /** Whether a goal in this mode has an outcome. */

@@ -108,7 +108,7 @@ export function palette(app, views) {
 
 const MOST_LINES = 5000; // of the log: the latest
 
-/** What has to be asked for: rules, facts of the executive, interfaces, skills. Those that fail are left out. */
+/** Read rules, facts, interfaces and skills; a failed request gives none. */
 export async function asked(app) {
   if (app.recording) return {};
   const paths = {

@@ -1,7 +1,7 @@
-// What all views look at together: the chosen goal, action and skill, the moment, the environment. The
-// address holds it, so that a link shows the same to somebody else.
+// The selection, which all views share: goal, action and skill, the moment, the environment. The address
+// holds the selection, so that a link shows the same to a colleague.
 
-/** The names of what can be selected. `time`: microseconds since the epoch, null: now. */
+/** The empty selection. `time`: microseconds since the epoch, null: now. */
 const NOTHING = { goal: "", action: "", skill: "", time: null, env: "" };
 const NAMES = Object.keys(NOTHING);
 const WRITE_MS = 300; // browsers refuse addresses that change too often
@@ -29,7 +29,7 @@ export class Selection {
     this.target = target;
   }
 
-  /** Take over what is given; the rest stays. An action and a skill belong to their goal. */
+  /** Change the given names. An action and a skill belong to their goal: another goal clears both. */
   merge(given) {
     const isOther = "goal" in given && given.goal !== this.value.goal,
       next = { ...this.value, ...(isOther && { action: "", skill: "" }), ...given },
@@ -40,7 +40,7 @@ export class Selection {
     this.target.dispatchEvent(new CustomEvent("select", { detail: { changed, ...this.value } }));
   }
 
-  /** Write it into the address, without a step in the history. What the path says is not said again. */
+  /** Write the selection into the address, without a step in the history; the query repeats nothing of the path. */
   write() {
     clearTimeout(this.timer);
     this.timer = null;
@@ -55,7 +55,6 @@ export class Selection {
     if (wanted !== location.hash && path) history.replaceState(history.state, "", wanted);
   }
 
-  /** Take over what an address says. */
   read(query) {
     const { time, ...given } = Object.fromEntries([...query].filter(([name]) => name in NOTHING));
     this.merge(/^\d+$/.test(time) ? { ...given, time: Number(time) } : given);

@@ -1,5 +1,5 @@
-// What views have gathered of the run: one store a page and kind. Live events come to the store whichever
-// view is open; of a recording the store is made of its events when it is asked for.
+// Data that views gather of a run: one store a page and kind. Live events come to the store whichever view is
+// open; the data of a recording are made of its events on demand.
 const stores = new WeakMap(); // class -> the store of the page
 
 export class Store {

@@ -1,4 +1,4 @@
-// The daemon's stream of events: goes on after the last event it had, and says when it is lost.
+// The daemon's stream of events: after a lost connection it continues behind the last event.
 const RETRY_MS = [500, 1000, 2000, 5000];
 const SLICE_MS = 15; // of work at a time, so that the page draws and answers meanwhile
 
@@ -52,7 +52,7 @@ export class Stream {
   }
   hello(hello) {
     const [epoch] = String(hello.last || "").split("-"),
-      restarted = this.epoch !== null && epoch !== this.epoch; // what was known is of another daemon
+      restarted = this.epoch !== null && epoch !== this.epoch; // the model is of another process
     this.epoch = epoch;
     this.tries = 0;
     this.isWaiting = false;
@@ -63,7 +63,7 @@ export class Stream {
     this.handlers.state("open");
     this.handlers.hello(hello);
   }
-  /** We try again ourselves: a browser gives up after some errors, and asks for no other `since`. */
+  /** The page reconnects itself: a browser gives up after some errors, and repeats the old `since`. */
   lost() {
     this.close();
     this.handlers.state("lost");
@@ -71,7 +71,7 @@ export class Stream {
     this.timer = setTimeout(() => this.open(), wait);
   }
 
-  /** Take the events that have come, some at a time; all at once while nobody looks: timers rest then. */
+  /** Apply the queued events in slices; all at once while the page is hidden: timers rest then. */
   work() {
     const begin = performance.now(),
       { queue } = this;

@@ -1,5 +1,5 @@
-// Light, dark, or as the system has it; remembered. Style sheets ask for `prefers-color-scheme` only: what
-// they get as an answer is changed here, in the sheets that the page has loaded.
+// The theme: light, dark, or that of the system. Style sheets ask for `prefers-color-scheme` only: the theme
+// replaces that question in the loaded sheets by an answer.
 import { button, el, remember, remembered } from "cx/dom.js";
 
 const KEY = "cxbridge-theme",

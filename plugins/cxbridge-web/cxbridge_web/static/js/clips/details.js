@@ -45,7 +45,7 @@ export function ruleDetail(app, rule, firings, back) {
     return refill(source, el.h3("Source"), el("pre.source", about, highlighted(construct.text)));
   }
   update(rule, firings);
-  // why a source cannot be read is told with the rule itself
+  // the list of rules shows the error of the same request
   constructText(app, app.env, "defrule", rule.name).then(show, () => {});
   const head = el("div.detail-head", back, el.h2(rule.name), why.button);
   return { nodes: [head, place, why.box, source], update };

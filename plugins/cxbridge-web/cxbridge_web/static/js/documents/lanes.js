@@ -14,7 +14,7 @@ const TICKS = [1, 2, 5, 10, 30, 60, 120, 300, 600];
 
 const middleOf = (place) => HEAD + ROW * place + ROW / 2;
 
-/** As much of a text as there is room for; nothing when that would mean nothing. */
+/** A text cut to a width; "" for less than four letters. */
 function cut(text, pixels) {
   const letters = Math.floor(pixels / LETTER);
   if (text.length <= letters) return text;

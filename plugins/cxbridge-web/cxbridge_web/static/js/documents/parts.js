@@ -1,4 +1,4 @@
-// What documents share: sections, tables of plain values, notes.
+// Sections, tables and notes of documents.
 import { el, none, wideTable } from "cx/dom.js";
 import { goalOutcome, outcomeBadge } from "cx/outcome.js";
 

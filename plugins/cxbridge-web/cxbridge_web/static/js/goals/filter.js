@@ -46,7 +46,7 @@ export function goalFilter(app, changed) {
       find.value = "";
       write();
     },
-    /** Take over what the address says; what it does not say stays, and is written there. */
+    /** Read the choices from the address; an address without choices gets the present ones. */
     read() {
       const { query } = parseAddress(location.hash);
       if (FILTERS.some((name) => query.has(name)))

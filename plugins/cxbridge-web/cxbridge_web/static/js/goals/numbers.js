@@ -1,4 +1,4 @@
-// What a goal's row says besides its name: how long it took, how far it is, which robots work for it.
+// The numbers in a goal's row: duration, progress, robots.
 import { goalOutcome, hasEnded, isOpen } from "cx/outcome.js";
 import { outcomeAt } from "cx/timeline/spans.js";
 

@@ -11,7 +11,7 @@ class Tokens {
       sign ? { sign } : { word: quoted?.replaceAll('\\"', '"') ?? plain },
     );
   }
-  /** Whether one of these signs is next; it is passed over. */
+  /** Pass over one of these signs. Returns whether it was next. */
   sign(...wanted) {
     const isNext = wanted.includes(this.all[this.at]?.sign ?? "");
     if (isNext) this.at += 1;

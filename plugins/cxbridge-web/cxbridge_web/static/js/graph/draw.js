@@ -116,7 +116,7 @@ function state({ label, width, height, kind, isActive, isWay }, { x, y }, href) 
   return href ? svg.a({ href, "aria-label": label }, drawn) : drawn;
 }
 
-/** Leave what has the text in its name, and its neighbours. */
+/** Keep the nodes with the text in their names, and their neighbours. */
 function keepNear(graph, text) {
   const found = new Set([...graph.nodes.keys()].filter((name) => name.toLowerCase().includes(text)));
   graph.edges = graph.edges.filter(({ from, to }) => found.has(from) || found.has(to));
@@ -169,7 +169,7 @@ function curve([first, ...rest], isLoop, isWide) {
   return path;
 }
 
-/** The same in words, for those who do not see it. */
+/** The graph in words, for screen readers. */
 function words(nodes, edges) {
   const name = new Map(nodes.map((node) => [node.name, node.label])),
     active = nodes.filter((node) => node.isActive).map(({ label }) => "active: " + label);

@@ -28,7 +28,7 @@ export function layered(nodes, edges) {
     put = (node) => (layers[node.layer] ??= []).push(node);
   for (const node of byName.values()) put(node);
   for (let at = 0; at < layers.length; at++) layers[at] ??= [];
-  // long edges go through places of their own
+  // an edge passes each layer between its ends in a separate place
   const chains = ways.map((way, number) => way && chainOf(...way, edges[number], put));
   for (const chain of chains.filter(Boolean))
     for (const [at, node] of chain.slice(1).entries()) {

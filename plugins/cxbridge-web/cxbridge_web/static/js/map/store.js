@@ -16,7 +16,7 @@ function yawOf(rotation) {
   const [x, y, z, w] = rotation;
   return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 }
-/** A pose that is given in another pose, seen from where that one is given. */
+/** The pose `inner`, given in the frame of the pose `outer`, in the frame of `outer`. */
 function compose(outer, inner) {
   const cos = Math.cos(outer.yaw),
     sin = Math.sin(outer.yaw);
@@ -69,7 +69,7 @@ export class Tracks {
   frames = new Map(); // child frame -> Track
   graphs = new Map(); // name -> {nodes, edges}
 
-  /** Take the news of an event. Returns whether it had some. */
+  /** Returns whether the event has a pose, a frame or a graph. */
   take({ kind, uid, time_us: time, values, ...rest }) {
     if (kind === "navgraph") this.graphs.set(rest.graph, { nodes: rest.nodes, edges: rest.edges });
     if (kind !== "interface") return kind === "navgraph";
@@ -127,7 +127,7 @@ export class Tracks {
     return one.root === other.root ? compose(inverse(other), one) : null;
   }
 
-  /** The frames there are, the usual fixed ones first. */
+  /** The names of all frames, the usual fixed frames first. */
   frameNames() {
     const tracks = [...this.poses.values(), ...this.frames.values()],
       last = tracks.flatMap(({ points }) => points.slice(-1)).map(({ frame }) => frame),
@@ -154,7 +154,7 @@ export class Tracks {
     });
   }
 
-  /** Where something was up to a time, seen from a frame: at most `most` points [x, y]. */
+  /** The way of a track up to a time, in a frame: at most `most` points [x, y]. */
   trail(track, frame, time, most = 2000) {
     const end = track.count(time),
       step = Math.max(1, Math.ceil(end / most));
@@ -183,7 +183,7 @@ export class TrackStore extends Store {
     return this.now;
   }
 
-  /** What holds now: the graphs, and where everything is. */
+  /** Read the present graphs and poses. */
   async read() {
     const now = this.app.status?.now_us || this.app.live.time,
       [graphs, interfaces] = await Promise.all([get("cxbridge/navgraphs"), get("cxbridge/interfaces")]);

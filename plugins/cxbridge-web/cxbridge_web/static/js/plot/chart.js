@@ -105,7 +105,7 @@ export class Chart {
     else this.point(Math.min(this.to, Math.max(this.from, before + step)));
   }
 
-  /** One axis for what has the same unit; what does not fit beside the chart has none. */
+  /** Series with one unit share an axis; axes that do not fit beside the chart are left out. */
   layAxes(width) {
     const keyOf = ({ words, name, source }) => (words ? name : source.axis),
       groups = Map.groupBy(this.series, keyOf);

@@ -1,4 +1,4 @@
-// What can be plotted, by name: `Type::id.field[2]`, `env:template{slot=value}.slot[1]`, `loop`.
+// Names of values that can be plotted: `Type::id.field[2]`, `env:template{slot=value}.slot[1]`, `loop`.
 import { parseFact, valuesOf } from "cx/clips/text.js";
 
 const FIELD = /^([A-Za-z_]\w*)::(.+)\.([A-Za-z_]\w*)(?:\[(\d+)\])?$/s;
@@ -59,8 +59,8 @@ const LOOP_TIME = {
 
 /**
  * @param usualEnv environment of facts whose name has none
- * @returns what the name stands for: name (in full), label, about, kind, axis, sample(event) -> value or
- * undefined; null: it is none
+ * @returns the value's name (in full), label, about, kind, axis, sample(event) -> value or undefined; null
+ * for a text that is no name
  */
 export function parseName(text, usualEnv) {
   const name = text.trim(),

@@ -1,4 +1,4 @@
-// What can be plotted: names for completion, and the values that changed most as proposals.
+// Proposals for a plot: names for completion, and the values that changed most.
 import { factsPath, get } from "cx/api.js";
 import { parseFact, valuesOf } from "cx/clips/text.js";
 import { fieldNames } from "cx/plot/names.js";

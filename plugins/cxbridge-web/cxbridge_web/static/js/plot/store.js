@@ -1,4 +1,4 @@
-// What is plotted: the series, live ones and those of the recording that is open. Lives as long as the page.
+// The plotted series, live and of the open recording, as long as the page is open.
 import { factsPath, get, idPath, part } from "cx/api.js";
 import { parseName } from "cx/plot/names.js";
 import { Series } from "cx/plot/series.js";
@@ -39,7 +39,7 @@ class PlotStore extends Store {
     if (changed.length) this.notify();
   }
 
-  /** Show one more. Returns why not; "" when it is shown. */
+  /** Add a series. Returns the reason for a refusal, or "". */
   add(text) {
     const source = parseName(text, this.app.env);
     if (!source) return "'" + text + "' is not a name of a value";
@@ -57,7 +57,7 @@ class PlotStore extends Store {
     this.live.delete(name);
     this.changed();
   }
-  /** Show these and no others. Returns why one of them is not shown. */
+  /** Replace the series. Returns the reason for the first refusal, or "". */
   show(names) {
     const wanted = new Set(names.map((name) => parseName(name, this.app.env)?.name));
     for (const name of this.names) if (!wanted.has(name)) this.remove(name);
@@ -68,7 +68,7 @@ class PlotStore extends Store {
     this.notify();
   }
 
-  /** What holds now: an event comes only with the next change. */
+  /** Read the present value: an event comes only with the next change. */
   async begin(series) {
     const { kind, type, id, env, template, uid } = series.source,
       now = this.app.status?.now_us || this.app.live.time,
@@ -82,7 +82,7 @@ class PlotStore extends Store {
           sample({ env, template, asserted: true, text: fact.formatted });
       this.notify();
     } catch {
-      // it is not there yet: the first event begins the line
+      // the interface or the template does not exist yet: its first event begins the line
     }
   }
 }

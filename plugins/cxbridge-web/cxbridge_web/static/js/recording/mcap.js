@@ -96,7 +96,7 @@ class Sources {
 
 /**
  * @param pause(part) awaited now and then, with the part of the file that was read (0 to 1)
- * @returns {events, notes, sources}: what could be read, what not, and the attached CLIPS files
+ * @returns {events, notes, sources}: notes name unread parts, sources are the attached CLIPS files
  */
 export async function readMcap(whole, pause) {
   const file = new Bytes(whole),

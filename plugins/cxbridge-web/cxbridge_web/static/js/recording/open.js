@@ -15,7 +15,7 @@ const WHAT =
 
 class Cancelled extends Error {}
 
-/** Tells how far it is, lets the page draw meanwhile, and may be cancelled. */
+/** Do work with a bar that shows its progress and cancels it; the page keeps drawing. */
 async function withProgress(name, work, failed) {
   const bar = el.progress({ max: 1, "aria-label": "reading " + name });
   let cancelled = false,
@@ -77,7 +77,7 @@ async function playAll(recording, pause) {
   }
 }
 
-/** Look at what has happened up to now as at a recording. */
+/** Open the past of a live run. */
 export function openPast(app, recording) {
   const work = async (pause) => {
     await playAll(recording, pause);

@@ -1,4 +1,4 @@
-// A recorded run at one of its moments; and what has happened of a live run, looked at in the same way.
+// A recorded run at one of its moments; the past of a live run as such a recording.
 import { Model } from "cx/model.js";
 import { countWhile } from "cx/names.js";
 import { History } from "cx/timeline/history.js";
@@ -120,7 +120,7 @@ export class Past {
     return this.latest >= time;
   }
 
-  /** What there is up to now, as a recording at its begin. */
+  /** The kept events as a recording at its begin. */
   recording() {
     const notes = this.isWhole ? [] : ["What was long ago is not kept."];
     // a recording notes its steps in its events

@@ -1,5 +1,5 @@
-// What is known of the parameters of skills: the templates of the action mapping name them, and calls that
-// were made show values; a form to call a skill has a field for each.
+// The parameters of skills: their names are in the templates of the action mapping, their last values in
+// calls; a form to call a skill has a field for each.
 import { el, field, form, submit, textInput } from "cx/dom.js";
 
 const CALL = /^\s*([\w-]+)\s*\{(.*)\}\s*$/s;
@@ -39,7 +39,7 @@ export function parametersOf(skill, mapped, calls) {
   return [...last].map(([name, value]) => ({ name, last: value }));
 }
 
-/** What somebody typed as a value in a skill string: numbers and true stay, the rest is quoted. */
+/** A typed value as a skill string has it: numbers and truth values stay, other texts are quoted. */
 export function written(text) {
   const value = text.trim();
   return BARE.test(value) || /^".*"$/s.test(value) ? value : '"' + value.replace(/["\\]/g, "\\$&") + '"';

@@ -1,5 +1,4 @@
-// What is known of a Skiller: its state, its calls, its skills, the executors of its skill board, and who
-// controls it.
+// A Skiller: its state, its calls, its skills, the executors of its skill board, and its controller.
 import { factsPath, get, idPath, part } from "cx/api.js";
 import { parseFact, valuesOf } from "cx/clips/text.js";
 import { badge, button, clockText, durationText, el, link, note, wideTable } from "cx/dom.js";
@@ -60,9 +59,9 @@ export function callList(calls, again) {
 
 /**
  * @param names that the Skiller has
- * @param executors of its skill board: they may have others
+ * @param executors of its skill board, with further skills
  * @param calls its calls: of a recording, what is known of its skills; empty of a live run
- * @returns {name, who}: who executes it
+ * @returns {name, who}: the executors of the skill
  */
 export function knownSkills(names, executors, calls) {
   const who = new Map(names.map((name) => [name, []]));
@@ -130,7 +129,7 @@ function controls(text, skiller) {
 
 /**
  * @param serial of the interface's field exclusive_controller
- * @returns "" when nobody controls it; "executive", when an executive of this daemon does
+ * @returns the controller in words; "" without one
  */
 export async function controllerName(app, skiller, serial) {
   if (!serial) return "";

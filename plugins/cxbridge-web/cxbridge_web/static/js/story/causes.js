@@ -1,6 +1,5 @@
-// Why something failed, was rejected, or goes on, as far as the events tell: from a goal down to the
-// sub-goal, the action and the skill call behind the goal. `why` of the server knows more (rules, facts):
-// js/why.js.
+// Causes of failures and waits in the events: from a goal down to the sub-goal, the action and the skill call
+// behind the goal. `why` of the server knows more (rules, facts): js/why.js.
 import { forestOfGoals } from "cx/forest.js";
 import { isOpen, OUTCOMES } from "cx/outcome.js";
 import { pathTo } from "cx/timeline/host.js";
@@ -34,7 +33,7 @@ export const errorOf = (goal) =>
 
 const endOf = (item, history) => (timesOf(item, history).end || history.end).step;
 
-/** The one of several with an outcome: that ended last, or, while they are open, that began first. */
+/** The item with an outcome that ended last, or, of open items, that began first. */
 function oneOf(items, outcome, history) {
   const found = items.filter((each) => outcomeAt(each) === outcome);
   return isOpen(outcome) ? found[0] : found.sort((a, b) => endOf(a, history) - endOf(b, history)).at(-1);
@@ -84,7 +83,7 @@ function sentence(item, outcome) {
   return probably + item.skiller + could + item.text + (item.error ? ": " + item.error : "");
 }
 
-/** The first cause of what failed or was rejected, in words; "" of anything else. */
+/** The first cause of a failed or rejected item, in words; "" for other outcomes. */
 export function reasonOf(item, history) {
   if (!["failed", "rejected"].includes(outcomeAt(item))) return "";
   const last = causes(item, history).at(-1);

@@ -50,7 +50,7 @@ export class Story {
     const answerOf = async (env) => ({ env, ...(await ask(app, "run", "", env)) }),
       envs = new Set(bad.map(({ env }) => env)),
       answers = await Promise.allSettled([...envs].map(answerOf));
-    // where nothing explains this run, the events tell what they can
+    // where no server explains the run, the causes in the events remain
     this.answers = answers.flatMap(({ value }) => value ?? []);
     if (this.answers.length) later();
   }

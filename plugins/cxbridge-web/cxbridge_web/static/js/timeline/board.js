@@ -14,7 +14,7 @@ export function agentAndId(uid) {
   return [agent, id];
 }
 
-/** What a message is about: a board, one of its lives, a master's number. Null when it is about no skill. */
+/** The ticket of a message: a board, one of its lives, a master's number. Null for a message about no skill. */
 function ticketOf({ uid, values }) {
   const [agent] = agentAndId(uid),
     named = (agent ? agent + "/" : "") + (values.board || ""),
@@ -41,12 +41,12 @@ export class BoardMessages {
     this.early = new Map(); // between processes an answer may come before its question
   }
 
-  /** What a message says: a list of {type, agent, executor, request, text, progress, status, succeeded}. */
+  /** The news in a message: a list of {type, agent, executor, request, text, progress, status, succeeded}. */
   read(event) {
     const ticket = event.outcome === "refused" ? null : ticketOf(event);
     if (ticket === null) return [];
     if (event.message === "RequestMessage") {
-      if (this.asked.has(ticket)) return []; // the same question, to somebody else
+      if (this.asked.has(ticket)) return []; // the same request, to another executor
       const { skill, parameters, agent, name, master } = event.values,
         early = this.early.get(ticket) || [],
         text = [skill, ...words(parameters)].join(" ") + " of " + (agent || "no agent");
@@ -68,7 +68,7 @@ export class BoardMessages {
       found = { type, agent, executor, ...this.asked.get(ticket), progress: values.progress || 0 };
     if (type === "FEEDBACK") return [{ ...found, status: values.text || "" }];
     if (type !== "FINISH") return [found];
-    if (outcome !== "REFUSED") this.asked.delete(ticket); // else the master asks others
+    if (outcome !== "REFUSED") this.asked.delete(ticket); // else the master asks another executor
     const succeeded = outcome === "SUCCEEDED";
     return [{ ...found, succeeded, status: succeeded ? values.text || "" : values.error || outcome }];
   }

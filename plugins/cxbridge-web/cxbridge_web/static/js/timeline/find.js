@@ -1,5 +1,4 @@
-// What is at a place of the timeline: the bar or the mark below the pointer, in words; and the box that shows
-// it.
+// The bar or the mark of the timeline below the pointer, in words; and the box with these words.
 import { durationText, el, refill } from "cx/dom.js";
 import { OUTCOMES } from "cx/outcome.js";
 import { AXIS, MARKS, axisText } from "cx/timeline/paint.js";
@@ -44,7 +43,7 @@ function nameOf({ kind, id, cls, name, skiller, text }) {
   return kind === "action" ? "Action " + id + " " + name : (skiller || "planner") + ": " + (text || name);
 }
 
-/** What is found, in lines: the first one says what it is. */
+/** The lines of a tip: first the name. */
 export function tipOf({ mark, item, span }, { now, zero }) {
   const at = (point) => axisText(point.time, 0.001, 1e6, zero);
   if (mark) return [(mark.component ? mark.component + ": " : "") + mark.text, at(mark)];

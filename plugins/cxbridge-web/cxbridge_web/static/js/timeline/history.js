@@ -1,5 +1,5 @@
-// What happened when: goals, plan-actions, skill calls and errors with their changes over time, read from
-// events. The one reader of such times: the timeline, the goals' view and reports take them from here.
+// The history of a run: goals, plan-actions, skill calls and errors with their changes over time, read from
+// events. Timeline, goals and reports take all times from here.
 import { hasEnded, skillOutcome } from "cx/outcome.js";
 import { MAIN_ENV, bare, countWhile, fields, goalKey, isUnnamed } from "cx/names.js";
 import { agentAndId, BoardMessages, laneOf } from "cx/timeline/board.js";
@@ -21,7 +21,7 @@ function append(changes, change) {
   if (changes.length > MOST_CHANGES) changes.splice(1, 1);
 }
 
-/** The last of what is in order at or before a step. */
+/** The last element of an ordered list at or before a step. */
 export const lastUpTo = (list, step, stepOf = (each) => each.step) =>
   list[countWhile(list, (each) => stepOf(each) <= step) - 1];
 /** The last goal or action that began at or before a step. */
@@ -164,8 +164,8 @@ export class History {
   }
 
   /**
-   * A goal of a list that was asked for: events that came before the page was opened may be missing.
-   * @returns the event that is made up for what was missed; null when there is nothing new
+   * Take a goal from the API: its events from before the page was opened are missing.
+   * @returns an event in place of the missed events; null when the goal is known
    */
   goalIs({ name, env, cls, subType, parent, mode, outcome, error }, time) {
     const known = this.goals.get(this.keyOf(env, name)),
@@ -209,7 +209,7 @@ export class History {
     }
     append(action.changes, { ...this.step(), state: event.state });
     if (!event.call) return;
-    // a number may be used again: a call from before the action was sent is another one
+    // message numbers are used again: a call from before the action was sent is not its call
     const since = action.changes.findLast(({ state }) => NOT_SENT.has(state))?.step ?? 0,
       sentAs = event.skiller + "\n" + event.call,
       isOf = (call) => call.sentAs === sentAs && call.begin.step >= since && (!call.env || call.env === env);
@@ -256,8 +256,8 @@ export class History {
   }
 
   /**
-   * A Skiller says so itself, or the executive has read it there: the same call has the same message. `lane`:
-   * what runs one skill at a time; a Skiller.
+   * Take the state of a Skiller, from its interface or as the executive has read it: one call has one
+   * message. A `lane`, such as a Skiller, runs one skill at a time.
    */
   skillIs({ skiller, skill_string: text, msgid, status, env = "", lane, request }, error = "") {
     const last = this.lastCalls.get(lane),
@@ -265,7 +265,7 @@ export class History {
       outcome = skillOutcome(status),
       isRunning = outcome === "running";
     if (!last && !isRunning) {
-      // a Skiller that was used before still shows what it did last
+      // the interface of a Skiller still holds the call of a run before
       this.lastCalls.set(lane, { text, msgid, end: this.end });
       return;
     }
@@ -304,7 +304,7 @@ export class History {
     this.robotIs(this.skillers, id, held);
     const lane = this.laneOfSkiller(id),
       last = this.lastCalls.get(lane);
-    // what the executive has read counts: it comes a loop later, and the plan-actions follow it
+    // the executive reads the interface a loop later, and the plan-actions follow: its time counts
     if (!this.seen.has(lane)) this.skillIs({ ...held, skiller, env, lane }, held.error);
     else if (last?.end?.time === this.time && skillOutcome(last.status) === "failed")
       last.error ||= held.error;

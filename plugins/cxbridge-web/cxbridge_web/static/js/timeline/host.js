@@ -24,7 +24,7 @@ export function pathTo(item) {
   return { ...(action ? pathTo(action) : {}), skill: String(item.number) };
 }
 
-/** What a path leads to: each of its levels that there is. */
+/** The goal, the action and the skill call of a path; `item` is the deepest of them. */
 export function resolve(path, history) {
   const goal = path.goal && history.goals.get(path.goal),
     action = path.action && history.actions.get(path.goal + "\n" + path.action),
@@ -47,7 +47,7 @@ export const timelineAddress = (path) => ["#/timeline", ...partsOf(path).map(par
  */
 
 export class PageHost {
-  /** @param app the page @param show draws the view again @param href the address of a path, see path.js */
+  /** @param app the page @param show draws the view again @param href the address of a path, see pathOf */
   constructor(app, show, href = timelineAddress) {
     Object.assign(this, { app, show, href });
     this.at = null; // of what happens now: the chosen moment

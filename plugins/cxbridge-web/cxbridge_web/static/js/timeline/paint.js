@@ -1,4 +1,4 @@
-// Draws rows, the axis and marks onto a canvas: only what is seen, and of what falls on one pixel only one.
+// Draws rows, the axis and marks onto a canvas: only the seen ones, and one of those on the same pixel.
 import { fillBox, ink, line } from "cx/canvas.js";
 import { clockText, durationText } from "cx/dom.js";
 import { countWhile } from "cx/names.js";
@@ -15,7 +15,7 @@ const isLoud = (outcome) => outcome === "failed";
 const lastError = (goal) => (goal.changes.findLast(({ error }) => error) || { error: "" }).error;
 const pad = (number) => String(number).padStart(2, "0");
 
-/** What stands at a value of the axis. `zero`: where a recording begins; null: the time of day. */
+/** The text at a value of the axis. `zero`: where a recording begins; null: the time of day. */
 export function axisText(value, step, unit, zero) {
   if (unit === 1) return "#" + Math.round(value);
   if (zero === null) return clockText(value, step >= 1 ? 0 : step >= 0.001 ? 3 : 6);

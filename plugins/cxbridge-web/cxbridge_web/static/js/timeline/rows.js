@@ -27,7 +27,7 @@ export function robotNames(lanes) {
  * @property {boolean} isSummary a goal whose parts have rows; else the actions are within the bar of the goal
  */
 
-/** What is shown of a history: which rows are folded, which outcomes and words are wanted. */
+/** The rows of a history: folds, and filters by outcome, words and time. */
 export class Rows {
   constructor(history) {
     this.history = history;
@@ -185,7 +185,6 @@ function goalName({ id, cls }) {
   ];
 }
 
-/** What a row's label consists of. */
 export function nameOf(row, history, step) {
   const { item, kind } = row;
   if (!isLife(row)) return el("span.main-text", el.b(row.name), kind === "robot" && dim(" " + item.length));

@@ -112,7 +112,7 @@ export function stacked(actions, whole, history) {
   return found.map((each) => ({ ...each, lanes: ends.length }));
 }
 
-/** What became of it up to a step, as far as known then; null: it was not there yet. */
+/** The outcome of an item at a step; null before the item began. */
 export function outcomeAt(item, step = Infinity) {
   if (item.kind === "skill") {
     if (item.begin.step > step) return null;
@@ -123,7 +123,7 @@ export function outcomeAt(item, step = Infinity) {
   return item.kind === "goal" ? goalOutcome(change) : actionOutcome(change.state);
 }
 
-/** When it began and ended, and for how long it ran; null for what has not happened. */
+/** The begin, start and end of an item, and for how long it waited and ran; null for times that have not come. */
 export function timesOf(item, history) {
   const runs = spansOf(item, history).filter(({ part }) => part === "run"),
     begin = item.begin || item.changes[0],

@@ -111,7 +111,6 @@ export class Timeline {
     }
     return this.lateCalls;
   }
-  /** What the painter and the search for what is below the pointer know. */
   get scene() {
     const { window, history, now, zero, late, marks, list } = this;
     return {

@@ -80,7 +80,7 @@ export class TimeWindow {
     this.follows = true;
     this.advance();
   }
-  /** There is more: go on with it. */
+  /** The run has grown. */
   advance() {
     if (this.fits) this.fit();
     else if (this.follows) {

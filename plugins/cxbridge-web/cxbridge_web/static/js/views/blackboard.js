@@ -1,4 +1,4 @@
-// Interfaces: who writes and reads them, their values as they change, and messages to send.
+// Interfaces: their writers and readers, their values as they change, and messages to send.
 import { get, idPath, part } from "cx/api.js";
 import { messageForm, sentMessages } from "cx/blackboard/messages.js";
 import {

@@ -103,7 +103,7 @@ export function open(root, app) {
     draw();
   }, SOON_MS);
 
-  /** Live, the daemon counts: every page that is opened shows the same. */
+  /** The daemon counts the firings of a live run: all pages show the same. */
   const firings = (rule) =>
     (app.recording ? app.model.firings.get(app.env + " " + rule.name) : rule.firings) || 0;
   const allRules = () => (app.recording ? rulesOfRecording(app) : rules);
@@ -122,7 +122,7 @@ export function open(root, app) {
     page.show(found, all, text, app.recording ? recorded : live);
     updateRule();
     envs.renew();
-    if (!chosen && found.length && detail.querySelector(".empty")) drawOverview(); // it says that there is nothing
+    if (!chosen && found.length && detail.querySelector(".empty")) drawOverview(); // which says that the list is empty
     overview();
   }
 
@@ -152,7 +152,7 @@ export function open(root, app) {
     agenda: () => button("Read again", readers.agenda),
   };
 
-  /** The chosen fact has another index now, or is gone; its form follows when it is there. */
+  /** The chosen fact has another index now, or is gone; the form of a new index follows with its fact. */
   function changed(before, index) {
     readers.facts();
     if (chosen !== "f-" + before) return; // another one was chosen meanwhile
@@ -184,7 +184,6 @@ export function open(root, app) {
         ? factsOverview([...facts().values()], owners, chooseTemplate, app.mayChange)
         : rulesOverview(allRules(), firings),
     );
-  /** The chosen rule has fired again, or more is known of it. */
   function updateRule() {
     const known = shownRule && allRules().find((each) => each.name === shownRule.name);
     if (known) shownRule.update(known, firings(known));

@@ -19,7 +19,7 @@ const TICK_MS = 1000,
   NARROW = 760; // pixels: there details take the place of the table
 const COLUMNS = ["outcome", "why", "robot", "done", "began", "took"];
 const closed = new Set(); // stays when another view was open
-let withGone = null; // null: while there are no others
+let withGone = null; // null: gone goals are shown while no other goal is left
 
 /** Where the table shows a goal; its actions and skill calls are in the timeline. */
 function address(path) {
@@ -99,7 +99,7 @@ export function open(root, app) {
     return button(text, changed, attributes);
   }
 
-  /** What a row says besides its name, by column. */
+  /** The texts of a row besides the name, by column. */
   function cellsOf(goal) {
     const outcome = goalOutcome(goal),
       duration = durationOf(goal, app.now),

@@ -1,5 +1,5 @@
-// Drawings of the blackboard (who writes and reads what) and of the coordinate frames, as Fawkes' webview has
-// them.
+// Drawings of the blackboard (writers and readers of interfaces) and of the coordinate frames, as in Fawkes'
+// webview.
 import { get } from "cx/api.js";
 import { button, el, none, panel, redraw, refill, search } from "cx/dom.js";
 import { drawGraph } from "cx/graph/draw.js";

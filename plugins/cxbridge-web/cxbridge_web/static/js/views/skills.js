@@ -1,4 +1,4 @@
-// Skills: what runs, its state graph, to call and to stop.
+// Skills: the running skill and its state graph; calls.
 import { get, part, post, remove } from "cx/api.js";
 import {
   callList,
@@ -126,7 +126,7 @@ export function open(root, app) {
     // Of several agents: AGENT/ID is the same, with its interface
     return all.filter((id) => !all.some((other) => other.endsWith("/" + id)));
   }
-  /** Another one is looked at: what was known is of the one before. */
+  /** Another Skiller is chosen. */
   function change() {
     looked = skiller();
     names = [];

@@ -38,7 +38,7 @@ export function open(root, app) {
   return {
     go(rest) {
       const { goal, action } = app.selection.value,
-        // what was chosen in another view is shown here, too
+        // the selection of another view
         path = isFirst && !rest.length && goal ? { goal, action } : pathOf(rest);
       isFirst = false;
       app.select({ goal: path.goal || "", action: path.action || "", skill: path.skill || "" });
