@@ -63,16 +63,24 @@ def report(run: Run, title: str = "") -> str:
 
 
 def _explanations(run: Run, history: RunHistory) -> dict[str, Any]:
-    """Return the story of a run, and why its goals failed or wait, as far as a plug-in explains runs."""
+    """Return the story of a run, and why its goals failed or wait, as far as a plug-in explains runs.
+
+    With several agents a question begins with the agent's environment.
+    """
+    envs: list[str | None] = [*dict.fromkeys(goal.env for goal in history.goals)] or [None]
+    found: dict[str, Any] = {}
     try:
-        explain = explainer(run)
-        unfinished = [goal.name for goal in history.goals if goal.ended is None or goal.outcome == "FAILED"]
-        return {
-            "run": explain("run", "")["data"],
-            **{f"goal {name}": explain("goal", name)["data"] for name in unfinished[:MOST_EXPLANATIONS]},
-        }
+        for env in envs:
+            explain = explainer(run, env=env)
+            agent = f"{env} " if len(envs) > 1 else ""
+            goals = [goal for goal in history.goals if goal.env == env]
+            unfinished = [goal.name for goal in goals if goal.ended is None or goal.outcome == "FAILED"]
+            found[f"{agent}run"] = explain("run", "")["data"]
+            for name in unfinished[:MOST_EXPLANATIONS]:
+                found[f"{agent}goal {name}"] = explain("goal", name)["data"]
     except (CxbridgeError, RecursionError):  # goals below each other by the thousand
         return {}
+    return found
 
 
 def document_page(kind: str, title: str, document: Mapping[str, Any]) -> str:

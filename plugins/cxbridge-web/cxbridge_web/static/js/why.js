@@ -105,8 +105,9 @@ function elements({ elements: list, failing }) {
       el("code.source", highlighted(text)),
       el(
         "span.dim.small.n",
-        alone ? matches(alone) + " alone" : "",
-        joined ? ", " + matches(joined) + " with those before" : "",
+        [alone && matches(alone) + " alone", joined && matches(joined) + " with those before"]
+          .filter(Boolean)
+          .join(", "),
       ),
     );
   };

@@ -123,9 +123,10 @@ async function askServer(url, { time, begin, end, environments }, kind, name, en
   if (!reply.ok) throw new Error(answer.message);
   return answer.data;
 }
-/** The answers to why that a report has inside. */
-const toldInside = (answers) => async (recording, kind, name) => {
-  const found = answers[(kind + " " + name).trim()];
+/** The answers to why in a report; with several agents a question begins with the agent's environment. */
+const toldInside = (answers) => async (recording, kind, name, env) => {
+  const question = (kind + " " + name).trim(),
+    found = answers[env + " " + question] ?? answers[question];
   if (found) return found;
   throw new Error("The report does not have this answer: open the recording with 'cxbridge view'");
 };

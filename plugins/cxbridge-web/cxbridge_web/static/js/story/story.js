@@ -102,7 +102,7 @@ export class Story {
       tone = stands ? (isBad ? "failed" : "formulated") : worst,
       reason =
         roots.map((goal) => reasonOf(goal, history)).find(Boolean) ||
-        (stands && this.rootCause({ withSubject: true }));
+        (stands && this.rootCause(this.answers, { withSubject: true }));
     return el(
       "div",
       { class: "story-head o-" + tone, title: "began at " + timeOfDay(begin) },
@@ -140,10 +140,10 @@ export class Story {
     ];
   }
 
-  /** The deepest reason of the server; with the sentence above it when only that one names the subject. */
-  rootCause({ withSubject = false } = {}) {
+  /** The deepest reason in answers of the server; with the sentence above it when only that one names the subject. */
+  rootCause(answers, { withSubject = false } = {}) {
     const texts = [];
-    let cause = this.answers.flatMap(({ wrong }) => wrong).find(({ because }) => because.length);
+    let cause = answers.flatMap(({ wrong }) => wrong).find(({ because }) => because.length);
     for (; cause; [cause] = cause.because) texts.push(cause.text);
     const [above = "", text = ""] = texts.slice(-2);
     return withSubject && /^its? /.test(text) ? `${above}: ${text}` : text || above;
@@ -152,10 +152,16 @@ export class Story {
     if (!goals.length) return null;
     const { app, history } = this.host,
       told = this.answers.filter(({ wrong }) => wrong.length),
-      isMany = new Set(goals.map(({ env }) => env)).size > 1,
-      way = goals.slice(0, MOST).map((goal) => chain(this.host, goal, history, isMany)),
-      isKnown = causes(goals[0], history).at(-1).item.kind === "skill";
-    if (!isKnown && told.length) way[0].append(el.li(dim("because "), el.b(linked(app, this.rootCause()))));
+      envs = goals.map(({ env }) => env),
+      isMany = new Set(envs).size > 1;
+    const way = goals.slice(0, MOST).map((goal, at) => {
+      const list = chain(this.host, goal, history, isMany),
+        answer = envs.indexOf(goal.env) === at && told.find(({ env }) => env === goal.env),
+        isKnown = causes(goal, history).at(-1).item.kind === "skill";
+      if (answer && !isKnown)
+        list.append(el.li(dim("because "), el.b(linked(app, this.rootCause([answer])))));
+      return list;
+    });
     const reasons = ({ env, wrong, unknown }) => [
       isMany && el.h4(env),
       causeList(app, wrong),
