@@ -49,21 +49,21 @@ class Checkouts(Struct, frozen=True):
         paths = (folder / CONFIGURATION / name for folder in self.folders)
         return next((path for path in paths if path.exists()), name)
 
-    def parts(self, pattern: str) -> list[Path]:
+    def matching_folders(self, pattern: str) -> list[Path]:
         """Return the folders that match a pattern, by checkout."""
         return [path for folder in self.folders for path in sorted(folder.glob(pattern)) if path.is_dir()]
 
-    def expand(self, text: str, placeholders: dict[str, str], here: Path) -> list[Path]:
+    def expand(self, text: str, placeholders: dict[str, str], base: Path) -> list[Path]:
         """Return the folders of a configured path, one for each checkout that has it.
 
         :param placeholders: the values of ``BASEDIR`` etc.; used if no checkout has the folder.
-        :param here: the base of relative paths.
+        :param base: the base of relative paths.
         """
-        default = here / substitute_path(text, placeholders)
+        default = base / substitute_path(text, placeholders)
         if f"@{_BASE}@" not in text:
             return [default]
         bases = (placeholders | {_BASE: str(folder)} for folder in self.folders)
-        paths = [here / substitute_path(text, values) for values in bases]
+        paths = [base / substitute_path(text, values) for values in bases]
         return [path for path in paths if path.is_dir()] or [default]
 
 

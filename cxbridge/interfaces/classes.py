@@ -102,8 +102,8 @@ def enum_member_name(name: str) -> str:
 
 def attribute_name(name: str, base: type) -> str:
     """Return the attribute for a name in a definition, with an underscore if ``base`` uses the name."""
-    used = keyword.iskeyword(name) or name in Block.__annotations__ or hasattr(base, name)
-    return f"{name}_" if used else name
+    taken = keyword.iskeyword(name) or name in Block.__annotations__ or hasattr(base, name)
+    return f"{name}_" if taken else name
 
 
 def make_view(fields: tuple[FieldSchema, ...], datasize: int) -> type[ctypes.Structure]:

@@ -148,7 +148,7 @@ class Message(Block):
     """A message to the writer of an interface; base of the classes made from XML definitions.
 
     :param values: of the fields in the order of declaration; the rest is zero.
-    :param named: further values by field name.
+    :param by_name: further values by field name.
     """
 
     SCHEMA: ClassVar[MessageSchema]
@@ -170,7 +170,7 @@ class Message(Block):
         "source_id",
     )
 
-    def __init__(self, *values: Any, **named: Any) -> None:
+    def __init__(self, *values: Any, **by_name: Any) -> None:
         super().__init__()
         # written by `address` and the marks, for senders and transports
         self.id = 0
@@ -189,7 +189,7 @@ class Message(Block):
         """The number of networks that the message crossed."""
         if values:
             self._fill(values)
-        for name, value in named.items():
+        for name, value in by_name.items():
             self.set(name, value)
 
     def _fill(self, values: tuple[Any, ...]) -> None:

@@ -211,9 +211,9 @@ class Source:
         for text in config.get_strings("/clips-executive/clips-dirs", default=[]):
             clips_dirs += checkouts.expand(text, placeholders, here)
         overlays = Checkouts(checkouts.folders[: len(options.overlays)])
-        interface_dirs = [*options.interface_dirs, *overlays.parts(FAWKES_INTERFACES)]
-        interface_dirs += overlays.parts(FAWKES_PLUGIN_INTERFACES)
-        skill_dirs = [*options.skill_dirs, *overlays.parts(_FAWKES_LUA)]
+        interface_dirs = [*options.interface_dirs, *overlays.matching_folders(FAWKES_INTERFACES)]
+        interface_dirs += overlays.matching_folders(FAWKES_PLUGIN_INTERFACES)
+        skill_dirs = [*options.skill_dirs, *overlays.matching_folders(_FAWKES_LUA)]
         if config_file.name == SCENARIO_FILE:
             clips_dirs.append(here)
             if (here / _OWN_INTERFACES).is_dir():

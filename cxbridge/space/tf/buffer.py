@@ -229,20 +229,20 @@ class TransformBuffer:
         """Return the latest common time of all transforms between two frames, 0 if all are static."""
         source_path = self._path_to_root(source)
         if target == source:
-            needed = source_path[:1]
+            entries = source_path[:1]
         else:
             ancestors = {source} | {entry.frame for entry in source_path}
             common = target  # becomes the first common ancestor
-            needed = []
+            entries = []
             for entry in self._path_to_root(target):
                 if common in ancestors:
                     break
-                needed.append(entry)
+                entries.append(entry)
                 common = entry.frame
             if common not in ancestors:
                 raise _not_connected(target, source)
-            needed += itertools.takewhile(lambda entry: entry.child_frame != common, source_path)
-        stamps = [entry.stamp_us for entry in needed if not self._histories[entry.child_frame].static]
+            entries += itertools.takewhile(lambda entry: entry.child_frame != common, source_path)
+        stamps = [entry.stamp_us for entry in entries if not self._histories[entry.child_frame].static]
         return min(stamps, default=LATEST)
 
     def _path_to_root(self, frame: str) -> list[StampedTransform]:

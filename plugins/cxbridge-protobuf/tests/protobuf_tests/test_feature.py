@@ -516,7 +516,7 @@ def test_what_strangers_did_is_in_the_log(pb, feature, log):
 
 
 def settings(text, folder):
-    expand = partial(Checkouts().expand, placeholders={"BASEDIR": "/base"}, here=folder)
+    expand = partial(Checkouts().expand, placeholders={"BASEDIR": "/base"}, base=folder)
     return ProtobufSettings.from_config(Configuration.from_text(text, "test.yaml"), expand)
 
 
