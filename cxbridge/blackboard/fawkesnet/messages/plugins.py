@@ -54,6 +54,7 @@ class PluginMessage(WireValue):
     :param items: for kinds in :data:`LISTS`: names, or alternating names and descriptions.
     """
 
+    # one class, because the kinds differ only in which of the two fields they have
     kind: PluginKind
     name: str = ""
     items: tuple[str, ...] = ()
