@@ -16,11 +16,11 @@ _SHARE: Final = 0.6
 class Attempts:
     """The results of a call's planners so far.
 
-    :param asked: the requested planner.
+    :param requested: the requested planner, or ``auto``.
     """
 
-    def __init__(self, asked: str) -> None:
-        self._asked = asked
+    def __init__(self, requested: str) -> None:
+        self._requested = requested
         self._choice = Choice((), ())
         self._results: list[PlanResult] = []
 
@@ -35,23 +35,23 @@ class Attempts:
             yield planner, _SHARE
         yield planners[-1], 1.0
 
-    def is_last_word(self, planner: Planner, result: PlanResult) -> bool:
+    def is_decisive(self, planner: Planner, result: PlanResult) -> bool:
         """Add a result; return whether it ends the call."""
         self._results.append(result)
         proved = result.status is PlanStatus.NO_PLAN and planner.proves
-        return result.status is PlanStatus.PLANNED or proved or self._asked != AUTO
+        return result.status is PlanStatus.PLANNED or proved or self._requested != AUTO
 
     def explained(self, result: PlanResult) -> PlanResult:
         """Return the decisive result, with the reasons for the choice of its planner."""
-        if self._asked != AUTO:
+        if self._requested != AUTO:
             return result
-        before = [each.message for each in self._results[:-1] if each.message]
-        reasons = (result.why, *self._choice.reasons, *before)
+        failures = (failed.message for failed in self._results[:-1])
+        reasons = (result.why, *self._choice.reasons, *failures)
         return replace(result, why="; ".join(filter(None, reasons)))
 
     def summary(self) -> PlanResult:
         """Return the result after all planners failed."""
-        messages = "; ".join(each.message for each in self._results)
+        messages = "; ".join(result.message for result in self._results)
         # a proof of "no plan" counts least: an incomplete planner proves nothing when others have failed
         for status in (PlanStatus.TIMEOUT, PlanStatus.FAILED, PlanStatus.NO_PLAN):
             for result in self._results:
@@ -62,13 +62,15 @@ class Attempts:
     @property
     def advice(self) -> str:
         """The advice after a timeout, as the end of a sentence."""
-        fitting = [planner.name for planner in self._choice.planners]
-        tried = [result.planner for result in self._results] or fitting[:1]
-        said = f" (tried: {', '.join((*tried, *fitting[len(tried) : len(tried) + 1]))})" if fitting else ""
-        absent = self._choice.absent
-        more = f", or install one of {', '.join(absent)}" if absent else ""
-        if command := more_planners():
-            more = f", or install more planners: {command}"
-        if self._asked != AUTO:
-            more = f", or try the planner {AUTO}"
-        return f"{said}: give more time{more}"
+        suitable = [planner.name for planner in self._choice.planners]
+        # the planner without a result is the one that the timeout has ended
+        tried = suitable[: max(1, len(self._results)) + 1]
+        text = f" (tried: {', '.join(tried)})" if suitable else ""
+        alternative = ""
+        if self._requested != AUTO:
+            alternative = f", or try the planner {AUTO}"
+        elif command := more_planners():
+            alternative = f", or install more planners: {command}"
+        elif self._choice.absent:
+            alternative = f", or install one of {', '.join(self._choice.absent)}"
+        return f"{text}: give more time{alternative}"

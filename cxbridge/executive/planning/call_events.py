@@ -1,4 +1,4 @@
-"""Planner calls as events."""
+"""Planner calls as events: one at the start, one at the end, or one for a call that could not start."""
 
 from __future__ import annotations
 
@@ -45,6 +45,7 @@ class PlannerCallReporter:
         return reporter
 
     def ended(self, result: PlanResult) -> None:
+        """Report the end of a call, with its plan."""
         replace(self, planner=result.planner).emit(
             _STATUS[result.status],
             round(result.seconds * MICROSECONDS),
@@ -67,21 +68,22 @@ class PlannerCallReporter:
         plan: str = "",
         why: str = "",
     ) -> None:
+        """Emit an event of the call."""
         if self.bus.wants(PlannerCall):
-            self.bus.emit(
-                PlannerCall(
-                    self.bus.clock.now_us(),
-                    str(self.env),
-                    str(self.call),
-                    str(self.goal),
-                    str(self.planner),
-                    str(self.domain),
-                    str(self.problem),
-                    status,
-                    duration_us,
-                    actions,
-                    reason,
-                    plan,
-                    why,
-                )
+            # names from rules are Symbols, events have plain texts
+            call = PlannerCall(
+                self.bus.clock.now_us(),
+                str(self.env),
+                str(self.call),
+                str(self.goal),
+                str(self.planner),
+                str(self.domain),
+                str(self.problem),
+                status,
+                duration_us,
+                actions,
+                reason,
+                plan,
+                why,
             )
+            self.bus.emit(call)

@@ -33,10 +33,10 @@ class PyperplanPlanner(Planner):
     ignores = frozenset({Need.COSTS, Need.COUNTERS})
 
     def __init__(self, search: str = "gbf", heuristic: str = "hff") -> None:
-        for option, value, known in (("search", search, SEARCHES), ("heuristic", heuristic, HEURISTICS)):
-            if value not in known:
+        for option, value, values in (("search", search, SEARCHES), ("heuristic", heuristic, HEURISTICS)):
+            if value not in values:
                 raise UnknownPlannerError(
-                    f"pyperplan has no {option} '{value}'", hint=f"take one of {', '.join(known)}"
+                    f"pyperplan has no {option} '{value}'", hint=f"take one of {', '.join(values)}"
                 )
         self.search = search
         self.heuristic = heuristic
@@ -46,10 +46,10 @@ class PyperplanPlanner(Planner):
         strips = ground(domain, problem)
         if strips.goal <= strips.initial:
             return ()
-        found = self._search(strips)
-        if found is None:
+        operators = self._search(strips)
+        if operators is None:
             return None
-        return tuple(PlannedAction(*operator.action) for operator in found if operator.action is not None)
+        return tuple(operator.action for operator in operators if operator.action is not None)
 
     def _search(self, strips: StripsTask) -> list[Operator] | None:
         # imported only in the planner's process
@@ -61,17 +61,17 @@ class PyperplanPlanner(Planner):
         # numbers are fast and reproducibly ordered, but lmcut prints facts as texts
         facts = [str(fact) if self.heuristic == "lmcut" else fact for fact in range(len(strips.facts))]
 
-        def named(numbers: frozenset[int]) -> frozenset[int | str]:
+        def names(numbers: frozenset[int]) -> frozenset[int | str]:
             return frozenset(facts[number] for number in numbers)
 
         operators = [
-            PyOperator(str(number), named(each.preconditions), named(each.adds), named(each.deletes))
-            for number, each in enumerate(strips.operators)
+            PyOperator(
+                str(number), names(operator.preconditions), names(operator.adds), names(operator.deletes)
+            )
+            for number, operator in enumerate(strips.operators)
         ]
-        task = Task("task", set(facts), named(strips.initial), named(strips.goal), operators)
+        task = Task("task", set(facts), names(strips.initial), names(strips.goal), operators)
         search = pyperplan.SEARCHES[self.search]
-        if self.search in _UNINFORMED:
-            found = search(task)
-        else:
-            found = search(task, pyperplan.HEURISTICS[self.heuristic](task))
-        return None if found is None else [strips.operators[int(step.name)] for step in found]
+        heuristic = () if self.search in _UNINFORMED else (pyperplan.HEURISTICS[self.heuristic](task),)
+        steps = search(task, *heuristic)
+        return None if steps is None else [strips.operators[int(step.name)] for step in steps]

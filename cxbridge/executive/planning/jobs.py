@@ -1,17 +1,16 @@
-"""The protocol of a planner's process: pickled values with a length prefix."""
+"""The job of a planner's process, which gets and returns pickled values."""
 
 from __future__ import annotations
 
-import pickle
-import struct
 from dataclasses import dataclass
 from math import inf
-from typing import IO, Final
+from typing import Final
 
 from cxbridge.executive.pddl.ast import Domain, Problem
 from cxbridge.executive.planning.planner import Planner
 
-_LENGTH: Final = struct.Struct("!Q")
+FOLDER_PREFIX: Final = "cxbridge-planner-"
+"""The start of the name of a process' folder, by which the process knows that the folder is not shared."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,24 +26,3 @@ class Job:
     problem: Problem
     memory: int = 0
     seconds: float = inf
-
-
-def send(stream: IO[bytes], value: object) -> None:
-    data = pickle.dumps(value)
-    stream.write(_LENGTH.pack(len(data)) + data)
-    stream.flush()
-
-
-def receive(stream: IO[bytes]) -> object:
-    """Read a value from :func:`send`.
-
-    :raises EOFError: if the other process has ended.
-    """
-    head = stream.read(_LENGTH.size)
-    if len(head) < _LENGTH.size:
-        raise EOFError
-    length = _LENGTH.unpack(head)[0]
-    data = stream.read(length)
-    if len(data) < length:
-        raise EOFError
-    return pickle.loads(data)  # noqa: S301  only cxbridge's own parent or child process writes to this pipe

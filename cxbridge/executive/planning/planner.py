@@ -41,7 +41,7 @@ class PlannedAction(NamedTuple):
 
 
 def _seconds(value: float) -> str:
-    """Return a time with at least three decimals."""
+    """Return a time with at least three decimals, as plan files have."""
     # more decimals where needed: rounding could swap the order of moments
     text = f"{value:.9f}".rstrip("0")
     return text if len(text.partition(".")[2]) > _DECIMALS else f"{value:.3f}"
@@ -112,9 +112,9 @@ class Planner(ABC):
         for need, where in needs.items():
             if need not in self.understands | self.ignores:
                 return f"{self.name} knows nothing of {need.value} ({where})"
-        for together in self.fails_with:
-            if together <= needs.keys():
-                texts = " with ".join(sorted(need.value for need in together))
+        for combination in self.fails_with:
+            if combination <= needs.keys():
+                texts = " with ".join(sorted(need.value for need in combination))
                 return f"{self.name} cannot take {texts}"
         return ""
 

@@ -29,8 +29,8 @@ from cxbridge.executive.robmem.store import Store
 _GENERATOR: Final = "/plugins/pddl-robot-memory"
 _PLANNER: Final = "/plugins/pddl-planner"
 _NO_GOAL: Final = "(and)"
-# The length of `active_planner` without the final NUL.
-_MOST_CHARACTERS: Final = 29
+# The length of the field `active_planner` without the final NUL.
+_MAX_NAME: Final = 29
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,9 +49,10 @@ class ProblemFiles:
 
     def path(self, *parts: str) -> Path:
         """Return the path of a configured file, without quotes and blanks around its parts."""
+        # Fawkes' configuration quotes some of these values within YAML
         text = "".join(part.strip().strip('"').strip() for part in parts)
-        for pattern, by in self.substitutions.items():
-            text = text.replace(pattern, by)
+        for placeholder, value in self.substitutions.items():
+            text = text.replace(placeholder, value)
         return (self.folder / text).resolve()
 
     def write(self, path: Path, text: str) -> None:
@@ -96,7 +97,7 @@ class PddlRobotMemory:
         # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing("PddlGenInterface", name, owner="PddlRobotMemory")
         self._interface.write()
-        self._working = config.get_bool(f"{_GENERATOR}/generate-on-init", default=False)
+        self._is_requested = config.get_bool(f"{_GENERATOR}/generate-on-init", default=False)
 
     def _find(self, base: Path, text: str) -> Path:
         """Return a file relative to Fawkes' sources, or else to the scenario's folder."""
@@ -105,8 +106,8 @@ class PddlRobotMemory:
 
     def loop(self) -> None:
         """Handle requests. To be called once per main loop."""
-        if self._working:
-            self._working = False
+        if self._is_requested:
+            self._is_requested = False
             self._generate()
             self._interface.final = True
             self._interface.write()
@@ -116,14 +117,14 @@ class PddlRobotMemory:
                 self._interface.msg_id = message.id
                 self._interface.final = False
                 self._interface.write()
-                self._working = True
+                self._is_requested = True  # in the next loop, so that readers see final become false
             self._interface.msgq_pop()
 
     def _generate(self) -> None:
         try:
-            described = read_text(self._template_file, "problem template")
-            self._bus.emit_source("pddl", "", str(self._template_file), described.encode(), kind="template")
-            template = PlannerTemplate(described, str(self._template_file))
+            source = read_text(self._template_file, "problem template")
+            self._bus.emit_source("pddl", "", str(self._template_file), source.encode(), kind="template")
+            template = PlannerTemplate(source, str(self._template_file))
             for warning in template.warnings:
                 self._log.error(warning)
             text = template.fill(self._find_documents, {"GOAL": self._goal or _NO_GOAL})
@@ -181,15 +182,15 @@ class PddlPlanner:
         self._ready = False
         name = config.get_str(f"{_PLANNER}/interface-name", default="pddl-planner")
         self._interface: Any = board.open_for_writing("PddlPlannerInterface", name, owner="PddlPlanner")
-        self._interface.set("active_planner", configured[:_MOST_CHARACTERS])
+        self._interface.set("active_planner", configured[:_MAX_NAME])
         self._interface.write()
 
     def _usable(self, name: str) -> str:
         """Return the configured planner, or ``auto`` if it is not installed."""
         if name == AUTO:
             return name
-        known = name in planner_names()
-        reason = make_planner(name).not_installed if known else f"planner '{name}' is unknown"
+        exists = name in planner_names()
+        reason = make_planner(name).not_installed if exists else f"planner '{name}' is unknown"
         if reason:
             self._log.warn(f"{reason}: the first planner that understands the problem is used")
             return AUTO
@@ -219,16 +220,15 @@ class PddlPlanner:
         self._interface.success = False
         self._interface.write()
         try:
-            described = read_text(self._domain, "domain")
-            self._bus.emit_source("pddl", "", str(self._domain), described.encode(), kind="domain")
-            domain = parse_domain(described, str(self._domain))
-            described = self._files.read(self._problem)
-            self._bus.emit_source("pddl", "", str(self._problem), described.encode(), kind="problem")
-            problem = parse_problem(described, domain, self._problem)
+            source = read_text(self._domain, "domain")
+            self._bus.emit_source("pddl", "", str(self._domain), source.encode(), kind="domain")
+            domain = parse_domain(source, str(self._domain))
+            source = self._files.read(self._problem)
+            self._bus.emit_source("pddl", "", str(self._problem), source.encode(), kind="problem")
+            problem = parse_problem(source, domain, self._problem)
         except PddlError as error:
-            PlannerCallReporter(self._bus, "", "", "nil", self._planner, "", str(self._problem)).refused(
-                str(error)
-            )
+            reporter = PlannerCallReporter(self._bus, "", "", "nil", self._planner, "", str(self._problem))
+            reporter.refused(str(error))
             self._end(PlanResult(PlanStatus.FAILED, self._planner, message=str(error)))
             return
         request = PlanRequest(domain, problem, self._planner, self._options, self._settings.timeout)

@@ -1,8 +1,14 @@
-"""The owner's side of a planner process."""
+"""The owner's side of a planner process.
+
+The process has a session, so that its children end with it, and a folder for temporary files. The owner
+removes the folder after the end of the process; after a sudden end of the owner, the process does it.
+"""
 
 from __future__ import annotations
 
 import os
+import pickle
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -10,12 +16,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from cxbridge.executive.planning.folder import EngineFolder
-from cxbridge.executive.planning.jobs import Job, receive, send
+from cxbridge.executive.planning.jobs import FOLDER_PREFIX, Job
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 from cxbridge.spawning import python_command
 
-_WORDS: Final = 500  # bytes of the planner's output in an error
+_MAX_OUTPUT: Final = 500  # bytes of the planner's output in an error
 
 
 class PlannerProcess:
@@ -23,17 +28,18 @@ class PlannerProcess:
 
     def __init__(self) -> None:
         self._killed = False
-        self._noise = tempfile.TemporaryFile()  # noqa: SIM115  closed together with the process
-        self._folder = EngineFolder()
+        self._output = tempfile.TemporaryFile()  # noqa: SIM115  closed together with the process
+        self.folder = Path(tempfile.mkdtemp(prefix=FOLDER_PREFIX))
+        """The folder of the planner's temporary files."""
+        temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(self.folder))
         self._process = subprocess.Popen(  # noqa: S603 - ourselves
             python_command("-m", "cxbridge.executive.planning.worker"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=self._noise,
+            stderr=self._output,
             start_new_session=True,
             # planners iterate over sets of texts: a fixed hash seed makes their plans reproducible
-            env={**os.environ, "PYTHONHASHSEED": "0", **self._folder.environment},
-            pass_fds=self._folder.files,
+            env={**os.environ, "PYTHONHASHSEED": "0", **temporary},
         )
 
     @property
@@ -41,11 +47,6 @@ class PlannerProcess:
         """Whether the process can take another job."""
         # poll() reports a killed process as alive for a moment
         return not self._killed and self._process.poll() is None
-
-    @property
-    def folder(self) -> Path:
-        """The folder of the planner's temporary files."""
-        return self._folder.path
 
     @property
     def killed(self) -> bool:
@@ -57,20 +58,22 @@ class PlannerProcess:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         try:
-            send(self._process.stdin, job)
-            result = receive(self._process.stdout)
-        except (EOFError, OSError, ValueError):
-            return PlanResult(PlanStatus.FAILED, job.planner.name, message=self._last_words(job.planner.name))
+            pickle.dump(job, self._process.stdin)
+            self._process.stdin.flush()
+            result = pickle.load(self._process.stdout)  # noqa: S301  written by our own process
+        except (EOFError, OSError, ValueError, pickle.UnpicklingError):
+            return PlanResult(PlanStatus.FAILED, job.planner.name, message=self._failure(job.planner.name))
         assert isinstance(result, PlanResult)
         return result
 
-    def _last_words(self, planner: str) -> str:
+    def _failure(self, planner: str) -> str:
+        """Return how the process ended, with the end of its output."""
         status = self._process.wait()
-        how = f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
-        self._noise.seek(0, os.SEEK_END)
-        self._noise.seek(max(0, self._noise.tell() - _WORDS))
-        words = self._noise.read().decode(errors="replace").strip()
-        return f"the process of planner {planner} {how}" + (f"; it said: {words}" if words else "")
+        end = f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+        self._output.seek(0, os.SEEK_END)
+        self._output.seek(max(0, self._output.tell() - _MAX_OUTPUT))
+        output = self._output.read().decode(errors="replace").strip()
+        return f"the process of planner {planner} {end}" + (f"; it said: {output}" if output else "")
 
     def kill(self) -> None:
         """Kill the process and its children."""
@@ -85,8 +88,8 @@ class PlannerProcess:
         """Kill the process and release its resources."""
         self.kill()
         self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout, self._noise):
+        for stream in (self._process.stdin, self._process.stdout, self._output):
             if stream is not None:
                 with suppress(OSError):  # closing flushes, which fails if the planner has ended
                     stream.close()
-        self._folder.close()
+        shutil.rmtree(self.folder, ignore_errors=True)

@@ -34,13 +34,13 @@ def make_planner(name: str, options: Mapping[str, str] | None = None) -> Planner
 
     :raises UnknownPlannerError: if the planner or an option is unknown.
     """
-    given = dict(options or {})
+    options = dict(options or {})
     try:
-        return PLANNERS.load(PLANNERS.find(name))(**given)
+        return PLANNERS.load(PLANNERS.find(name))(**options)
     except PluginError as error:
         raise UnknownPlannerError(error.message, hint=error.hint) from None
     except TypeError:
-        raise UnknownPlannerError(f"planner {name} has no options {', '.join(sorted(given))}") from None
+        raise UnknownPlannerError(f"planner {name} has no options {', '.join(sorted(options))}") from None
 
 
 def more_planners() -> str:
@@ -75,25 +75,24 @@ def choose_planners(
         planner = make_planner(name, options)
         planner.check(needs)
         return Choice((planner,), ())
-    known = [(make_planner(each), each) for each in planner_names()]
-    known.sort(key=lambda pair: pair[0].rank(needs))
-    fitting: list[tuple[int, Planner]] = []
+    planners = [(planner_name, make_planner(planner_name)) for planner_name in planner_names()]
+    suitable: list[tuple[int, Planner]] = []
     reasons, missing, absent = [], [], []
-    for planner, each in known:
+    for planner_name, planner in sorted(planners, key=lambda pair: pair[1].rank(needs)):
         reason = planner.refuses(needs)
         if planner.not_installed:
             missing.append(planner.not_installed)
-            absent += [] if reason else [each]
-            continue
-        if reason:
+            absent += [] if reason else [planner_name]
+        elif reason:
             reasons.append(reason)
-            continue
-        left_out = [need for need in needs if need in planner.ignores]
-        reasons += [f"{each} ignores {need.value}" for need in left_out]
-        fitting.append((len(left_out), planner))
-    if not fitting:
-        hint = f"more planners: {more}" if (more := more_planners()) else None
+        else:
+            ignored = [need for need in needs if need in planner.ignores]
+            reasons += [f"{planner_name} ignores {need.value}" for need in ignored]
+            suitable.append((len(ignored), planner))
+    if not suitable:
+        hint = f"more planners: {command}" if (command := more_planners()) else None
         message = f"no planner can take this problem: {'; '.join(reasons + missing)}"
         raise UnsupportedProblemError(message, hint=hint)
-    fitting.sort(key=lambda pair: pair[0])  # stable, so equal ranks keep the order of the table
-    return Choice(tuple(planner for _, planner in fitting), tuple(reasons), tuple(absent))
+    # a planner that ignores costs comes after all that count them; both sorts are stable
+    suitable.sort(key=lambda pair: pair[0])
+    return Choice(tuple(planner for _, planner in suitable), tuple(reasons), tuple(absent))

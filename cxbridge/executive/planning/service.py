@@ -1,4 +1,9 @@
-"""Background planning: concurrent calls in child processes."""
+"""Background planning: concurrent calls in child processes.
+
+A call has a thread, which waits for a free process and tries the planners in order, and a timer, which ends
+the call. The lock of a call protects its process and result, the lock of the service the pool of processes.
+No thread holds both.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +11,6 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Final
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
@@ -16,13 +20,7 @@ from cxbridge.executive.planning.jobs import Job
 from cxbridge.executive.planning.planner import Planner, PlanResult, PlanStatus
 from cxbridge.executive.planning.process import PlannerProcess
 from cxbridge.executive.planning.registry import AUTO, choose_planners
-
-DEFAULT_TIMEOUT: Final = 60.0
-"""The default time limit of planning in seconds."""
-
-DEFAULT_AT_ONCE: Final = 2
-DEFAULT_MEMORY: Final = 4 << 30
-"""The default address space of a planner process in bytes."""
+from cxbridge.executive.planning.settings import DEFAULT_AT_ONCE, DEFAULT_MEMORY, DEFAULT_TIMEOUT
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,9 +81,9 @@ class PlanCall:
         seconds = time.monotonic() - start
         with self._lock:  # a cancellation from now on comes too late
             ended_as = self._ended_as
-            if ended_as is not None and not (
-                ended_as is PlanStatus.TIMEOUT and result.status is PlanStatus.PLANNED
-            ):
+            # a plan that arrives together with the timeout counts
+            has_plan = ended_as is PlanStatus.TIMEOUT and result.status is PlanStatus.PLANNED
+            if ended_as is not None and not has_plan:
                 text = {
                     PlanStatus.TIMEOUT: f"no plan within {self.request.timeout:g} s{attempts.advice}",
                     PlanStatus.CANCELLED: "planning was cancelled",
@@ -103,16 +101,16 @@ class PlanCall:
             return PlanResult(PlanStatus.FAILED, request.planner, message=str(error))
         attempts.begin(choice)
         for planner, share in attempts.shares():
-            left = deadline - time.monotonic()
-            result = self._attempt(planner, left * share, alone=share == 1.0)
-            if self.ended or attempts.is_last_word(planner, result):
+            remaining = deadline - time.monotonic()
+            result = self._attempt(planner, remaining * share, is_last=share == 1.0)
+            if self.ended or attempts.is_decisive(planner, result):
                 return attempts.explained(result)
         return attempts.summary()
 
-    def _attempt(self, planner: Planner, seconds: float, *, alone: bool) -> PlanResult:
+    def _attempt(self, planner: Planner, seconds: float, *, is_last: bool) -> PlanResult:
         """Try one planner.
 
-        :param alone: whether it is the last planner, which the timer of the call ends.
+        :param is_last: whether no planner follows, so that the timer of the call ends this one.
         """
         request, name = self.request, planner.name
         process = self._service.take(self)
@@ -121,16 +119,16 @@ class PlanCall:
         with self._lock:
             if self._ended_as is None:
                 self._process = process
-        if self._process is None:
+        if self._process is None:  # the call ended while it waited for the process
             self._service.give_back(process)
             return PlanResult(PlanStatus.CANCELLED, name)
-        over = threading.Timer(seconds, process.kill)
-        if not alone:
-            over.daemon = True
-            over.start()
+        timer = threading.Timer(seconds, process.kill)
+        if not is_last:
+            timer.daemon = True
+            timer.start()
         job = Job(planner, request.domain, request.problem, self._service.memory, seconds)
         result = process.run(job)
-        over.cancel()
+        timer.cancel()
         with self._lock:
             self._process = None
         if process.killed and result.status is PlanStatus.FAILED:
@@ -189,7 +187,7 @@ class PlanningService(Closing):
         """Start a call."""
         call = PlanCall(self, request)
         with self._changed:
-            self._calls = {each for each in self._calls if each.result is None} | {call}
+            self._calls = {running for running in self._calls if running.result is None} | {call}
         threading.Thread(target=call.run, name="planning", daemon=True).start()
         return call
 
@@ -204,7 +202,7 @@ class PlanningService(Closing):
         with self._changed:
             self._closed = True
             calls = list(self._calls)
-        for call in calls:
+        for call in calls:  # without the lock, which calls need to end
             call.cancel()
             call.wait()
         with self._changed:
@@ -219,7 +217,7 @@ class PlanningService(Closing):
             if call.ended:
                 return None
             self._free -= 1
-            while self._idle:
+            while self._idle:  # an idle process may have been killed by the system
                 process = self._idle.popleft()
                 if process.alive:
                     return process

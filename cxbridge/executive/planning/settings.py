@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Final
 
 from cxbridge.config import Configuration
 
-_MEBIBYTE = 1 << 20  # the setting is in MiB
+DEFAULT_TIMEOUT: Final = 60.0
+"""The default time limit of planning in seconds."""
+
+DEFAULT_AT_ONCE: Final = 2
+DEFAULT_MEMORY: Final = 4 << 30
+"""The default address space of a planner process in bytes."""
+
+_MEBIBYTE: Final = 1 << 20  # the setting is in MiB
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,9 +27,9 @@ class PlannerSettings:
     """
 
     planner: str = "auto"
-    timeout: float = 60.0
-    at_once: int = 2
-    memory: int = 4 << 30
+    timeout: float = DEFAULT_TIMEOUT
+    at_once: int = DEFAULT_AT_ONCE
+    memory: int = DEFAULT_MEMORY
     options: dict[str, str] = field(default_factory=dict)
     check_plans: bool = True
 

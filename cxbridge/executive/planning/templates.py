@@ -62,8 +62,8 @@ class PlannerTemplate:
         :param find: called once with all queries.
         :param values: fields of the whole text.
         """
-        found = find(self.queries) if self.queries else {}
-        return "".join(_fill(self._root, dict(values), found))
+        documents = find(self.queries) if self.queries else {}
+        return "".join(_fill(self._root, dict(values), documents))
 
     def _parse(self) -> _Section:
         stack = [_Section("", [])]
@@ -88,21 +88,22 @@ class PlannerTemplate:
         stack[0].parts.append(self._text[end:])
         return stack[0]
 
-    def _note_query(self, name: str, text: str | None, place: int) -> None:
+    def _note_query(self, name: str, text: str | None, offset: int) -> None:
+        """Record the query of a section, for all sections of the name."""
         if text is None:
             return
         try:
             query = _read_query(text)
         except ValueError as error:
-            raise self._error(f"the query of section {name} is not JSON: {error}", place) from None
+            raise self._error(f"the query of section {name} is not JSON: {error}", offset) from None
         if not isinstance(query, dict):
-            raise self._error(f"the query of section {name} is not a JSON object", place)
+            raise self._error(f"the query of section {name} is not a JSON object", offset)
         if name in self.queries and self.queries[name] != query:
             self.warnings.append(f"section {name} has two different queries, the last one counts for both")
         self.queries[name] = query
 
-    def _error(self, message: str, place: int) -> PlanningError:
-        return PlanningError(message, file=self._file or None, line=self._text.count("\n", 0, place) + 1)
+    def _error(self, message: str, offset: int) -> PlanningError:
+        return PlanningError(message, file=self._file or None, line=self._text.count("\n", 0, offset) + 1)
 
 
 def _read_query(text: str) -> Any:
@@ -117,31 +118,37 @@ def _read_query(text: str) -> Any:
 
 
 def _fill(
-    section: _Section, values: dict[str, str], found: Mapping[str, list[dict[str, Any]]]
+    section: _Section, values: dict[str, str], documents: Mapping[str, list[dict[str, Any]]]
 ) -> Iterator[str]:
+    """Yield the text of a section.
+
+    :param documents: by section.
+    """
     for part in section.parts:
         if isinstance(part, str):
             yield part
         elif isinstance(part, _Field):
             yield values.get(part.name, "")
         else:
-            for document in found.get(part.name, ()):
-                yield from _fill(part, {**values, **dict(_fields(document))}, found)
+            for document in documents.get(part.name, ()):
+                yield from _fill(part, {**values, **dict(_fields(document))}, documents)
 
 
 def _fields(document: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Yield name and text of each value in a document, with inner documents and arrays flattened."""
     for key, value in document.items():
         name = prefix + key
         if isinstance(value, Mapping):
             yield from _fields(value, f"{name}_")
         elif isinstance(value, list):
-            yield name, "".join(f" {_text(each)}" for each in value)
-            yield from _fields({str(index): each for index, each in enumerate(value)}, f"{name}_")
+            yield name, "".join(f" {_text(item)}" for item in value)
+            yield from _fields({str(index): item for index, item in enumerate(value)}, f"{name}_")
         else:
             yield name, _text(value)
 
 
 def _text(value: Any) -> str:
+    """Return a value as Fawkes' template engine prints it."""
     if isinstance(value, bool):
         return str(int(value))
     if isinstance(value, float):

@@ -1,12 +1,14 @@
 """The planner process: ``python -m cxbridge.executive.planning.worker``.
 
 Jobs arrive on standard input, and results leave on the original standard output. A planner's own output goes
-to standard error. :class:`cxbridge.executive.planning.process.PlannerProcess` is the other side.
+to standard error, because it would damage the results. The other side is
+:class:`cxbridge.executive.planning.process.PlannerProcess`.
 """
 
 from __future__ import annotations
 
 import os
+import pickle
 import shutil
 import signal
 import sys
@@ -16,50 +18,47 @@ import time
 from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.planning.errors import PlanningError
-from cxbridge.executive.planning.folder import PREFIX
-from cxbridge.executive.planning.jobs import Job, receive, send
+from cxbridge.executive.planning.jobs import FOLDER_PREFIX, Job
 from cxbridge.executive.planning.planner import PlannedAction, PlanResult, PlanStatus
 from cxbridge.executive.planning.validation.plan import check_plan
 
-_LOOK_S = 1.0
+_POLL_S = 1.0  # seconds between checks whether the parent is alive
 
 
 def plan(job: Job) -> PlanResult:
     """Run a job. Errors become part of the result."""
     start = time.perf_counter()
     name = job.planner.name
+    status, actions = PlanStatus.FAILED, None
     try:
         job.planner.seconds = job.seconds
         actions = job.planner.solve(job.domain, job.problem)
-        if actions is not None:
-            _check(name, job, actions)
+        status, message = _judge(job, actions)
     except CxbridgeError as error:
-        result = PlanResult(PlanStatus.FAILED, name, message=str(error))
+        message = str(error)
     except MemoryError:
-        result = PlanResult(PlanStatus.FAILED, name, message=f"{name} used up the memory it may have")
+        message = f"{name} used up the memory it may have"
     except RecursionError:
-        result = PlanResult(PlanStatus.FAILED, name, message=f"{name} went too deep")
+        message = f"{name} went too deep"
     except Exception as error:  # noqa: BLE001  a planner may raise anything
-        text = f"{name} failed: {type(error).__name__}: {error}"
-        result = PlanResult(PlanStatus.FAILED, name, message=text)
-    else:
-        if actions is None:
-            from cxbridge.executive.planning.compile.relaxed import why_none  # noqa: PLC0415 - seldom needed
-
-            text = f"{name} says that there is no plan{why_none(job.domain, job.problem)}"
-            result = PlanResult(PlanStatus.NO_PLAN, name, message=text)
-        else:
-            result = PlanResult(PlanStatus.PLANNED, name, actions)
-    seconds = time.perf_counter() - start
-    return PlanResult(result.status, result.planner, result.actions, result.message, seconds)
+        message = f"{name} failed: {type(error).__name__}: {error}"
+    valid = actions or () if status is PlanStatus.PLANNED else ()
+    return PlanResult(status, name, valid, message, time.perf_counter() - start)
 
 
-def _check(name: str, job: Job, actions: tuple[PlannedAction, ...]) -> None:
-    """Refuse an invalid plan."""
+def _judge(job: Job, actions: tuple[PlannedAction, ...] | None) -> tuple[PlanStatus, str]:
+    """Return the status of a planner's result, and why there is no valid plan."""
+    name = job.planner.name
+    if actions is None:
+        from cxbridge.executive.planning.compile.relaxed import why_none  # noqa: PLC0415 - seldom needed
+
+        text = f"{name} says that there is no plan{why_none(job.domain, job.problem)}"
+        return PlanStatus.NO_PLAN, text
+    # no planner is trusted: an invalid plan would fail in the middle of its execution
     check = check_plan(job.domain, job.problem, actions)
-    if not check.holds:
-        raise PlanningError(f"{name} made a plan that does not hold: {check.failure}")
+    if check.holds:
+        return PlanStatus.PLANNED, ""
+    return PlanStatus.FAILED, f"{name} made a plan that does not hold: {check.failure}"
 
 
 def _limit(memory: int) -> None:
@@ -74,12 +73,17 @@ def _limit(memory: int) -> None:
 def _end_with_parent(parent: int) -> None:
     """End this process and its children when the parent has ended, even during a job."""
     while os.getppid() == parent:
-        time.sleep(_LOOK_S)
-    folder = Path(tempfile.gettempdir())
-    if folder.name.startswith(PREFIX):  # only then the folder belongs to this process alone
-        shutil.rmtree(folder, ignore_errors=True)
+        time.sleep(_POLL_S)
+    _remove_folder()
     if sys.platform != "win32":
         os.killpg(os.getpgrp(), signal.SIGKILL)
+
+
+def _remove_folder() -> None:
+    """Remove the temporary files, which a killed parent cannot remove."""
+    folder = Path(tempfile.gettempdir())
+    if folder.name.startswith(FOLDER_PREFIX):  # only then the folder belongs to this process alone
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def main() -> None:
@@ -87,17 +91,19 @@ def main() -> None:
     if hasattr(os, "killpg"):
         threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     jobs = sys.stdin.buffer
-    answers = os.fdopen(os.dup(1), "wb")
+    results = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     while True:
         try:
-            job = receive(jobs)
+            job = pickle.load(jobs)  # noqa: S301  only the parent process writes to this pipe
         except EOFError:
+            _remove_folder()
             return
         assert isinstance(job, Job)
         if job.memory:
             _limit(job.memory)
-        send(answers, plan(job))
+        pickle.dump(plan(job), results)
+        results.flush()
 
 
 if __name__ == "__main__":

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.executive.planning.folder import PREFIX, EngineFolder
+from cxbridge.executive.planning.jobs import FOLDER_PREFIX
 from cxbridge.executive.planning.process import PlannerProcess
 from tests.support import ROOT
 
 WAIT_S = 30
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has neither signals nor locks")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no signals")
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def base(tmp_path, monkeypatch):
 
 
 def folders(base):
-    return [path for path in base.iterdir() if path.name.startswith(PREFIX)]
+    return [path for path in base.iterdir() if path.name.startswith(FOLDER_PREFIX)]
 
 
 def gone(look):
@@ -46,22 +46,6 @@ def test_what_an_engine_leaves_goes_with_its_process(base):
     os.kill(process._process.pid, signal.SIGKILL)
     process.close()
     assert folders(base) == []
-
-
-def test_a_folder_in_use_stays_and_one_of_the_dead_goes_when_the_next_is_made(base):
-    living = EngineFolder()
-    dead = base / f"{PREFIX}dead"
-    dead.mkdir()
-    (dead / "in-use").touch()
-    (dead / "aries-1").mkdir()
-    begun = base / f"{PREFIX}begun"  # another process makes it at this moment
-    begun.mkdir()
-    other = EngineFolder()
-    assert {path.name for path in folders(base)} == {living.path.name, other.path.name, begun.name}
-    for folder in (living, other):
-        folder.close()
-        folder.close()
-    assert folders(base) == [begun]
 
 
 OWNER = """
@@ -90,9 +74,4 @@ def test_when_the_owner_is_killed_its_planners_end_and_their_files_go(tmp_path, 
     )
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
-    def left():
-        if folders(tmp_path):  # it was ended before it had looked for its parent
-            EngineFolder().close()
-        return folders(tmp_path)
-
-    assert gone(left)  # the lock goes a moment after the command line
+    assert gone(lambda: folders(tmp_path))
