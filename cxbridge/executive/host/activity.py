@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from clips._clips import ffi, lib
 
-from cxbridge.executive.host.capi import MATCHING, NULL, decode, executing_rule
+from cxbridge.executive.host.capi import MATCHING, decode, executing_rule, items_of
 
 __all__ = ["MATCHING", "executing", "executing_functions"]
 
@@ -30,11 +30,11 @@ def executing_functions(env: ClipsEnvironment) -> list[str]:
 
     A function that is defined before its callee is missing.
     """
-    found: list[str] = []
     with env.life:
-        function = lib.GetNextDeffunction(env.env, NULL) if env.is_firing else NULL
-        while function != NULL:
-            if ffi.cast("unsigned int *", function)[_EXECUTING]:
-                found.insert(0, decode(lib.DeffunctionName(function)))
-            function = lib.GetNextDeffunction(env.env, function)
-    return found
+        functions = list(items_of(lib.GetNextDeffunction, env.env)) if env.is_firing else []
+        # CLIPS lists functions in the order of their definition, callees before their callers
+        return [
+            decode(lib.DeffunctionName(function))
+            for function in reversed(functions)
+            if ffi.cast("unsigned int *", function)[_EXECUTING]
+        ]

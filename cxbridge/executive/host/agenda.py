@@ -1,4 +1,4 @@
-"""The agenda of an environment."""
+"""The agenda of an environment: the activated rules in firing order."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from clips._clips import lib
 
-from cxbridge.executive.host.capi import NULL, decode
+from cxbridge.executive.host.capi import NULL, decode, items_of
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -15,14 +15,12 @@ if TYPE_CHECKING:
 
 def agenda(env: ClipsEnvironment) -> Iterator[tuple[int, str, str]]:
     """Yield salience, rule and facts (``f-1,f-2``) of each activation, in firing order."""
-    activation = lib.GetNextActivation(env.env, NULL)
-    while activation != NULL:
-        env.output.pause()
+    for activation in items_of(lib.GetNextActivation, env.env):
+        env.output.pause()  # CLIPS prints the text through all routers
         text = env.api.activation_text(activation)
         env.output.resume()
         rule = decode(lib.ActivationRuleName(activation))
         yield int(lib.ActivationGetSalience(activation)), rule, text.split(":", 1)[1].strip()
-        activation = lib.GetNextActivation(env.env, activation)
 
 
 def next_rule(env: ClipsEnvironment) -> str:
@@ -32,7 +30,4 @@ def next_rule(env: ClipsEnvironment) -> str:
 
 
 def agenda_size(env: ClipsEnvironment) -> int:
-    activation, count = lib.GetNextActivation(env.env, NULL), 0
-    while activation != NULL:
-        activation, count = lib.GetNextActivation(env.env, activation), count + 1
-    return count
+    return sum(1 for _ in items_of(lib.GetNextActivation, env.env))

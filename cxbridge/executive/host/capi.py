@@ -9,7 +9,7 @@ docs/evidence/clips.md). The signatures follow the CLIPS 6.4 Advanced Programmin
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from clips import _clips
@@ -20,6 +20,7 @@ CData = Any
 
 NULL = ffi.NULL
 
+# the owners of hooks: the events of the environment, and the search for endless rules, which comes and goes
 _HOOK = b"cxbridge"
 _TRACE = b"cxbridge-trace"
 _TEXT_TARGET = b"cxbridge-text"
@@ -121,38 +122,32 @@ class ClipsApi:
         # CLIPS keeps pointers to functions in parsed constructs
         EXTRA.RemoveUDF(self._env, name.encode())
 
+    def _hook(self, event: str, call: CData | None, owner: bytes = _HOOK) -> None:
+        """Set or remove the function that CLIPS calls at an event. An owner has one function per event."""
+        getattr(EXTRA, f"Remove{event}Function")(self._env, owner)
+        if call is not None:
+            getattr(EXTRA, f"Add{event}Function")(self._env, owner, call, 0, NULL)
+
     def on_assert(self, call: CData | None) -> None:
         """Call ``void call(Environment *, Fact *, void *)`` after each assertion; None: stop."""
-        EXTRA.RemoveAssertFunction(self._env, _HOOK)
-        if call is not None:
-            EXTRA.AddAssertFunction(self._env, _HOOK, call, 0, NULL)
+        self._hook("Assert", call)
 
     def on_retract(self, call: CData | None) -> None:
         """Call ``void call(Environment *, Fact *, void *)`` before each retraction; None: stop."""
-        EXTRA.RemoveRetractFunction(self._env, _HOOK)
-        if call is not None:
-            EXTRA.AddRetractFunction(self._env, _HOOK, call, 0, NULL)
+        self._hook("Retract", call)
 
     def on_fire(self, call: CData | None) -> None:
         """Call ``void call(Environment *, Activation *, void *)`` before each firing; None: stop."""
-        EXTRA.RemoveBeforeRuleFiresFunction(self._env, _HOOK)
-        if call is not None:
-            EXTRA.AddBeforeRuleFiresFunction(self._env, _HOOK, call, 0, NULL)
+        self._hook("BeforeRuleFires", call)
 
     def after_fire(self, call: CData | None) -> None:
         """Call ``void call(Environment *, Activation *, void *)`` after each firing; None: stop."""
-        EXTRA.RemoveAfterRuleFiresFunction(self._env, _HOOK)
-        if call is not None:
-            EXTRA.AddAfterRuleFiresFunction(self._env, _HOOK, call, 0, NULL)
+        self._hook("AfterRuleFires", call)
 
     def trace(self, fired: CData | None, asserted: CData | None) -> None:
         """Add further functions like those of :meth:`on_fire` and :meth:`on_assert`; None: stop."""
-        EXTRA.RemoveBeforeRuleFiresFunction(self._env, _TRACE)
-        EXTRA.RemoveAssertFunction(self._env, _TRACE)
-        if fired is not None:
-            EXTRA.AddBeforeRuleFiresFunction(self._env, _TRACE, fired, 0, NULL)
-        if asserted is not None:
-            EXTRA.AddAssertFunction(self._env, _TRACE, asserted, 0, NULL)
+        self._hook("BeforeRuleFires", fired, _TRACE)
+        self._hook("Assert", asserted, _TRACE)
 
     def fact_text(self, fact: CData) -> str:
         """Return a fact as CLIPS prints it in one line, without its index."""
@@ -190,10 +185,8 @@ class ClipsApi:
 
     def dispose(self) -> None:
         """Remove all hooks and free all memory. CLIPS can free its environment only afterwards."""
-        self.on_assert(None)
-        self.on_retract(None)
-        self.on_fire(None)
-        self.after_fire(None)
+        for event in ("Assert", "Retract", "BeforeRuleFires", "AfterRuleFires"):
+            self._hook(event, None)
         self.trace(None, None)
         EXTRA.CloseStringBuilderDestination(self._env, _TEXT_TARGET)
         lib.SBDispose(self._builder)
@@ -210,18 +203,22 @@ def encode(text: str) -> bytes:
     return text.encode("utf-8", "surrogateescape")
 
 
+def items_of(get_next: Callable[[CData, CData], CData], owner: CData) -> Iterator[CData]:
+    """Yield the items of one of CLIPS' linked lists, such as ``lib.GetNextDefrule`` of an environment."""
+    item = get_next(owner, NULL)
+    while item != NULL:
+        yield item
+        item = get_next(owner, item)
+
+
 MATCHING = "(matching)"
 """The result of :func:`executing_rule` while facts are matched against conditions."""
 
 
 def executing_rule(env: CData) -> str:
     """Return the active rule; empty without one; :data:`MATCHING` during matching."""
-    busy, count = "", 0
-    rule = lib.GetNextDefrule(env, NULL)
-    while rule != NULL:
-        if not lib.DefruleIsDeletable(rule):
-            busy, count = decode(lib.DefruleName(rule)), count + 1
-        if count > 1:
-            return MATCHING
-        rule = lib.GetNextDefrule(env, rule)
-    return busy
+    # CLIPS refuses to delete the active rule, and every rule during matching
+    busy = [rule for rule in items_of(lib.GetNextDefrule, env) if not lib.DefruleIsDeletable(rule)]
+    if len(busy) > 1:
+        return MATCHING
+    return decode(lib.DefruleName(busy[0])) if busy else ""

@@ -9,7 +9,7 @@ from clips._clips import lib
 
 from cxbridge.clipstext.syntax import without_module
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.capi import NULL, CData, decode
+from cxbridge.executive.host.capi import NULL, CData, decode, items_of
 from cxbridge.executive.host.values import Symbol
 from cxbridge.suggestions import did_you_mean
 
@@ -24,10 +24,8 @@ def rule_names(env: ClipsEnvironment) -> frozenset[str]:
 
 def defrules(env: ClipsEnvironment) -> Iterator[tuple[str, CData]]:
     """Yield name and pointer of all rules. To be called between runs of the rules."""
-    rule = lib.GetNextDefrule(env.env, NULL)
-    while rule != NULL:
+    for rule in items_of(lib.GetNextDefrule, env.env):
         yield decode(lib.DefruleName(rule)), rule
-        rule = lib.GetNextDefrule(env.env, rule)
 
 
 def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
@@ -55,10 +53,11 @@ def allowed_values(env: ClipsEnvironment, template: str, slot: str) -> tuple[str
     """Return a slot's allowed values; empty if unrestricted or the slot is unknown."""
     if not env.has_template(template):
         return ()
-    found = env.call("deftemplate-slot-allowed-values", Symbol(template), Symbol(slot))
-    return tuple(map(str, found)) if isinstance(found, tuple) else ()
+    # CLIPS returns FALSE for a slot that accepts any value
+    values = env.call("deftemplate-slot-allowed-values", Symbol(template), Symbol(slot))
+    return tuple(map(str, values)) if isinstance(values, tuple) else ()
 
 
 def _names(env: ClipsEnvironment, function: str) -> frozenset[str]:
-    found = env.call(function, Symbol("*"))
-    return frozenset(without_module(str(name)) for name in found) if isinstance(found, tuple) else frozenset()
+    names = env.call(function, Symbol("*"))  # of all modules
+    return frozenset(without_module(str(name)) for name in names) if isinstance(names, tuple) else frozenset()

@@ -23,20 +23,20 @@ from cxbridge.executive.host.capi import CData, ClipsApi, callback, decode
 ENDLESS: Final = ((100_000, 1.0), (1_000, 5.0))
 """Firings and seconds of real time. A run that exceeds both numbers of a pair is endless."""
 
-TOLD_S: Final = 1.5
+WARN_AFTER_S: Final = 1.5
 """Seconds of real time before the first warning about possibly endless rules."""
 
 MOST_FIRINGS: Final = 1_000_000
 """The maximum number of firings in a run, whatever their facts."""
 
-_LOOK_AGAIN_S: Final = 0.25  # seconds of a run before tracing starts
+_TRACE_AFTER_S: Final = 0.25  # seconds of a run before tracing starts
 # firings between checks: doubled after a fast chunk, halved after a slow one
-_LEAST_CHUNK, _MOST_CHUNK = 20, 200
+_MIN_CHUNK, _MAX_CHUNK = 20, 200
 _FAST_S, _SLOW_S = 0.02, 0.1
 # firings in which a ring of rules is searched: doubled while firings use older facts
-_LEAST_WINDOW, _FIRST_WINDOW, _MOST_WINDOW = 20, 4_000, 64_000
+_MIN_WINDOW, _FIRST_WINDOW, _MAX_WINDOW = 20, 4_000, 64_000
 _WINDOW_S: Final = 0.2  # seconds after which a window of few, slow firings is evaluated
-_MOST_NAMES: Final = 8  # rules in a message
+_MAX_NAMES: Final = 8  # rules in a message
 
 
 class EndlessRules:
@@ -75,11 +75,11 @@ class EndlessRules:
         """The firings in this run up to the last check."""
         self.ring: tuple[str, ...] = ()
         """The rules of the last window in firing order; a ring if they are endless."""
-        self.chunk = _LEAST_CHUNK
+        self.chunk = _MIN_CHUNK
         """The number of firings until the next check."""
-        self._began_s = self._looked_s = self._since_s = time.monotonic()
+        self._began_s = self._checked_s = self._since_s = time.monotonic()
         self._since_fired = 0
-        self._is_closed = self._is_told = False
+        self._is_closed = self._has_warned = False
         self._window = _FIRST_WINDOW
 
     def end(self) -> None:
@@ -89,21 +89,21 @@ class EndlessRules:
             self._api.trace(None, None)
         self._clear(0.0)
 
-    def look(self, fired: int) -> str:
+    def check(self, fired: int) -> str:
         """Return why the run is endless; empty if it is not.
 
         :param fired: the number of firings since the last check.
         """
         now_s = time.monotonic()
-        took_s, self._looked_s = now_s - self._looked_s, now_s
+        took_s, self._checked_s = now_s - self._checked_s, now_s
         self.fired += fired
         if took_s < _FAST_S:
-            self.chunk = min(2 * self.chunk, _MOST_CHUNK)
+            self.chunk = min(2 * self.chunk, _MAX_CHUNK)
         elif took_s > _SLOW_S:
             self.chunk = max(self.chunk // 2, 1)
         if self._is_tracing:
             self._evaluate_window(now_s)
-        elif now_s - self._since_s >= _LOOK_AGAIN_S:
+        elif now_s - self._since_s >= _TRACE_AFTER_S:
             self._start(now_s)
         if self.fired >= MOST_FIRINGS or self._has_no_end(now_s):
             self._log.error(f"{self._text()}, ended after {self._figures(now_s)}")
@@ -116,19 +116,19 @@ class EndlessRules:
         fired, seconds = self.fired - self._since_fired, now_s - self._since_s
         if any(fired >= most and seconds >= most_s for most, most_s in ENDLESS):
             return True
-        if not self._is_told and now_s - self._began_s >= TOLD_S:
-            self._is_told = True
+        if not self._has_warned and now_s - self._began_s >= WARN_AFTER_S:
+            self._has_warned = True
             self._log.warn(f"{self._text()}, {self._figures(now_s)} so far")
         return False
 
     def _text(self) -> str:
         """Return the rules of the ring with file and line as text."""
         names = []
-        for rule in self.ring[:_MOST_NAMES]:
-            place = self._place_of(rule)
-            names.append(rule if place is None else f"{rule} ({place[0]}:{place[1]})")
-        if len(self.ring) > _MOST_NAMES:
-            names.append(f"{len(self.ring) - _MOST_NAMES} more")
+        for rule in self.ring[:_MAX_NAMES]:
+            location = self._place_of(rule)
+            names.append(rule if location is None else f"{rule} ({location[0]}:{location[1]})")
+        if len(self.ring) > _MAX_NAMES:
+            names.append(f"{len(self.ring) - _MAX_NAMES} more")
         return f"rules fire without an end: {' -> '.join([*names, *self.ring[:1]])}"
 
     def _figures(self, now_s: float) -> str:
@@ -154,7 +154,7 @@ class EndlessRules:
 
     def _evaluate_window(self, now_s: float) -> None:
         count = len(self._firings)
-        if count < self._window and (count < _LEAST_WINDOW or now_s - self._window_s < _WINDOW_S):
+        if count < self._window and (count < _MIN_WINDOW or now_s - self._window_s < _WINDOW_S):
             return
         self.ring = ring_of([rule for rule, _ in self._firings[count // 2 :]])
         self._is_closed = not _consumes_older_facts(self._firings, self._first_new)
@@ -162,8 +162,8 @@ class EndlessRules:
             self._clear(now_s)
         else:
             self.end()
-            self._since_s, self._is_told = now_s, False
-            self._window = min(2 * self._window, _MOST_WINDOW)
+            self._since_s, self._has_warned = now_s, False
+            self._window = min(2 * self._window, _MAX_WINDOW)
 
 
 def _consumes_older_facts(firings: Sequence[tuple[str, str]], first_new: int | None) -> bool:
@@ -173,14 +173,14 @@ def _consumes_older_facts(firings: Sequence[tuple[str, str]], first_new: int | N
     :param first_new: the first index of facts made in the window; None without any.
     """
     # only the second half counts: a ring, too, uses older facts when the window begins
-    half, seen = len(firings) // 2, set()
+    half, used = len(firings) // 2, set()
     for number, (rule, basis) in enumerate(firings):
-        facts = (each for each in basis.split(",") if each.startswith("f-"))
-        old = tuple(fact for fact in facts if first_new is None or int(fact[2:]) < first_new)
-        if old and (rule, old) not in seen:
+        facts = (fact for fact in basis.split(",") if fact.startswith("f-"))  # * is a negated pattern
+        older = tuple(fact for fact in facts if first_new is None or int(fact[2:]) < first_new)
+        if older and (rule, older) not in used:
             if number >= half:
                 return True
-            seen.add((rule, old))
+            used.add((rule, older))
     return False
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import ClassVar
 
@@ -18,7 +19,7 @@ from clips._clips import ffi, lib
 from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger, SourceRead
-from cxbridge.executive.host.capi import EXTRA, NULL, CData, ClipsApi, encode
+from cxbridge.executive.host.capi import EXTRA, NULL, CData, ClipsApi, encode, items_of
 from cxbridge.executive.host.endless import EndlessRules
 from cxbridge.executive.host.facts.constants import DATA_FUNCTION, assert_data
 from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION, FactsByIndex
@@ -88,10 +89,9 @@ class ClipsEnvironment:
         self._old = OldFunctions(self.env, self.udfs, self.build_unrecorded)
         self._build_functions()
         define = self.udfs.define
-        define("load", self._load, 1, types="*;sy")
-        define("load*", self._load, 1, types="*;sy")
-        define("batch", self._batch, 1, types="*;sy")
-        define("batch*", self._batch, 1, types="*;sy")
+        for name, load in (("load", self.load), ("batch", self.batch)):
+            for function in (name, f"{name}*"):  # with a star, CLIPS would load without messages
+                define(function, lambda file, load=load: TRUE if load(file) else FALSE, 1, types="*;sy")
         define("clear", self._clear)
         define("exit", self._exit, 0, 1)
         define("halt", self._halt)
@@ -146,14 +146,6 @@ class ClipsEnvironment:
         # CLIPS would report an error for each level of the recursion
         self.output.quiet = True
         self.log.error(f"'{function}' calls itself without end: ended, the stack is used up")
-
-    def _load(self, file: str) -> Value:
-        self._forget_templates()
-        return TRUE if self.loader.load(file) else FALSE
-
-    def _batch(self, file: str) -> Value:
-        self._forget_templates()
-        return TRUE if self.loader.batch(file) else FALSE
 
     def _forget_templates(self) -> None:
         """Forget cached deftemplates, which a file may redefine."""
@@ -258,8 +250,7 @@ class ClipsEnvironment:
         :returns: the index of the fact, or of an equal fact; None if CLIPS refuses the fact.
         :raises ClipsError: if the deftemplate or a slot is unknown.
         """
-        fact = self.add_fact(template, slots)
-        return None if fact == NULL else int(lib.FactIndex(fact))
+        return _index_of(self.add_fact(template, slots))
 
     def add_fact(self, template: str, slots: Mapping[str, Value]) -> CData:
         """Assert a fact as :meth:`assert_fact` does; return its pointer, or NULL if CLIPS refuses it."""
@@ -285,8 +276,7 @@ class ClipsEnvironment:
             new = self.maker.new(deftemplate, [(NULL, clips_value(self.env, fields))])
         except KeyError:
             raise ClipsError(f"'{relation}' is a deftemplate with slots, not an ordered relation") from None
-        fact = self.maker.add(new)
-        return None if fact == NULL else int(lib.FactIndex(fact))
+        return _index_of(self.maker.add(new))
 
     def assert_string(self, fact: str) -> int | None:
         """Assert a fact written as CLIPS text. Slower than :meth:`assert_fact`.
@@ -296,7 +286,7 @@ class ClipsEnvironment:
         self.output.pause()
         pointer = lib.AssertString(self.env, encode(fact))
         self.output.resume()
-        return None if pointer == NULL else int(lib.FactIndex(pointer))
+        return _index_of(pointer)
 
     def retract(self, index: int) -> bool:
         """Retract a fact by index; return whether it existed."""
@@ -311,39 +301,29 @@ class ClipsEnvironment:
 
     def facts(self, template: str | None = None) -> Iterator[tuple[int, str, dict[str, Value]]]:
         """Yield index, deftemplate and slots of all facts, or of one deftemplate's facts."""
-        wanted = None
-        if template is not None:
-            wanted = lib.FindDeftemplate(self.env, encode(template))
-            if wanted == NULL:
-                return
-        fact = self._next_fact(wanted, NULL)
-        while fact != NULL:
+        for fact in self._facts(template):
             name = ffi.string(lib.DeftemplateName(lib.FactDeftemplate(fact))).decode()
             yield int(lib.FactIndex(fact)), name, slot_values(fact)
-            fact = self._next_fact(wanted, fact)
 
     def columns(self, template: str, *slots: str) -> Iterator[tuple[Value, ...]]:
         """Yield the values of some slots for each fact of a deftemplate."""
-        wanted = lib.FindDeftemplate(self.env, encode(template))
-        if wanted == NULL:
-            return
         names, value = [encode(slot) for slot in slots], ffi.new("CLIPSValue *")
-        fact = self._next_fact(wanted, NULL)
-        while fact != NULL:
+        for fact in self._facts(template):
             yield tuple(slot_value(fact, name, value) for name in names)
-            fact = self._next_fact(wanted, fact)
 
-    def _next_fact(self, deftemplate: CData | None, fact: CData) -> CData:
-        if deftemplate is None:
-            return lib.GetNextFact(self.env, fact)
-        return lib.GetNextFactInTemplate(deftemplate, fact)
+    def _facts(self, template: str | None) -> Iterator[CData]:
+        """Yield all facts, or those of a deftemplate; none if it is unknown."""
+        if template is None:
+            return items_of(lib.GetNextFact, self.env)
+        deftemplate = lib.FindDeftemplate(self.env, encode(template))
+        return iter(()) if deftemplate == NULL else items_of(lib.GetNextFactInTemplate, deftemplate)
 
-    def load(self, path: Path) -> bool:
+    def load(self, path: str | Path) -> bool:
         """Load the constructs of a file; return whether all are valid. :attr:`loader` has the diagnostics."""
         self._forget_templates()
         return self.loader.load(str(path))
 
-    def batch(self, path: Path) -> bool:
+    def batch(self, path: str | Path) -> bool:
         """Execute the commands and constructs of a file; return whether the file is readable."""
         self._forget_templates()
         return self.loader.batch(str(path))
@@ -393,15 +373,15 @@ class ClipsEnvironment:
             done = int(lib.Run(self.env, chunk))
             self.is_firing = self.output.is_firing = False
             fired += done
-            if self.api.halted():
+            if self.api.halted():  # an error has ended a right-hand side, and the run with it
                 self.api.clear_halt()
                 if done == 0 or self._held or not self.agenda_size_at_least(1):
                     break
             elif done < chunk or self._is_halted:
                 break
-            if (why := self.endless.look(done)) and (limit < 0 or before):
+            if (why := self.endless.check(done)) and (limit < 0 or before):
                 self.end_for_good(why)
-                self.api.clear_halt()
+                self.api.clear_halt()  # the interruption must not stop CLIPS' next function
         return fired
 
     def end_run(self) -> None:
@@ -440,12 +420,8 @@ class ClipsEnvironment:
 
     def agenda_size_at_least(self, count: int) -> bool:
         """Return whether the agenda has at least ``count`` activations."""
-        activation = NULL
-        for _ in range(count):
-            activation = lib.GetNextActivation(self.env, activation)
-            if activation == NULL:
-                return False
-        return True
+        activations = islice(items_of(lib.GetNextActivation, self.env), count)
+        return sum(1 for _ in activations) == count
 
     def destroy(self) -> None:
         """Free the environment."""
@@ -457,3 +433,7 @@ class ClipsEnvironment:
             self._by_index.forget()
             lib.FCBDispose(self._calls)
             lib.DestroyEnvironment(self.env)
+
+
+def _index_of(fact: CData) -> int | None:
+    return None if fact == NULL else int(lib.FactIndex(fact))

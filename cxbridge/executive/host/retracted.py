@@ -23,7 +23,7 @@ Edit = tuple[int, int, str]
 """Start, end and replacement."""
 
 
-def kept_slots(code: str, start: int, end: int) -> list[Edit]:
+def slot_edits(code: str, start: int, end: int) -> list[Edit]:
     """Return the edits that preserve the slots of retracted facts in a construct.
 
     :param code: the file's text with strings and comments blanked.
@@ -31,11 +31,11 @@ def kept_slots(code: str, start: int, end: int) -> list[Edit]:
     if _LIKELY.search(code, start, end) is None:
         return []
     return [
-        (start + first, start + last, new)
+        (start + edit_start, start + edit_end, text)
         for node in read(code[start:end])
-        for each in node.walk()
-        if each.head in _QUERIES
-        for first, last, new in _edits(each)
+        for query in node.walk()
+        if query.head in _QUERIES
+        for edit_start, edit_end, text in _edits(query)
     ]
 
 
@@ -46,26 +46,27 @@ def _edits(query: SyntaxNode) -> Iterator[Edit]:
     variables = [item.head for item in arguments[0].items or ()]
     body = arguments[2:]
     for variable in variables:
-        gone = _end_of(variable, body)
+        retracted_at = _end_of(variable, body)
         slots: dict[str, str] = {}
         for node in _body_words(body):
             name, colon, slot = node.text.partition(":")
-            if gone is not None and node.start > gone and name == variable and colon and slot:
+            is_late = retracted_at is not None and node.start > retracted_at
+            if is_late and name == variable and colon and slot:
                 slots[slot] = f"?cx-{variable[1:]}-{slot}"
                 yield node.start, node.end, slots[slot]
         if slots:
-            bound = "".join(f"(bind {new} {variable}:{slot}) " for slot, new in slots.items())
-            yield body[0].start, body[0].start, bound
+            bindings = "".join(f"(bind {name} {variable}:{slot}) " for slot, name in slots.items())
+            yield body[0].start, body[0].start, bindings
 
 
 def _end_of(variable: str, body: tuple[SyntaxNode, ...]) -> int | None:
     """Return the end of the first call that retracts a variable's fact, or None."""
-    calls = (node for each in body for node in each.walk() if node.head in _ENDS)
+    calls = (node for action in body for node in action.walk() if node.head in _ENDS)
     return next(
         (call.end for call in calls if any(argument.text == variable for argument in call.arguments)), None
     )
 
 
 def _body_words(body: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
-    for each in body:
-        yield from (node for node in each.walk() if node.items is None)
+    for action in body:
+        yield from (node for node in action.walk() if node.items is None)

@@ -24,7 +24,7 @@ from msgspec import Struct
 from cxbridge.clipstext.syntax import CONSTRUCT, HIDDEN, PARENTHESIS, Lines, blank, is_declaration, top_level
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.recursion import guards_at
-from cxbridge.executive.host.retracted import kept_slots
+from cxbridge.executive.host.retracted import slot_edits
 
 _REWRITTEN = re.compile(r"\(\s*(modify|duplicate|cx-modify-goal)(?=[\s(])")
 _REWRITTEN_IN_CORE = re.compile(r"\(\s*(cx-modify-goal)(?=[\s(])")
@@ -125,25 +125,26 @@ def prepare(
     unclosed = None
     rewritten = _REWRITTEN if rewrite_modify else _REWRITTEN_IN_CORE
     for start, end in top_level(code):
-        found = CONSTRUCT.match(code, start)
+        construct = CONSTRUCT.match(code, start)
+        limit = len(code) if end is None else end
         if end is None:
             unclosed = lines.at(start)
-        _rewrite(code, (start, len(code) if end is None else end), rewritten, edits)
-        if rewrite_modify and end is not None:
-            guards = guards_at(code, start, end, lambda name: name in functions or is_known(name))
-            edits += ((at, at, guard) for at, guard in guards)
-        if found is None:
+        _rewrite(code, (start, limit), rewritten, edits)
+        is_rewritten = rewrite_modify and end is not None
+        if is_rewritten:
+            guards = guards_at(code, start, limit, lambda name: name in functions or is_known(name))
+            edits += ((offset, offset, guard) for offset, guard in guards)
+        if construct is None:
             continue
-        constructs += _constructs(found, code, end, lines)
-        if found[1] == "defclass":
-            single = _SINGLE_SLOT.finditer(code, start, len(code) if end is None else end)
+        constructs += _constructs(construct, code, end, lines)
+        if construct[1] == "defclass":
+            single = _SINGLE_SLOT.finditer(code, start, limit)
             edits += ((match.start(), match.end(), f"{match[1]}slot") for match in single)
-        if rewrite_modify and end is not None:
-            edits += kept_slots(code, start, end)
-        if found[1] == "defgeneric":
-            functions.add(found[2])
-        if rewrite_modify and end is not None and found[1] in _FUNCTIONS:
-            functions.add(found[2])
+        if is_rewritten:
+            edits += slot_edits(code, start, limit)
+        # a function that exists may be called by the next one: mutual recursion
+        if construct[1] == "defgeneric" or (is_rewritten and construct[1] in _FUNCTIONS):
+            functions.add(construct[2])
     return ClipsSource(
         _apply(text, sorted(edits)) if edits else text, bool(edits), tuple(constructs), unclosed
     )
@@ -201,15 +202,15 @@ def find_excess(text: str) -> Excess | None:
         before = text.partition("\0")[0]
         return Excess(before.count("\n") + 1, "a NUL byte: the file is not UTF-8 text")
     code = blank(text)
-    found: list[tuple[int, str]] = []
+    excesses: list[tuple[int, str]] = []
     word = _LONG_WORD.search(code)
     if word is not None:
-        found.append((word.start(), f"a word of more than {_MAX_WORD} characters"))
+        excesses.append((word.start(), f"a word of more than {_MAX_WORD} characters"))
     string = next((m for m in HIDDEN.finditer(text) if m[0][0] == '"' and len(m[0]) > _MAX_WORD), None)
     if string is not None:
-        found.append((string.start(), f"a string of more than {_MAX_WORD} characters"))
+        excesses.append((string.start(), f"a string of more than {_MAX_WORD} characters"))
     depth, parts, limited = 0, 0, False
-    for match in PARENTHESIS.finditer(code, 0, min(found)[0] if found else len(text)):
+    for match in PARENTHESIS.finditer(code, 0, min(excesses)[0] if excesses else len(text)):
         at = match.start()
         if match.group() == ")":
             depth -= depth > 0
@@ -222,12 +223,12 @@ def find_excess(text: str) -> Excess | None:
             parts += 1
         message = _opening_excess(text, at, depth, parts)
         if message:
-            found.append((at, message))
+            excesses.append((at, message))
             break
-    if not found:
+    if not excesses:
         return None
-    at, message = min(found)
-    return Excess(Lines(text).at(at), message)
+    offset, message = min(excesses)
+    return Excess(Lines(text).at(offset), message)
 
 
 def check_excess(text: str) -> None:

@@ -173,11 +173,11 @@ class UdfTable:
                     if not read(context, _ALL_BITS, value):
                         return
                     arguments.append(convert[value.header.type](value))
-                answer = cell[0](*arguments)
-                if answer is None:
+                returned = cell[0](*arguments)
+                if returned is None:
                     result.voidValue = void
                 else:
-                    store(env, answer, result)
+                    store(env, returned, result)
             except BaseException as error:  # noqa: BLE001  nothing may unwind through C
                 throw(context)
                 # CLIPS checks types only while parsing; successful calls avoid a second check
@@ -191,11 +191,11 @@ def wrong_argument(types: str, arguments: Sequence[Value]) -> ClipsError | None:
 
     :param types: as in :meth:`UdfTable.define`.
     """
-    any_of, *each = types.split(";")
+    default, *specific = types.split(";")
     for number, argument in enumerate(arguments, start=1):
-        wanted = (each[number - 1] if number <= len(each) else "") or any_of
-        if set(wanted) <= _NAMES.keys() and _letter(argument) not in wanted:
-            names = " or ".join(_NAMES[letter] for letter in wanted)
+        letters = (specific[number - 1] if number <= len(specific) else "") or default
+        if set(letters) <= _NAMES.keys() and _letter(argument) not in letters:
+            names = " or ".join(_NAMES[letter] for letter in letters)
             return ClipsError(f"argument {number} must be {names}, not {argument!r}")
     return None
 

@@ -63,14 +63,15 @@ def constant_fact(text: str) -> ConstantFact:
         return ConstantFact(name, (), f"({' '.join([name, *_constants(inner, text)])})")
     if inner[-1] != ")":
         raise _no_constant(text)
-    slots, names, at = [], [], 0
-    while at < len(inner):
-        end = inner.index(")", at)
-        if inner[at] != "(" or end < at + 2 or not _SYMBOL.fullmatch(inner[at + 1]):
+    slots, names, start = [], [], 0
+    while start < len(inner):
+        end = inner.index(")", start)
+        if inner[start] != "(" or end < start + 2 or not _SYMBOL.fullmatch(inner[start + 1]):
             raise _no_constant(text)
-        names.append(inner[at + 1])
-        slots.append(f"({' '.join([inner[at + 1], *_constants(inner[at + 2 : end], text)])})")
-        at = end + 1
+        names.append(inner[start + 1])
+        # a nested parenthesis is no constant, so that no slot holds a function call
+        slots.append(f"({' '.join([inner[start + 1], *_constants(inner[start + 2 : end], text)])})")
+        start = end + 1
     return ConstantFact(name, tuple(names), f"({' '.join([name, *slots])})")
 
 
@@ -83,15 +84,15 @@ def _tokens(text: str) -> Iterator[str]:
 
 
 def _constants(tokens: list[str], text: str) -> list[str]:
-    made = []
+    constants = []
     for token in tokens:
         if token[0] == '"':
-            made.append(quoted(_ESCAPED.sub(r"\1", token[1:-1])))
+            constants.append(quoted(_ESCAPED.sub(r"\1", token[1:-1])))
         elif _NUMBER.fullmatch(token) or (_SYMBOL.fullmatch(token) and token.isprintable()):
-            made.append(token)
+            constants.append(token)
         else:
             raise _no_constant(text)
-    return made
+    return constants
 
 
 def _no_constant(text: str) -> ClipsError:
@@ -117,8 +118,8 @@ def constant_text(env: CData, text: str) -> str:
     fact = constant_fact(text)
     if fact.slots:
         deftemplate = lib.FindDeftemplate(env, encode(fact.template))
-        known = () if deftemplate == NULL else [name for name, _ in template_of(deftemplate).slots or ()]
+        slots = () if deftemplate == NULL else [name for name, _ in template_of(deftemplate).slots or ()]
         for slot in fact.slots:
-            if slot not in known:
+            if slot not in slots:
                 raise ClipsError(f"refused: there is no deftemplate '{fact.template}' with a slot '{slot}'")
     return fact.text

@@ -14,7 +14,7 @@ from msgspec import Struct, field
 
 from cxbridge.clipstext.facts import IMPLIED
 from cxbridge.clipstext.values import FactRef
-from cxbridge.executive.host.capi import NULL, CData, decode, encode
+from cxbridge.executive.host.capi import NULL, CData, decode, encode, items_of
 from cxbridge.executive.host.facts.making import contents_offset
 from cxbridge.executive.host.values import FactAddress, Value, to_python
 
@@ -106,9 +106,9 @@ class FactCopier:
         self._wanted = wanted
         self._begin = begin
         self._end = end
-        self._seen: dict[int, Value] = {}
+        self._values: dict[int, Value] = {}  # by address: CLIPS shares equal atoms
         self._item = ffi.new("CLIPSValue *")
-        self._known: dict[CData, tuple[FactTemplate, int] | None] = {}
+        self._templates: dict[CData, tuple[FactTemplate, int] | None] = {}
         self._first = contents_offset() // _WORD_BYTES
         self.copy = FactCopy()
         """The facts copied so far."""
@@ -116,44 +116,44 @@ class FactCopier:
     def pieces(self) -> Iterator[None]:
         """Copy a piece before each ``yield``. To be advanced with a living environment locked."""
         env = self._env
-        done: set[int] = set()
+        copied: set[int] = set()
         fact = lib.GetNextFact(env, NULL)
-        looked = 0
+        visited = 0
         while fact != NULL:
             index = int(lib.FactIndex(fact))
-            if index not in done:
-                done.add(index)
+            if index not in copied:
+                copied.add(index)
                 self.add(fact)
-            looked += 1
-            if looked % self._piece == 0:
+            visited += 1
+            if visited % self._piece == 0:
                 lib.RetainFact(fact)  # otherwise CLIPS could reuse the fact's memory
                 yield
                 self._forget()
-                there = lib.FactExistp(fact)
-                following = lib.GetNextFact(env, fact if there else NULL)
+                # after a retraction of the fact the list has no place to continue: visit all again
+                following = lib.GetNextFact(env, fact if lib.FactExistp(fact) else NULL)
                 lib.ReleaseFact(fact)
                 fact = following
             else:
                 fact = lib.GetNextFact(env, fact)
-        if looked >= self._piece:
-            self._drop_gone()
+        if visited >= self._piece:
+            self._drop_retracted()
 
     def _forget(self) -> None:
         """Clear caches that rules may have invalidated."""
-        self._seen.clear()
-        self._known.clear()
+        self._values.clear()
+        self._templates.clear()
 
     def add(self, fact: CData) -> None:
         """Copy a fact if its deftemplate is wanted."""
         deftemplate = lib.FactDeftemplate(fact)
-        if deftemplate not in self._known:
-            found = template_of(deftemplate)
-            wanted = self._wanted(found.name)
-            self._known[deftemplate] = (found, len(found.names)) if wanted else None
-        known = self._known[deftemplate]
-        if known is None:
+        if deftemplate not in self._templates:
+            template = template_of(deftemplate)
+            is_copied = self._wanted(template.name)
+            self._templates[deftemplate] = (template, len(template.names)) if is_copied else None
+        entry = self._templates[deftemplate]
+        if entry is None:
             return
-        template, slots = known
+        template, slots = entry
         number = self.copy.total
         self.copy.total += 1
         if number >= self._begin and (self._end is None or number < self._end):
@@ -162,31 +162,28 @@ class FactCopier:
             self.copy.rows.append(FactRow(int(lib.FactIndex(fact)), template.name, values))
 
     def _read_values(self, words: CData, count: int) -> tuple[Value, ...]:
-        seen, values = self._seen, []
+        # the cache stands for a missing value, because None is the value of void
+        cache, values = self._values, []
         for word in ffi.unpack(words, count):
-            value = seen.get(word, seen)
-            values.append(self._value(word) if value is seen else value)
+            value = cache.get(word, cache)
+            values.append(self._value(word) if value is cache else value)
         return tuple(values)
 
     def _value(self, word: int) -> Value:
         item = self._item
         item.value = ffi.cast(_POINTER, word)
         if item.header.type == _MULTIFIELD:
-            many = item.multifieldValue
-            return self._read_values(ffi.cast(_WORDS, many.contents), many.length)
+            multifield = item.multifieldValue
+            return self._read_values(ffi.cast(_WORDS, multifield.contents), multifield.length)
         value = to_python(item)
         if isinstance(value, FactAddress):
             value = FactRef(int(lib.FactIndex(value.pointer)))
-        self._seen[word] = value
+        self._values[word] = value
         return value
 
-    def _drop_gone(self) -> None:
+    def _drop_retracted(self) -> None:
         """Remove facts that were retracted after they had been copied."""
-        there = set()
-        fact = lib.GetNextFact(self._env, NULL)
-        while fact != NULL:
-            there.add(int(lib.FactIndex(fact)))
-            fact = lib.GetNextFact(self._env, fact)
-        kept = [row for row in self.copy.rows if row.index in there]
-        self.copy.total -= len(self.copy.rows) - len(kept)
-        self.copy.rows = kept
+        present = {int(lib.FactIndex(fact)) for fact in items_of(lib.GetNextFact, self._env)}
+        rows = [row for row in self.copy.rows if row.index in present]
+        self.copy.total -= len(self.copy.rows) - len(rows)
+        self.copy.rows = rows

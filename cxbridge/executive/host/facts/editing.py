@@ -12,7 +12,7 @@ from clips._clips import lib
 from cxbridge.clipstext.facts import fact_text
 from cxbridge.clipstext.facts import template_of as template_name
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.capi import NULL, decode, encode
+from cxbridge.executive.host.capi import NULL, decode, encode, items_of
 from cxbridge.executive.host.constructs import template_names, unknown_template
 from cxbridge.executive.host.facts.constants import constant_text, constant_values
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
@@ -49,27 +49,23 @@ def find_facts(
     :param seconds: the maximum duration.
     :returns: index and text of the facts, and the index to continue from; None at the end.
     """
-    found: list[tuple[int, str]] = []
-    wanted, until = words.lower(), perf_counter() + seconds
-    fact, last = lib.GetNextFact(env.env, NULL), after
-    while fact != NULL:
+    facts: list[tuple[int, str]] = []
+    deadline, last = perf_counter() + seconds, after
+    for fact in items_of(lib.GetNextFact, env.env):
         index = int(lib.FactIndex(fact))
         if index > after:
-            if len(found) >= most or (last > after and perf_counter() > until):
-                return found, last
+            # at least one fact, so that a client that continues makes progress
+            if len(facts) >= most or (last > after and perf_counter() > deadline):
+                return facts, last
             text = env.api.fact_text(fact)
             last = index
-            if wanted in text.lower():
-                found.append((index, text))
-        fact = lib.GetNextFact(env.env, fact)
-    return found, None
+            if words.lower() in text.lower():
+                facts.append((index, text))
+    return facts, None
 
 
 def count_facts(env: ClipsEnvironment) -> int:
-    fact, count = lib.GetNextFact(env.env, NULL), 0
-    while fact != NULL:
-        fact, count = lib.GetNextFact(env.env, fact), count + 1
-    return count
+    return sum(1 for _ in items_of(lib.GetNextFact, env.env))
 
 
 def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> int:
@@ -80,31 +76,32 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
     """
     text = constant_text(env.env, text) if constant else text
     check_excess(text)
-    known = template_names(env)
+    # before the assertion, which would define an unknown relation
+    templates = template_names(env)
     outer = env.output.begin_errors()
     fact = lib.AssertString(env.env, encode(text))
-    said = " ".join(env.output.end_errors(outer).split())
+    errors = " ".join(env.output.end_errors(outer).split())
     env.api.clear_halt()
-    if fact == NULL or said:
+    if fact == NULL or errors:
         raise ClipsError(
-            f"CLIPS does not assert {text}" + (f": {said}" if said else ""),
-            hint=_meant(env, text, said, known),
+            f"CLIPS does not assert {text}" + (f": {errors}" if errors else ""),
+            hint=_suggestion(env, text, errors, templates),
         )
     return int(lib.FactIndex(fact))
 
 
-def _meant(env: ClipsEnvironment, text: str, said: str, known: Iterable[str]) -> str | None:
+def _suggestion(env: ClipsEnvironment, text: str, errors: str, templates: Iterable[str]) -> str | None:
     """Return a hint with the most similar deftemplate or slot."""
     relation = template_name(text)
-    if relation not in known:
-        return did_you_mean(relation, known) or None
-    slot = _BAD_SLOT.search(said)
+    if relation not in templates:
+        return did_you_mean(relation, templates) or None
+    slot = _BAD_SLOT.search(errors)
     if slot is None:
         return None
-    return _meant_slot(slot[1], template_of(lib.FindDeftemplate(env.env, encode(relation))))
+    return _suggested_slot(slot[1], template_of(lib.FindDeftemplate(env.env, encode(relation))))
 
 
-def _meant_slot(name: str, template: FactTemplate) -> str:
+def _suggested_slot(name: str, template: FactTemplate) -> str:
     if template.slots is None:
         return "its facts are ordered: they have no slots with names"
     return did_you_mean(name, template.names, f"it has: {', '.join(template.names)}")
@@ -140,13 +137,13 @@ def modify_fact(
             template = decode(lib.DeftemplateName(deftemplate))
             raise ClipsError(
                 f"deftemplate '{template}' of f-{index} has no slot '{slot}'",
-                hint=_meant_slot(slot, template_of(deftemplate)),
+                hint=_suggested_slot(slot, template_of(deftemplate)),
             )
         values = constant_values(text) if constant else text
         changes += (Symbol(slot), env.eval(f"(create$ {values})"))
     complaints: list[str] = []
-    made = Modify(env.env, env.api, env.maker, complaints.append)(index, *changes)
+    modified = Modify(env.env, env.api, env.maker, complaints.append)(index, *changes)
     env.api.clear_halt()
-    if not isinstance(made, FactAddress):
+    if not isinstance(modified, FactAddress):
         raise ClipsError(" ".join(complaints) or f"CLIPS refuses to modify f-{index}")
-    return int(lib.FactIndex(made.pointer))
+    return int(lib.FactIndex(modified.pointer))

@@ -33,7 +33,7 @@ class FactsByIndex:
         self._held: dict[int, CData] = {}
         self._argument = ffi.new("UDFValue *")
         self._true, self._false = lib.TrueSymbol(env), lib.FalseSymbol(env)
-        self.function = callback("void(Environment *, UDFContext *, UDFValue *)", self._answer)
+        self.function = callback("void(Environment *, UDFContext *, UDFValue *)", self._call)
         """The C implementation of `fact-existp`."""
 
     def exists(self, index: int) -> bool:
@@ -57,15 +57,15 @@ class FactsByIndex:
         while self._held:
             lib.ReleaseFact(self._held.popitem()[1])
 
-    def _answer(self, _env: CData, context: CData, result: CData) -> None:
+    def _call(self, _env: CData, context: CData, result: CData) -> None:
         argument = self._argument
         result.lexemeValue = self._false
         if not lib.UDFFirstArgument(context, _ALL_BITS, argument):
             return
         kind = argument.header.type
         if kind == _FACT_ADDRESS:
-            there = lib.FactExistp(argument.factValue)
+            exists = lib.FactExistp(argument.factValue)
         else:  # CLIPS reports a missing fact for a value that is not an index
-            there = kind == _INTEGER and self.exists(argument.integerValue.contents)
-        if there:
+            exists = kind == _INTEGER and self.exists(argument.integerValue.contents)
+        if exists:
             result.lexemeValue = self._true

@@ -104,26 +104,27 @@ class FactMaker:
         if position is None or is_multifield != bool(lib.DeftemplateSlotMultiP(deftemplate, slot)):
             return False
         contents = ffi.cast("CLIPSValue *", ffi.cast("char *", new) + contents_offset())
-        place = contents + position
-        if is_multifield:
-            EXTRA.ReturnMultifield(self._env, place.multifieldValue)
-            place.multifieldValue = EXTRA.CopyMultifield(self._env, value.multifieldValue)
+        slot_value = contents + position
+        if is_multifield:  # a fact owns its multifields, while atoms are shared
+            EXTRA.ReturnMultifield(self._env, slot_value.multifieldValue)
+            slot_value.multifieldValue = EXTRA.CopyMultifield(self._env, value.multifieldValue)
         else:
-            place.value = value.value
+            slot_value.value = value.value
         return True
 
     def _slots_of(self, deftemplate: CData) -> dict[bytes, int]:
-        known = self._positions.get(deftemplate)
-        if known is None:
+        """Return the positions of a deftemplate's slots."""
+        positions = self._positions.get(deftemplate)
+        if positions is None:
             names = ffi.new("CLIPSValue *")
             lib.DeftemplateSlotNames(deftemplate, names)
             contents = names.multifieldValue.contents
-            known = {
+            positions = {
                 decode((contents + index).lexemeValue.contents).encode(): index
                 for index in range(names.multifieldValue.length)
             }
-            self._positions[deftemplate] = known
-        return known
+            self._positions[deftemplate] = positions
+        return positions
 
 
 class NumberFact:
