@@ -1,4 +1,9 @@
-"""The CLIPS Executive: initialisation in stages, one run of the rules at each `think` hook, as in Fawkes."""
+"""The CLIPS Executive: initialisation in stages, one run of the rules at each `think` hook, as in Fawkes.
+
+init.clp performs the stages: it requests features, loads the agent's files, and asserts
+``(executive-initialized)`` at the end. The executive only loads it, and asserts ``(executive-init)`` and
+``(executive-finalize)``.
+"""
 
 from __future__ import annotations
 
@@ -172,8 +177,8 @@ class Executive:
         :raises ExecutiveError: if a file does not load.
         """
         env = self.env
-        for pattern, by in self._files.substitutions.items():
-            env.call("path-add-subst", pattern, by)
+        for placeholder, value in self._files.substitutions.items():
+            env.call("path-add-subst", placeholder, value)
         for folder in (*self._files.before, self._files.cx, *self._files.clips_dirs):
             env.call("path-add", f"{folder}/")
         self.manager.request(env.name, self._files.config_feature)
@@ -211,6 +216,7 @@ class Executive:
             if control is not None and control.within_loop:
                 return control.run()
             self.manager.before_run(env.name)
+            # the rules that read interfaces wait for this fact
             if self._assert_time:
                 self._time.add(*self._files.time_of(self.bus.clock.now_us()))
             env.refresh_agenda()
@@ -315,9 +321,9 @@ class Executive:
             self.log.warn(f"No mapping for action '{action}' known")
             return ""
         if len(names) != len(values):
-            place = self.place_of_action(action)
+            location = self.place_of_action(action)
             text = f"Number of parameter names and values do not match for action '{action}'"
-            self.log.warn(f"{place}: {text}: {len(names)} and {len(values)}" if place else text)
+            self.log.warn(f"{location}: {text}: {len(names)} and {len(values)}" if location else text)
             return ""
         params = {}
         for name, value in zip(names, values, strict=True):
@@ -329,11 +335,10 @@ class Executive:
             else:
                 self.log.error(f"Param '{name}' for action '{action}' of invalid type")
         mapped = self._mapper.map(action, params)
-        place = place_of_mapping(
-            self._config, self._config.get_str("/clips-executive/spec", default=""), action
-        )
+        spec = self._config.get_str("/clips-executive/spec", default="")
+        location = place_of_mapping(self._config, spec, action)
         for level, text in mapped.messages:
-            self.log.log(level, f"{place}: {text}" if place else text)
+            self.log.log(level, f"{location}: {text}" if location else text)
         return mapped.text
 
 
@@ -345,19 +350,19 @@ def _text(value: Value) -> str:
 def place_of_mapping(config: Configuration, spec: str, action: str) -> str:
     """Return ``FILE:LINE`` of an action's mapping; empty if it is in no file."""
     path = f"/clips-executive/specs/{spec}/action-mapping/{action}"
-    place = config.get(path) if config.exists(path) else None
-    return f"{place.file}:{place.line}" if place is not None and place.file else ""
+    value = config.get(path) if config.exists(path) else None
+    return f"{value.file}:{value.line}" if value is not None and value.file else ""
 
 
 def place_of_skill(config: Configuration, spec: str, skill_string: str) -> str:
     """Return the place of the only mapping that can yield a skill string; empty if ambiguous."""
     name = _SKILL.match(skill_string)
-    found = [
+    actions = [
         action
         for action, template in action_mapping(config, spec).items()
         if name is not None and (match := _SKILL.match(template)) is not None and match[0] == name[0]
     ]
-    return place_of_mapping(config, spec, found[0]) if len(found) == 1 else ""
+    return place_of_mapping(config, spec, actions[0]) if len(actions) == 1 else ""
 
 
 def action_mapping(config: Configuration, spec: str) -> dict[str, str]:
@@ -368,18 +373,16 @@ def action_mapping(config: Configuration, spec: str) -> dict[str, str]:
     prefix = f"/clips-executive/specs/{spec}/action-mapping/"
     mapping = {}
     for item in config.search(prefix):
+        action, slash, _ = item.path.removeprefix(prefix).partition("/")
         if item.is_list:
+            message = f"the mapping of action '{action}' is a list, not a text"
+            raise ConfigError(message, file=item.file, line=item.line)
+        if slash:  # YAML reads say{...} without quotes as a map
             raise ConfigError(
-                f"the mapping of action '{item.path[len(prefix) :]}' is a list, not a text",
-                file=item.file,
-                line=item.line,
-            )
-        if "/" in item.path[len(prefix) :]:
-            raise ConfigError(
-                f"the mapping of action '{item.path[len(prefix) :].split('/')[0]}' is a map, not a text",
+                f"the mapping of action '{action}' is a map, not a text",
                 file=item.file,
                 line=item.line,
                 hint="a skill string with braces must be quoted: 'say{...}'",
             )
-        mapping[item.path[len(prefix) :]] = item.text
+        mapping[action] = item.text
     return mapping

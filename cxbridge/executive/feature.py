@@ -1,15 +1,19 @@
-"""The base class of features, and lazily imported features."""
+"""The base class of features, lazily imported features, and functions that log their errors."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from functools import wraps
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
+from cxbridge.errors import CxbridgeError
+
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.executive.host.values import Value
 
 
 class Feature(ABC):
@@ -52,3 +56,27 @@ class LazyFeature(Struct, frozen=True):
     name: str
     load: Callable[[], Feature]
     origin: str = ""
+
+
+def define_logged(
+    env: ClipsEnvironment,
+    name: str,
+    function: Callable[..., Value],
+    types: str,
+    failure: Value,
+    log_error: Callable[[CxbridgeError], None],
+) -> None:
+    """Define a method as a CLIPS function whose errors never end a right-hand side, as in Fawkes.
+
+    :param failure: the result after an error.
+    """
+
+    @wraps(function)
+    def call(*arguments: Value) -> Value:
+        try:
+            return function(*arguments)
+        except CxbridgeError as error:
+            log_error(error)
+            return failure
+
+    env.define(name, call, function.__code__.co_argcount - 1, types=types)  # without self

@@ -63,7 +63,7 @@ class GoalWatch:
         self._lives: Counter[str] = Counter()
         self._tidy_at = 2 * MOST_LISTED
         self._facts: Counter[str] = Counter()  # goals without an id share the id nil
-        self._gone: set[str] = set()
+        self._retracted_ids: set[str] = set()
         self._modified = ""  # id of a goal that a modify has retracted and will assert again
         self._over: set[str] = set()
         self._env = env
@@ -73,17 +73,17 @@ class GoalWatch:
 
     def _asserted(self, _template: str, slots: dict[str, str]) -> None:
         goal, mode = slots["id"], slots.get("mode", "")
-        before = self.open.get(goal)
+        previous = self.open.get(goal)
         if self._modified not in ("", goal):
-            self._gone.add(self._modified)  # the modify changed the goal's id
+            self._retracted_ids.add(self._modified)  # the modify changed the goal's id
         self._modified = ""
-        if goal in self._gone and before is not None and mode == _FIRST:
-            if before.mode == _OVER:
+        if goal in self._retracted_ids and previous is not None and mode == _FIRST:
+            if previous.mode == _OVER:
                 self._record_removal(goal)  # an agent reuses the id of a removed goal
             else:
                 self._lives[goal] += 1
         self._facts[goal] += 1
-        self._gone.discard(goal)
+        self._retracted_ids.discard(goal)
         self.open[goal] = self._last[goal, self._lives[goal]] = GoalState(
             goal,
             slots.get("class", ""),
@@ -106,14 +106,14 @@ class GoalWatch:
         if self._env is not None and self._env.maker.replaces:
             self._modified = goal
         else:
-            self._gone.add(goal)
+            self._retracted_ids.add(goal)
 
     def settle(self) -> None:
         """Record ended goals. To be called between runs of the rules."""
         # within a run, a modify retracts and asserts: a missing fact does not mean a removed goal
-        for goal in self._gone:
+        for goal in self._retracted_ids:
             self._record_removal(goal)
-        self._gone.clear()
+        self._retracted_ids.clear()
         for state in self.roots:
             if state.mode == _OVER and state.goal not in self._over:
                 self._over.add(state.goal)
@@ -122,11 +122,11 @@ class GoalWatch:
     def _record_removal(self, goal: str) -> None:
         state = self.open.pop(goal, None)
         # a FORMULATED goal without an id that disappears has been given an id
-        named = state is not None and (goal != NO_PARENT or state.mode != _FIRST)
-        if state is not None and named and state.is_root and goal not in self._over:
+        has_id = state is not None and (goal != NO_PARENT or state.mode != _FIRST)
+        if state is not None and has_id and state.is_root and goal not in self._over:
             self._record_end(state)
         self._over.discard(goal)
-        if named:
+        if has_id:
             self._lives[goal] += 1
 
     def _record_end(self, state: GoalState) -> None:
@@ -142,8 +142,8 @@ class GoalWatch:
         return tuple(self._last.values())
 
     def _forget(self) -> None:
-        gone = [key for key, state in self._last.items() if self.open.get(key[0]) is not state]
-        for key in gone[:-MOST_LISTED]:
+        removed = [key for key, state in self._last.items() if self.open.get(key[0]) is not state]
+        for key in removed[:-MOST_LISTED]:
             del self._last[key]
             self.forgotten += 1
             if key[0] not in self.open:
@@ -171,12 +171,12 @@ class GoalWatch:
         children: dict[str, list[GoalState]] = {}
         for state in self.open.values():
             children.setdefault(state.parent, []).append(state)
-        left = list(roots)
-        while left:
-            state = left.pop()
+        queue = list(roots)
+        while queue:
+            state = queue.pop()
             if state.mode == _OVER:
                 continue  # the removal of this goal removes its sub-goals
             if not state.is_maintaining:
                 return []
-            left += children.get(state.goal, ())
+            queue += children.get(state.goal, ())
         return roots

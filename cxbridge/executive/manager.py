@@ -101,11 +101,14 @@ class EnvironmentManager:
 
         :raises ClipsError: if there is none of this name.
         """
+        return self._entry(name).environment
+
+    def _entry(self, name: str) -> _Entry:
         entry = self._entries.get(name)
         if entry is None:
-            known = ", ".join(self._entries)
-            raise ClipsError(f"there is no CLIPS environment '{name}'", hint=f"there are: {known}")
-        return entry.environment
+            names = ", ".join(self._entries)
+            raise ClipsError(f"there is no CLIPS environment '{name}'", hint=f"there are: {names}")
+        return entry
 
     def add_feature(self, feature: Feature | LazyFeature) -> None:
         """Offer a feature to all environments.
@@ -146,7 +149,7 @@ class EnvironmentManager:
         for entry in self._entries.values():
             with entry.environment.lock:
                 _retract(entry.environment, "ff-feature", name)
-                entry.environment.build(_deffacts("ff-features-available", "ff-feature", self.features))
+                self._build_offers(entry.environment)
 
     def check_unused(self, name: str) -> None:
         """Check that a feature can be withdrawn.
@@ -162,16 +165,20 @@ class EnvironmentManager:
             )
 
     def _check_known(self, name: str) -> None:
-        known = sorted({*self._features, *self._lazy})
-        if name not in known:
-            raise ClipsError(f"there is no CLIPS feature '{name}'", hint=f"there are: {', '.join(known)}")
+        names = sorted({*self._features, *self._lazy})
+        if name not in names:
+            raise ClipsError(f"there is no CLIPS feature '{name}'", hint=f"there are: {', '.join(names)}")
 
     def _announce_offer(self, name: str) -> None:
         """Announce an available feature to the existing environments."""
         for entry in self._entries.values():
             with entry.environment.lock:
                 entry.environment.assert_string(f"(ff-feature {name})")
-                entry.environment.build(_deffacts("ff-features-available", "ff-feature", self.features))
+                self._build_offers(entry.environment)
+
+    def _build_offers(self, env: ClipsEnvironment) -> None:
+        """Let a reset of the environment assert the available features again."""
+        env.build(_deffacts("ff-features-available", "ff-feature", self.features))
 
     def _find(self, name: str) -> Feature | None:
         """Return a feature; None if it is unknown or withdrawn."""
@@ -194,7 +201,7 @@ class EnvironmentManager:
         env.watcher.start()
         for feature in self.features:
             env.assert_string(f"(ff-feature {feature})")
-        env.build(_deffacts("ff-features-available", "ff-feature", self.features))
+        self._build_offers(env)
         for file in _LIBRARY_FILES:
             if not env.load(self.library / file):
                 self.destroy(name)
@@ -223,12 +230,11 @@ class EnvironmentManager:
             return TRUE
         env = entry.environment
         self.bus.emit_source("feature", name, feature_name)
-        before = env.udfs.names
+        existing = env.udfs.names
         feature.init_context(env)
-        of_others = frozenset[str]().union(
-            *entry.functions.values()
-        )  # context initialisation may have requested further features
-        entry.functions[feature_name] = env.udfs.names - before - of_others
+        # the initialisation of the feature may have requested further features
+        owned = frozenset[str]().union(*entry.functions.values())
+        entry.functions[feature_name] = env.udfs.names - existing - owned
         if type(feature).before_run is not Feature.before_run:
             entry.waiting.append(feature)
         entry.loaded.append(feature_name)
@@ -244,9 +250,7 @@ class EnvironmentManager:
 
         :raises ClipsError: if the environment is unknown or does not have the feature.
         """
-        entry = self._entries.get(name)
-        if entry is None:
-            raise ClipsError(f"there is no CLIPS environment '{name}'")
+        entry = self._entry(name)
         if feature_name not in entry.loaded:
             raise ClipsError(
                 f"the environment '{name}' does not have the CLIPS feature '{feature_name}'",
@@ -259,8 +263,8 @@ class EnvironmentManager:
             entry.loaded.remove(feature_name)
             if feature in entry.waiting:
                 entry.waiting.remove(feature)
-            gone = f"the CLIPS feature '{feature_name}' was removed from the environment '{name}'"
-            env.udfs.revoke(entry.functions.pop(feature_name), gone)
+            reason = f"the CLIPS feature '{feature_name}' was removed from the environment '{name}'"
+            env.udfs.revoke(entry.functions.pop(feature_name), reason)
             _retract(env, "ff-feature-loaded", feature_name)
             env.build(_deffacts("ff-features-loaded", "ff-feature-loaded", entry.loaded))
 
@@ -292,9 +296,8 @@ class EnvironmentManager:
 
         :raises ClipsError: if the environment is unknown.
         """
-        entry = self._entries.pop(name, None)
-        if entry is None:
-            raise ClipsError(f"there is no CLIPS environment '{name}'")
+        entry = self._entry(name)
+        del self._entries[name]
         if name in self.extra:
             self.extra.remove(name)
         for feature in entry.loaded:

@@ -45,13 +45,13 @@ def files_of_core(*folders: Path) -> Mapping[str, str]:
 
     :param folders: the folders of the core; files in earlier folders hide those in later ones.
     """
-    found: dict[str, str] = {}
+    files: dict[str, str] = {}
     for folder in reversed(folders):
         for file in sorted((folder / _FOLDER).glob("*.clp")):
             for definition in definitions(file.read_text("utf-8", "surrogateescape")):
                 name = f"{_FOLDER}/{file.name}"
-                found.update(dict.fromkeys(handled(condition_of(definition.node)), name))
-    return MappingProxyType(found)
+                files.update(dict.fromkeys(handled(condition_of(definition.node)), name))
+    return MappingProxyType(files)
 
 
 def advice(sub_type: str, known: Iterable[str], files: Mapping[str, str]) -> str:
@@ -60,14 +60,14 @@ def advice(sub_type: str, known: Iterable[str], files: Mapping[str, str]) -> str
     :param known: the handled sub-types.
     :param files: the result of :func:`files_of_core`.
     """
-    known = frozenset(known)
+    handled_types = frozenset(known)
     if sub_type in files:
         return _add(files[sub_type])
-    meant = nearest(sub_type, known | files.keys())
-    if not meant:
+    similar = nearest(sub_type, handled_types | files.keys())
+    if not similar:
         return ""
-    missing = "" if meant[0] in known else f" Then {_add(files[meant[0]])}"
-    return f"did you mean {' or '.join(meant)}?{missing}"
+    missing = "" if similar[0] in handled_types else f" Then {_add(files[similar[0]])}"
+    return f"did you mean {' or '.join(similar)}?{missing}"
 
 
 def _add(file: str) -> str:

@@ -177,24 +177,21 @@ class BlackBoardFeature(Feature):
         if not isinstance(error, _DEFINITION_ERRORS):
             context.log.warn(str(error))
             return
-        place = (error.file, error.line) if error.file else loader.place_of_executing()
-        mistake = Diagnostic(place[0] or kind, place[1], "", "XML", error.message, error.hint or "")
+        file, line = (error.file, error.line) if error.file else loader.place_of_executing()
+        mistake = Diagnostic(file or kind, line, "", "XML", error.message, error.hint or "")
         loader.report(mistake, str(error), context.log, Level.WARN)
 
     def _open(self, context: _BlackBoardContext, kind: str, identifier: str, *, writing: bool) -> None:
         opened = context.writing if writing else context.reading
-        known = opened.get(kind)
-        if known is not None and any(interface.id == identifier for interface in known):
+        if any(interface.id == identifier for interface in opened.get(kind, ())):
             return
         open_interface = self._board.open_for_writing if writing else self._board.open_for_reading
         try:
             interface = open_interface(kind, identifier, owner=f"CLIPS:{context.env.name}")
         except CxbridgeError as error:
-            level = (
-                Level.DEBUG
-                if context.env.loader.quiet and isinstance(error, _DEFINITION_ERRORS)
-                else Level.WARN
-            )
+            # a faulty definition is reported with the other mistakes of the agent
+            is_reported = context.env.loader.quiet and isinstance(error, _DEFINITION_ERRORS)
+            level = Level.DEBUG if is_reported else Level.WARN
             context.log.log(level, f"Failed to open interface {kind}:{identifier}, exception follows")
             self._report_definition(context, kind, error)
             return
@@ -226,7 +223,7 @@ class BlackBoardFeature(Feature):
     def _read(self, context: _BlackBoardContext) -> None:
         """Read the open interfaces; assert a fact for each refreshed one."""
         env = context.env
-        for kind in sorted(context.reading):
+        for kind in sorted(context.reading):  # Fawkes' map of interfaces is sorted, too
             for interface in context.reading[kind]:
                 if not interface.read():
                     continue
@@ -272,22 +269,22 @@ class BlackBoardFeature(Feature):
         return True
 
     def _create_msg(self, context: _BlackBoardContext, uid: str, message_type: str) -> Value:
-        kind = uid.partition("::")[0]
-        for interface in context.reading.get(kind, []):
-            if interface.uid == uid:
-                try:
-                    message = interface.create_message(message_type)
-                except CxbridgeError as error:
-                    context.log.warn(str(error))
-                    return ExternalAddress(0)
-                message.sender_thread_name = self._sender
-                handle = next(context.handles)
-                context.messages[handle] = (interface, message)
-                return ExternalAddress(handle)
-        context.log.warn(
-            f"Can't create message {message_type}, the interface {uid} is not opened for reading"
-        )
-        return ExternalAddress(0)
+        opened = context.reading.get(uid.partition("::")[0], ())
+        interface = next((interface for interface in opened if interface.uid == uid), None)
+        if interface is None:
+            text = f"Can't create message {message_type}, the interface {uid} is not opened for reading"
+            context.log.warn(text)
+            return ExternalAddress(0)
+        try:
+            message = interface.create_message(message_type)
+        except CxbridgeError as error:
+            context.log.warn(str(error))
+            return ExternalAddress(0)
+        message.sender_thread_name = self._sender
+        # a number in place of an address: a rule may send a message twice, or keep it after its end
+        handle = next(context.handles)
+        context.messages[handle] = (interface, message)
+        return ExternalAddress(handle)
 
     @staticmethod
     def _list_msg_fields(context: _BlackBoardContext, address: ExternalAddress) -> Value:

@@ -88,11 +88,11 @@ class NavGraphFeature(Feature):
                 f"Environment {env.name} tried to {verb} edge {start}--{end}, which does not exist in graph"
             )
             return
-        for one, other in ((start, end), (end, start)):
+        for origin, destination in ((start, end), (end, start)):
             if not block:
-                graph.unblock(one, other)
-            elif edge.joins(one, other):
-                graph.block(one, other)
+                graph.unblock(origin, destination)
+            elif edge.joins(origin, destination):  # a directed edge has one direction
+                graph.block(origin, destination)
 
 
 def _flat(properties: Mapping[str, str]) -> tuple[Value, ...]:

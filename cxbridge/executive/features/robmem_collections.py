@@ -7,8 +7,9 @@ from functools import partial
 from pathlib import Path
 
 from cxbridge.errors import ClipsError, CxbridgeError
+from cxbridge.executive.feature import define_logged
 from cxbridge.executive.features.robmem_context import FAIL, SUCCESS, RobotMemoryContext
-from cxbridge.executive.features.robmem_handles import Cursor, Trigger, define_logged, pointer_symbol
+from cxbridge.executive.features.robmem_handles import Cursor, Trigger, pointer_symbol
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Value
 from cxbridge.executive.robmem import jsontext

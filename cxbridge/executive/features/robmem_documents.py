@@ -8,7 +8,8 @@ from typing import Any
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import Logger
-from cxbridge.executive.features.robmem_handles import Handles, define_logged
+from cxbridge.executive.feature import define_logged
+from cxbridge.executive.features.robmem_handles import Handles
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 from cxbridge.executive.robmem import jsontext

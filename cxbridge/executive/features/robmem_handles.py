@@ -1,4 +1,4 @@
-"""Handles of CLIPS for documents, arrays, cursors and triggers, and functions that take handles.
+"""Handles of CLIPS for documents, arrays, cursors and triggers.
 
 A handle is a number that is never reused. Rules keep stale addresses, which must be recognised rather than
 dereferenced.
@@ -7,15 +7,12 @@ dereferenced.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
-from functools import wraps
+from collections.abc import Iterator
 from typing import TypeVar
 
-from cxbridge.errors import ClipsError, CxbridgeError
+from cxbridge.errors import ClipsError
 from cxbridge.events import Logger
-from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import ExternalAddress, Symbol, Value, show
-from cxbridge.executive.robmem.errors import RobotMemoryError
 from cxbridge.executive.robmem.store import Watch
 from cxbridge.executive.robmem.values import Document
 
@@ -102,30 +99,6 @@ class Handles:
     def of_kind(self, kind: type[T]) -> list[T]:
         """Return all objects of a kind."""
         return [value for value in self._objects.values() if isinstance(value, kind)]
-
-
-def define_logged(
-    env: ClipsEnvironment,
-    name: str,
-    function: Callable[..., Value],
-    types: str,
-    failure: Value,
-    log_error: Callable[[CxbridgeError], None],
-) -> None:
-    """Define a method as a CLIPS function that never ends a right-hand side, as in Fawkes.
-
-    :param failure: the result after an error.
-    """
-
-    @wraps(function)
-    def call(*arguments: Value) -> Value:
-        try:
-            return function(*arguments)
-        except (ClipsError, RobotMemoryError) as error:
-            log_error(error)
-            return failure
-
-    env.define(name, call, function.__code__.co_argcount - 1, types=types)  # without self
 
 
 def _name(kind: type) -> str:

@@ -1,4 +1,8 @@
-"""The feature ``skill-board``: skills of several robots, called from CLIPS. See docs/skill-board.md."""
+"""The feature ``skill-board``: skills of several robots, called from CLIPS. See docs/skill-board.md.
+
+A request becomes a fact ``skill-board-action`` with its state, an executor a fact ``skill-board-executor``.
+The board reports changes at any time; the rule ``skill-board-read`` updates the facts once per loop.
+"""
 
 from __future__ import annotations
 
@@ -55,6 +59,8 @@ class SkillAction(Protocol):
 
 
 class Executor(Protocol):
+    """A robot or simulator that executes skills."""
+
     @property
     def id(self) -> str: ...
 
@@ -117,13 +123,13 @@ class _SkillBoardContext:
 
 
 _TEMPLATES = (
-    """(deftemplate skill-board-action "A skill that the skill board was asked for."
+    """(deftemplate skill-board-action "A request to the skill board for a skill."
          (slot id (type INTEGER)) (slot skill (type SYMBOL)) (slot agent (type STRING))
          (slot state (type SYMBOL)
            (allowed-values ASKING CONFIRMED RUNNING CANCELLING SUCCEEDED FAILED CANCELLED))
          (slot executor (type STRING)) (slot progress (type FLOAT)) (slot feedback (type STRING))
          (slot error (type STRING)))""",
-    """(deftemplate skill-board-executor "Somebody who executes skills for an agent."
+    """(deftemplate skill-board-executor "An executor of an agent's skills."
          (slot id (type STRING)) (slot agent (type STRING)) (multislot skills (type SYMBOL))
          (slot state (type SYMBOL) (allowed-values IDLE RESERVED BUSY)))""",
 )
@@ -207,10 +213,10 @@ class SkillBoardFeature(Feature):
     @staticmethod
     def _assert_action(context: _SkillBoardContext, number: int, action: SkillAction) -> None:
         env = context.env
-        old = context.facts.pop(number, None)
-        if old is not None:
-            old.retract()
-        made = HeldFact.make(
+        previous = context.facts.pop(number, None)
+        if previous is not None:
+            previous.retract()
+        fact = HeldFact.make(
             env,
             "skill-board-action",
             {
@@ -226,24 +232,23 @@ class SkillBoardFeature(Feature):
         )
         if action.is_over:
             context.open.discard(number)
-            if made is not None:
-                made.release()  # the rules retract it
-        elif made is not None:
-            context.facts[number] = made
+            if fact is not None:
+                fact.release()  # the rules retract the fact of a finished action
+        elif fact is not None:
+            context.facts[number] = fact
 
     @staticmethod
     def _assert_executors(context: _SkillBoardContext, executors: Iterable[Executor]) -> None:
-        env, known = context.env, context.executors
-        there = {executor.id: executor for executor in executors}
-        for name, (said, fact) in list(known.items()):
-            if there.get(name) != said:
+        current = {executor.id: executor for executor in executors}
+        for name, (executor, fact) in list(context.executors.items()):
+            if current.get(name) != executor:
                 fact.retract()
-                del known[name]
-        for name, executor in there.items():
-            if name in known:
+                del context.executors[name]
+        for name, executor in current.items():
+            if name in context.executors:
                 continue
-            made = HeldFact.make(
-                env,
+            new_fact = HeldFact.make(
+                context.env,
                 "skill-board-executor",
                 {
                     "id": name,
@@ -252,11 +257,12 @@ class SkillBoardFeature(Feature):
                     "state": Symbol(executor.state),
                 },
             )
-            if made is not None:
-                known[name] = (executor, made)
+            if new_fact is not None:
+                context.executors[name] = (executor, new_fact)
 
 
 def _plain_value(value: Value) -> Any:
+    """Return a value of CLIPS as JSON has it: TRUE and FALSE as booleans, symbols as texts."""
     if isinstance(value, tuple):
         return [_plain_value(item) for item in value]
     if isinstance(value, Symbol) and value in (TRUE, FALSE):

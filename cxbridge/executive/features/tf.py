@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.errors import CxbridgeError, TransformError
-from cxbridge.executive.feature import Feature
+from cxbridge.errors import ClipsError, CxbridgeError, TransformError
+from cxbridge.executive.feature import Feature, define_logged
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Value
 
@@ -43,7 +44,7 @@ class TfFeature(Feature):
         if self._listener is None:
             self._listener = TransformListener(self._board, owner=_LOG)
         self._users.add(env.name)
-        self._define(env, _TransformFunctions(env, self._listener))
+        self._define(env, _TransformFunctions(self._listener))
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the interfaces after the last environment."""
@@ -58,21 +59,25 @@ class TfFeature(Feature):
         self._publishers.clear()
 
     def _define(self, env: ClipsEnvironment, functions: _TransformFunctions) -> None:
-        define = env.define
-        define("tf-quat-from-yaw", functions.quat_from_yaw, 1, types="*;ld")
-        define("tf-yaw-from-quat", functions.yaw_from_quat, 1, types="*;m")
-        define("tf-frame-exists", functions.frame_exists, 1, types="*;sy")
-        define("tf-can-transform", functions.can_transform, 3, types="*;sy;sy;m")
-        for name in ("point", "vector", "quaternion"):
-            define(f"tf-transform-{name}", getattr(functions, name), 4, types="*;sy;sy;m;m")
-        define("tf-transform-pose", functions.pose, 5, types="*;sy;sy;m;m;m")
-        define("tf-add-publisher", lambda frame: self._add_publisher(env, frame), 1, types="*;sy")
+        log = env.bus.logger(_LOG)
+        for name, function, types, failure in (
+            ("quat-from-yaw", functions.quat_from_yaw, "*;ld", _NO),
+            ("yaw-from-quat", functions.yaw_from_quat, "*;m", 0.0),
+            ("frame-exists", functions.frame_exists, "*;sy", FALSE),
+            ("can-transform", functions.can_transform, "*;sy;sy;m", FALSE),
+            ("transform-point", functions.point, "*;sy;sy;m;m", _NO),
+            ("transform-vector", functions.vector, "*;sy;sy;m;m", _NO),
+            ("transform-quaternion", functions.quaternion, "*;sy;sy;m;m", _NO),
+            ("transform-pose", functions.pose, "*;sy;sy;m;m;m", _NO),
+        ):
+            define_logged(env, f"tf-{name}", function, types, failure, lambda error: log.warn(error.message))
+        env.define("tf-add-publisher", lambda frame: self._add_publisher(env, frame), 1, types="*;sy")
         for name, static in (("tf-publish-pose-static", True), ("tf-publish-pose", False)):
 
-            def publish(*given: Value, static: bool = static) -> Value:
-                return self._publish(env, *given, static=static)
+            def publish(*pose: Value, static: bool = static) -> Value:
+                return self._publish(env, *pose, static=static)
 
-            define(name, publish, 5, types="*;sy;sy;ld;ld;ld")
+            env.define(name, publish, 5, types="*;sy;sy;ld;ld;ld")
 
     def _add_publisher(self, env: ClipsEnvironment, frame: str) -> Value:
         from cxbridge.space.tf import TransformPublisher  # noqa: PLC0415
@@ -101,12 +106,11 @@ class TfFeature(Feature):
 
 
 class _TransformFunctions:
-    """The functions that query transforms."""
+    """The functions that query transforms. They raise errors about arguments and missing transforms."""
 
-    def __init__(self, env: ClipsEnvironment, listener: TransformListener) -> None:
+    def __init__(self, listener: TransformListener) -> None:
         from cxbridge.space.tf import geometry  # noqa: PLC0415
 
-        self._log = env.bus.logger(_LOG)
         self._buffer = listener.buffer
         self._geometry = geometry
 
@@ -114,81 +118,61 @@ class _TransformFunctions:
         return self._geometry.quaternion_from_yaw(float(yaw))
 
     def yaw_from_quat(self, quat: Value) -> Value:
-        x, y, z, w = self._numbers("quaternion", quat, 4) or (0.0, 0.0, 0.0, 1.0)
-        return self._geometry.yaw_of((x, y, z, w))
+        return self._geometry.yaw_of(_numbers("quaternion", quat, 4))
 
     def frame_exists(self, frame: str) -> Value:
         return self._buffer.frame_exists(frame)
 
     def can_transform(self, target: str, source: str, time: Value) -> Value:
-        when = self._time(time)
-        return when is not None and self._buffer.can_transform(target, source, when)
+        return self._buffer.can_transform(target, source, _microseconds(time))
 
     def point(self, target: str, source: str, time: Value, point: Value) -> Value:
-        return self._three("point", self._buffer.transform_point, target, source, time, point)
+        time_us, numbers = _microseconds(time), _numbers("point", point, 3)
+        with _naming("point", target, source):
+            return self._buffer.transform_point(target, numbers, source, time_us)[0]
 
     def vector(self, target: str, source: str, time: Value, vector: Value) -> Value:
-        return self._three("vector", self._buffer.transform_vector, target, source, time, vector)
-
-    def _three(
-        self, kind: str, transform: Callable[..., Any], target: str, source: str, time: Value, given: Value
-    ) -> Value:
-        when, numbers = self._time(time), self._numbers(kind, given, 3)
-        if when is None or numbers is None:
-            return _NO
-        return self._answer(kind, target, source, lambda: transform(target, numbers, source, when)[0])
+        time_us, numbers = _microseconds(time), _numbers("vector", vector, 3)
+        with _naming("vector", target, source):
+            return self._buffer.transform_vector(target, numbers, source, time_us)[0]
 
     def quaternion(self, target: str, source: str, time: Value, quat: Value) -> Value:
-        when, rotation = self._time(time), self._numbers("quaternion", quat, 4)
-        if when is None or rotation is None:
-            return _NO
-        x, y, z, w = rotation
-        return self._answer(
-            "quaternion",
-            target,
-            source,
-            lambda: self._buffer.transform_quaternion(target, (x, y, z, w), source, when)[0],
-        )
+        time_us, numbers = _microseconds(time), _numbers("quaternion", quat, 4)
+        with _naming("quaternion", target, source):
+            return self._buffer.transform_quaternion(target, numbers, source, time_us)[0]
 
     def pose(self, target: str, source: str, time: Value, translation: Value, rotation: Value) -> Value:
-        when = self._time(time)
-        origin, quat = self._numbers("vector", translation, 3), self._numbers("quaternion", rotation, 4)
-        if when is None or origin is None or quat is None:
-            return _NO
+        time_us = _microseconds(time)
+        origin, quat = _numbers("vector", translation, 3), _numbers("quaternion", rotation, 4)
+        with _naming("pose", target, source):
+            pose = self._geometry.Transform(origin, self._geometry.normalized(quat))
+            transformed, _ = self._buffer.transform_pose(target, pose, source, time_us)
+            return (*transformed.translation, *transformed.rotation)
 
-        def transform() -> tuple[float, ...]:
-            normalized = self._geometry.normalized((quat[0], quat[1], quat[2], quat[3]))
-            given = self._geometry.Transform((origin[0], origin[1], origin[2]), normalized)
-            pose, _ = self._buffer.transform_pose(target, given, source, when)
-            return (*pose.translation, *pose.rotation)
 
-        return self._answer("pose", target, source, transform)
+@contextmanager
+def _naming(kind: str, target: str, source: str) -> Iterator[None]:
+    """Add the frames to the error of a transform, as in Fawkes' log."""
+    try:
+        yield
+    except TransformError as error:
+        raise ClipsError(f"Failed to transform {kind} from {source} to {target}: {error.message}") from None
 
-    def _answer(
-        self, kind: str, target: str, source: str, transform: Callable[[], tuple[float, ...]]
-    ) -> Value:
-        try:
-            return transform()
-        except TransformError as error:
-            self._log.warn(f"Failed to transform {kind} from {source} to {target}: {error.message}")
-            return _NO
 
-    def _time(self, time: Value) -> int | None:
-        """Return a time in microseconds; None after a warning."""
-        if not isinstance(time, tuple) or len(time) != 2:  # noqa: PLR2004 - seconds and microseconds
-            self._log.warn("Invalid time: must be list of exactly two entries")
-            return None
-        if not all(isinstance(part, int) for part in time):
-            self._log.warn("Invalid time: must be list of integers")
-            return None
-        return int(time[0]) * 1_000_000 + int(time[1])
+def _microseconds(time: Value) -> int:
+    """Return a time of seconds and microseconds."""
+    if not isinstance(time, tuple) or len(time) != 2:  # noqa: PLR2004 - seconds and microseconds
+        raise ClipsError("Invalid time: must be list of exactly two entries")
+    if not all(isinstance(part, int) for part in time):
+        raise ClipsError("Invalid time: must be list of integers")
+    return int(time[0]) * 1_000_000 + int(time[1])
 
-    def _numbers(self, kind: str, given: Value, count: int) -> tuple[float, ...] | None:
-        if not isinstance(given, tuple) or len(given) != count:
-            words = {3: "three", 4: "four"}
-            self._log.warn(f"Invalid {kind}: must be list of exactly {words[count]} entries")
-            return None
-        if not all(isinstance(part, int | float) for part in given):
-            self._log.warn(f"Invalid {kind}: must be list of floats or integers")
-            return None
-        return tuple(float(part) for part in given)
+
+def _numbers(kind: str, numbers: Value, count: int) -> Any:
+    """Return a tuple of ``count`` floats."""
+    if not isinstance(numbers, tuple) or len(numbers) != count:
+        words = {3: "three", 4: "four"}
+        raise ClipsError(f"Invalid {kind}: must be list of exactly {words[count]} entries")
+    if not all(isinstance(number, int | float) for number in numbers):
+        raise ClipsError(f"Invalid {kind}: must be list of floats or integers")
+    return tuple(map(float, numbers))

@@ -31,12 +31,12 @@ _OVER: Final = frozenset({"EXECUTION-FAILED", "FAILED"})
 
 
 @dataclass(slots=True)
-class _Watched:
+class _CheckedPlan:
     """A checked plan.
 
     :param problem: the problem; only its goal counts, since present facts replace the initial state.
     :param only: the objects of a partial problem; None: all.
-    :param seen: the count of changes at the last check.
+    :param checked_at: the count of changes at the last check.
     :param failure: the failure of the last check; empty if the plan was valid.
     :param objects: the objects, with the count of object changes they are valid for.
     """
@@ -44,7 +44,7 @@ class _Watched:
     domain: Domain
     problem: Problem
     only: Collection[str] | None = None
-    seen: int = -1
+    checked_at: int = -1
     failure: str = ""
     objects: tuple[int, ObjectTable] | None = None
 
@@ -55,7 +55,7 @@ class PlanChecks:
     def __init__(self, env: ClipsEnvironment, warn: Callable[[str], None]) -> None:
         self._env = env
         self._warn = warn
-        self._watched: dict[str, _Watched] = {}
+        self._plans: dict[str, _CheckedPlan] = {}
         self._changes: Counter[str] = Counter()
         self._listens = False
 
@@ -63,39 +63,39 @@ class PlanChecks:
         self, request: PlanRequest, actions: tuple[PlannedAction, ...], only: Collection[str] | None
     ) -> str:
         """Return why a new plan fails in the present state; empty if it is valid."""
-        return self._failure(_Watched(request.domain, request.problem, only), actions, ())
+        return self._failure(_CheckedPlan(request.domain, request.problem, only), actions, ())
 
     def watch(self, plan_id: str, goal_id: str, request: PlanRequest, only: Collection[str] | None) -> None:
         """Start checking a plan, and assert its fact."""
         self._listen()
-        self._watched[plan_id] = _Watched(request.domain, request.problem, only, self._changes.total())
+        self._plans[plan_id] = _CheckedPlan(request.domain, request.problem, only, self._changes.total())
         slots: dict[str, Value] = {"plan-id": Symbol(plan_id), "goal-id": Symbol(goal_id)}
         self._env.assert_fact(FACT, slots)
 
     def refresh(self) -> None:
         """Check the plans whose facts have changed; drop plans without ``plan-valid`` fact."""
-        if not self._watched:
+        if not self._plans:
             return
         facts = {str(plan) for (plan,) in self._env.columns(FACT, "plan-id")}
-        for plan_id in list(self._watched):
+        for plan_id in list(self._plans):
             if plan_id in facts:
                 self.check(plan_id)
             else:
-                del self._watched[plan_id]
+                del self._plans[plan_id]
 
     def check(self, plan_id: str) -> Value:
         """Check the remaining actions of a plan and update its fact."""
-        watched = self._watched.get(plan_id)
-        if watched is None:
+        plan = self._plans.get(plan_id)
+        if plan is None:
             self._warn(f"plan '{plan_id}' is not one that is checked")
             return FALSE
-        if watched.seen != self._changes.total():
-            watched.seen = self._changes.total()
-            begun, rest, settled = self._actions(plan_id)
-            if settled:
-                watched.failure = self._failure(watched, tuple(rest), tuple(begun))
-                self._record_failure(plan_id, watched.failure)
-        return FALSE if watched.failure else TRUE
+        if plan.checked_at != self._changes.total():
+            plan.checked_at = self._changes.total()
+            running, pending, is_settled = self._actions(plan_id)
+            if is_settled:
+                plan.failure = self._failure(plan, tuple(pending), tuple(running))
+                self._record_failure(plan_id, plan.failure)
+        return FALSE if plan.failure else TRUE
 
     def _listen(self) -> None:
         """Start counting changes of facts, at the first plan."""
@@ -106,38 +106,39 @@ class PlanChecks:
 
     def _actions(self, plan_id: str) -> tuple[list[PlannedAction], list[PlannedAction], bool]:
         """Return running actions, pending actions, and whether the facts are consistent."""
-        begun, rest, settled = [], [], True
+        running, pending, is_settled = [], [], True
         rows = [slots for _, _, slots in self._env.facts("plan-action") if slots["plan-id"] == plan_id]
         for slots in sorted(rows, key=_number):
             state = str(slots["state"])
             if state in _NOT_BEGUN:
-                rest.append(_planned(slots))
+                pending.append(_planned(slots))
             elif state == "RUNNING":
-                begun.append(_planned(slots))
-            settled = settled and state not in _SETTLING and state not in _OVER
-        return begun, rest, settled
+                running.append(_planned(slots))
+            is_settled = is_settled and state not in _SETTLING and state not in _OVER
+        return running, pending, is_settled
 
     def _failure(
-        self, watched: _Watched, rest: tuple[PlannedAction, ...], begun: tuple[PlannedAction, ...]
+        self, plan: _CheckedPlan, pending: tuple[PlannedAction, ...], running: tuple[PlannedAction, ...]
     ) -> str:
         from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415
         from cxbridge.executive.planning.validation.world import WorldState  # noqa: PLC0415
 
-        domain = watched.domain
+        domain = plan.domain
         facts = facts_in(self._env, {predicate.name for predicate in domain.predicates})
         numbers = numbers_in(self._env) if domain.functions else {}
-        objects = self._objects(watched)
-        if watched.only is not None:
-            known = objects.of(())
-            facts = [fact for fact in facts if all(name in known for name in fact[1])]
+        objects = self._objects(plan)
+        if plan.only is not None:
+            # a fact about an object outside of a partial problem would be an error
+            present = objects.of(())
+            facts = [fact for fact in facts if all(name in present for name in fact[1])]
         state = WorldState(frozenset(facts), numbers)
         try:
-            found = check_plan(domain, watched.problem, rest, state=state, running=begun, objects=objects)
+            result = check_plan(domain, plan.problem, pending, state=state, running=running, objects=objects)
         except PddlError as error:
             return str(error)
-        return found.failure
+        return result.failure
 
-    def _objects(self, watched: _Watched) -> ObjectTable:
+    def _objects(self, plan: _CheckedPlan) -> ObjectTable:
         """Return the present objects, cached until their facts change."""
         from msgspec.structs import replace  # noqa: PLC0415 - only agents that plan pay
 
@@ -145,16 +146,16 @@ class PlanChecks:
         from cxbridge.executive.pddl.types import ObjectTable  # noqa: PLC0415
 
         changes = self._changes[INSTANCE]
-        if watched.objects is None or watched.objects[0] != changes:
-            others = set(names_of(watched.domain.constants))
+        if plan.objects is None or plan.objects[0] != changes:
+            constants = set(names_of(plan.domain.constants))
             groups = [
                 TypedNames((name,), (kind,))
                 for name, kind in dict.fromkeys(objects_in(self._env))
-                if name not in others and (watched.only is None or name in watched.only)
+                if name not in constants and (plan.only is None or name in plan.only)
             ]
-            problem = replace(watched.problem, objects=tuple(groups))
-            watched.objects = (changes, ObjectTable(watched.domain, problem))
-        return watched.objects[1]
+            problem = replace(plan.problem, objects=tuple(groups))
+            plan.objects = (changes, ObjectTable(plan.domain, problem))
+        return plan.objects[1]
 
     def _record_failure(self, plan_id: str, failure: str) -> None:
         for index, _, slots in list(self._env.facts(FACT)):
@@ -174,12 +175,12 @@ def _number(slots: Mapping[str, Value]) -> int:
 def _planned(slots: Mapping[str, Value]) -> PlannedAction:
     from cxbridge.executive.planning import PlannedAction  # noqa: PLC0415
 
-    start, took, values = slots["dispatch-time"], slots["duration"], slots["param-values"]
+    start, duration, values = slots["dispatch-time"], slots["duration"], slots["param-values"]
     assert isinstance(values, tuple)
     timed = isinstance(start, float) and start >= 0.0
     return PlannedAction(
         str(slots["action-name"]),
         tuple(map(str, values)),
         float(start) if timed and isinstance(start, float) else None,
-        float(took) if timed and isinstance(took, float) else None,
+        float(duration) if timed and isinstance(duration, float) else None,
     )
