@@ -235,6 +235,7 @@ class EnvironmentManager:
         # the initialisation of the feature may have requested further features
         owned = frozenset[str]().union(*entry.functions.values())
         entry.functions[feature_name] = env.udfs.names - existing - owned
+        # most features have no work before a run: calls of their empty methods would cost time in each loop
         if type(feature).before_run is not Feature.before_run:
             entry.waiting.append(feature)
         entry.loaded.append(feature_name)

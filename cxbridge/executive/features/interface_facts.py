@@ -29,6 +29,7 @@ _FACETS = {
 
 
 def _is_multislot(field: FieldSchema) -> bool:
+    # a string is an array of characters in Fawkes' layout
     return not field.is_string and field.runtime_length > 1
 
 
@@ -58,9 +59,11 @@ def cleanup_rule(kind: str) -> str:
 
 
 def slots(interface: Interface) -> dict[str, Value]:
+    """Return the slots of an interface's fact."""
     values: dict[str, Value] = {"id": interface.id, "time": split_us(interface.timestamp_us)}
     for field in interface.SCHEMA.fields:
         value = getattr(interface, field.name)
+        # an array of one element is a single slot, as in Fawkes
         if not field.is_array:
             values[field.name] = _to_clips(field, value)
         elif _is_multislot(field):
@@ -71,9 +74,11 @@ def slots(interface: Interface) -> dict[str, Value]:
 
 
 def _to_clips(field: FieldSchema, value: Value) -> Value:
+    """Return the CLIPS value of an element of a field."""
     if field.is_string:
         return str(value)
     if field.is_enum:
+        # the block of another process may hold a number without an item
         return Symbol(value.name if isinstance(value, IntEnum) else "UNKNOWN")
     if field.type == "bool":
         return TRUE if value else FALSE
@@ -107,29 +112,29 @@ def store(block: Block, name: str, value: Value) -> None:
 
 
 def _from_clips(block: Block, field: FieldSchema, value: Value) -> Value:
-    if field.is_enum:
-        return _enum_item(block, field, value)
-    if field.type == "bool":
-        if str(value) not in (TRUE, FALSE):
-            raise InterfaceError(f"field {field.name} of {block.type} takes TRUE or FALSE, not {value}")
-        return str(value) == TRUE
-    if field.is_string:
-        if not isinstance(value, str):
-            raise InterfaceError(f"field {field.name} of {block.type} takes a STRING or SYMBOL, not {value}")
-        return str(value)
-    if field.type in ("float", "double"):
-        if not isinstance(value, (int, float)):
-            raise InterfaceError(f"field {field.name} of {block.type} takes a number, not {value}")
-        return float(value)
-    if not isinstance(value, int):
-        raise InterfaceError(f"field {field.name} of {block.type} takes an INTEGER, not {value}")
-    return value
+    """Return the value of a field.
 
-
-def _enum_item(block: Block, field: FieldSchema, value: Value) -> int:
-    assert field.enum is not None
-    for item in field.enum.items:
-        if item.name == str(value):
-            return item.value
-    names = ", ".join(item.name for item in field.enum.items)
-    raise InterfaceError(f"field {field.name} of {block.type} takes one of {names}, not {value}")
+    :raises InterfaceError: if the field's type has no such value.
+    """
+    if field.enum is not None:
+        items = {item.name: item.value for item in field.enum.items}
+        if str(value) in items:
+            return items[str(value)]
+        expected = f"one of {', '.join(items)}"
+    elif field.type == "bool":
+        if str(value) in (TRUE, FALSE):
+            return str(value) == TRUE
+        expected = "TRUE or FALSE"
+    elif field.is_string:
+        if isinstance(value, str):
+            return str(value)
+        expected = "a STRING or SYMBOL"
+    elif field.type in ("float", "double"):
+        if isinstance(value, (int, float)):
+            return float(value)
+        expected = "a number"
+    else:
+        if isinstance(value, int):
+            return value
+        expected = "an INTEGER"
+    raise InterfaceError(f"field {field.name} of {block.type} takes {expected}, not {value}")

@@ -108,11 +108,11 @@ class _PlannerUser(PlanningUser):
         from cxbridge.executive.problem.facts import numbers_in  # noqa: PLC0415
 
         functions = {function.name for function in domain.functions}
-        return [each for each in numbers_in(self.env).items() if each[0][0] in functions] if functions else []
+        return [item for item in numbers_in(self.env).items() if item[0][0] in functions] if functions else []
 
     def before_run(self) -> None:
         """Assert the finished plans."""
-        if not self._goals_loaded:
+        if not self._goals_loaded:  # the agent's files may define goals after the feature was requested
             self._load_goals()
         self._checks.refresh()
         # a virtual clock does not advance during the call, so that runs are reproducible
@@ -174,6 +174,7 @@ class _PlannerUser(PlanningUser):
         actions: tuple[PlannedAction, ...],
         objects: Collection[str] | None,
     ) -> None:
+        # a rule may have retracted the call since
         goals = [slots["goal-id"] for _, _, slots in self.env.facts("planner-call") if slots["id"] == call_id]
         goal_id = Symbol(str(goals[0])) if goals else NIL
         timed = any(action.start is not None for action in actions)

@@ -66,14 +66,15 @@ class PlanningUser:
 
         :param objects: None: all objects.
         """
-        (known, facts), numbers = self.known(domain), self.numbers(domain)
+        (typed_objects, facts), numbers = self.known(domain), self.numbers(domain)
         if objects is None:
-            return (known, facts), numbers
-        wanted = {*objects, *(name for group in domain.constants for name in group.names)}
+            return (typed_objects, facts), numbers
+        # facts about other objects would be errors in the problem
+        names = {*objects, *(name for group in domain.constants for name in group.names)}
         return (
-            [pair for pair in known if pair[0] in wanted],
-            [fact for fact in facts if wanted.issuperset(fact[1])],
-        ), [number for number in numbers if wanted.issuperset(number[0][1])]
+            [pair for pair in typed_objects if pair[0] in names],
+            [fact for fact in facts if names.issuperset(fact[1])],
+        ), [number for number in numbers if names.issuperset(number[0][1])]
 
     @abstractmethod
     def before_run(self) -> None:

@@ -185,15 +185,15 @@ class ClipsLoader:
         """Report a missing file that a rule of the agent loads."""
         # files named by the configuration are loaded by the core's rules, and already checked with their
         # place in it
-        place, line = self.place_of_executing()
-        if place is not None and not self._is_native(Path(place)):
-            self.report(Diagnostic(place, line, "", "FILE", f"there is no file {file}"))
+        caller, line = self.place_of_executing()
+        if caller is not None and not self._is_native(Path(caller)):
+            self.report(Diagnostic(caller, line, "", "FILE", f"there is no file {file}"))
 
     def place_of_executing(self) -> tuple[str | None, int | None]:
         """Return file and line of the active rule; None if unknown."""
         rule = executing_rule(self._env)
-        found = self.place_of(rule) if rule else None
-        return (None, None) if found is None else (str(found[0]), found[1])
+        location = self.place_of(rule) if rule else None
+        return (None, None) if location is None else (str(location[0]), location[1])
 
     def place_of(self, rule: str) -> tuple[Path, int] | None:
         """Return file and line of a rule if its file is still readable."""
@@ -283,7 +283,7 @@ class ClipsLoader:
 
     def _warn_of_redefinitions(self, source: ClipsSource) -> None:
         """Report constructs that exist already or occur twice, for Fawkes' feature redefine-warning."""
-        seen: set[tuple[str, str]] = set()
+        defined: set[tuple[str, str]] = set()
         for construct in source.constructs:
             find = _FINDERS.get(construct.kind)
             if find is None or construct.name.startswith(_DEFFACTS_OF_FEATURES):
@@ -291,9 +291,9 @@ class ClipsLoader:
             name = construct.name.removeprefix("MAIN::")
             if construct.kind == "defglobal":
                 name = name.strip("?*")
-            is_there = (construct.kind, name) in seen or find(self._env, encode(name))
-            if is_there and name not in self._declared:
+            exists = (construct.kind, name) in defined or find(self._env, encode(name))
+            if exists and name not in self._declared:
                 self._log.error(f"Redefining {construct.kind}: {name}")
-            seen.add((construct.kind, name))
+            defined.add((construct.kind, name))
             if construct.kind == "deffunction":
                 (self._declared.add if construct.declares else self._declared.discard)(name)

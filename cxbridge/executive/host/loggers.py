@@ -71,8 +71,10 @@ class LoggerStack:
     """The loggers of an environment."""
 
     def __init__(self, sink: LineSink, component: str = "") -> None:
-        first = ClipsLogger(DEFAULT_LOGGER, sink, DEFAULT_PRIORITY, component=component)
-        self._loggers: tuple[ClipsLogger, ...] = (first,)
+        # a tuple that changes replace: rules may log in one thread while a client adds a logger in another
+        self._loggers: tuple[ClipsLogger, ...] = (
+            ClipsLogger(DEFAULT_LOGGER, sink, DEFAULT_PRIORITY, component=component),
+        )
 
     @property
     def loggers(self) -> tuple[ClipsLogger, ...]:
@@ -93,7 +95,7 @@ class LoggerStack:
         :raises ClipsError: if the name exists, the number of loggers is exceeded or the priority is out of
             bounds.
         """
-        if any(other.name == logger.name for other in self._loggers):
+        if any(existing.name == logger.name for existing in self._loggers):
             raise ClipsError(f"there is a logger '{logger.name}' already")
         if len(self._loggers) >= MOST_LOGGERS:
             raise ClipsError(f"an environment cannot have more than {MOST_LOGGERS} loggers")
@@ -103,7 +105,7 @@ class LoggerStack:
                 hint=f"use {-MOST_PRIORITY} to {MOST_PRIORITY}; the first logger has {DEFAULT_PRIORITY}",
             )
         # a stable sort: among equal priorities, the latest logger is called first
-        self._loggers = tuple(sorted((logger, *self._loggers), key=lambda each: -each.priority))
+        self._loggers = tuple(sorted((logger, *self._loggers), key=lambda item: -item.priority))
 
     def remove(self, name: str) -> None:
         """Remove a logger.
@@ -122,9 +124,9 @@ class LoggerStack:
 
         :raises ClipsError: if the logger is unknown.
         """
-        found = self._find(name)
+        changed = self._find(name)
         self._loggers = tuple(
-            replace(logger, level=level) if logger is found else logger for logger in self._loggers
+            replace(logger, level=level) if logger is changed else logger for logger in self._loggers
         )
 
     def level_of(self, name: str) -> Level:
@@ -138,8 +140,8 @@ class LoggerStack:
         for logger in self._loggers:
             if logger.name == name:
                 return logger
-        known = ", ".join(logger.name for logger in self._loggers)
-        raise ClipsError(f"there is no logger '{name}'", hint=f"there are: {known}")
+        names = ", ".join(logger.name for logger in self._loggers)
+        raise ClipsError(f"there is no logger '{name}'", hint=f"there are: {names}")
 
 
 def find_level(text: str) -> Level:
@@ -147,8 +149,7 @@ def find_level(text: str) -> Level:
 
     :raises ClipsError: if the name is unknown.
     """
-    for level in Level:
-        if level.name.lower() == text:
-            return level
-    known = ", ".join(level.name.lower() for level in Level)
-    raise ClipsError(f"there is no log level '{text}'", hint=f"use one of: {known}")
+    levels = {level.name.lower(): level for level in Level}
+    if text not in levels:
+        raise ClipsError(f"there is no log level '{text}'", hint=f"use one of: {', '.join(levels)}")
+    return levels[text]

@@ -154,9 +154,10 @@ class Watcher:
         self._ignored.clear()
         self._texts.clear()
         asserted, retracted, fired = self._hooks
-        both = self._emits_facts or self._on_change
-        self._api.on_assert(asserted if both or self._assert_followers else None)
-        self._api.on_retract(retracted if both or self._retract_followers else None)
+        # CLIPS calls a hook for every fact: without listeners there is none
+        has_listeners = self._emits_facts or self._on_change
+        self._api.on_assert(asserted if has_listeners or self._assert_followers else None)
+        self._api.on_retract(retracted if has_listeners or self._retract_followers else None)
         self._api.on_fire(fired if self._bus.wants(RuleFired) else None)
 
     def forget_names(self) -> None:
@@ -185,18 +186,19 @@ class Watcher:
         for call in self._on_change.get(template, ()):
             call()
         if self._emits_facts and template in self.facts:
-            now, index = self._bus.clock.now_us(), lib.FactIndex(fact)
+            now_us, index = self._bus.clock.now_us(), lib.FactIndex(fact)
             if asserted:
                 text = self._texts[index] = self.text(fact)
             else:
                 text = self._texts.pop(index, "") or self.text(fact)
-            self._bus.emit(FactChange(now, self._name, asserted, index, template, text))
+            self._bus.emit(FactChange(now_us, self._name, asserted, index, template, text))
         elif self._texts:
             self._texts.pop(lib.FactIndex(fact), None)
         if template in followers:
             followers[template].notify(template, fact)
         elif not self._emits_facts and not any(
-            template in each for each in (self._assert_followers, self._retract_followers, self._on_change)
+            template in listeners
+            for listeners in (self._assert_followers, self._retract_followers, self._on_change)
         ):
             self._ignored.add(pointer)
 

@@ -80,7 +80,7 @@ class _Explainer:
             if name:
                 message, hint = refusal(name)
                 return self._error(message, group.position, hint)
-        name = unsupported_section(self._word)
+        name = unsupported_section(self._word)  # :derived without its bracket
         if name:
             message, hint = refusal(name)
             return self._error(message, None, hint)
@@ -235,6 +235,7 @@ class _Explainer:
         """Explain a formula with a wrong first word."""
         group = path[-1]
         head = group.head.lower()
+        # the grammar has when in effects only
         if head == "when" and group.items[0].position == self._place:
             return self._error("'when' may only be in an effect", group.position, "use (imply ...)")
         return self._no_head(path) if not head or head.startswith("?") else None

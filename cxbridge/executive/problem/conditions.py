@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _PAIR: Final = 2
 # The maximum depth, because an agent's facts may be part of each other.
-_DEEPEST: Final = 50
+_MAX_DEPTH: Final = 50
 
 Slots = Mapping[str, "Value"]
 
@@ -52,11 +52,11 @@ class Conditions:
 
     def _parts_of(self, parent: str, above: tuple[str, ...]) -> list[Formula]:
         """Return the formulas and atoms that are part of a parent, without cycles."""
-        atoms = [atom_of(each) for each in self._atoms.get(parent, ())]
-        if parent in above or len(above) > _DEEPEST:
+        atoms = [atom_of(slots) for slots in self._atoms.get(parent, ())]
+        if parent in above or len(above) > _MAX_DEPTH:
             return [*atoms]
         inner = (*above, parent)
-        return [*atoms, *(self._formula(each, inner) for each in self._formulas.get(parent, ()))]
+        return [*atoms, *(self._formula(slots, inner) for slots in self._formulas.get(parent, ()))]
 
     def _formula(self, slots: Slots, above: tuple[str, ...]) -> Formula:
         parts, kind = self._parts_of(text_in(slots, "id"), above), text_in(slots, "type")
