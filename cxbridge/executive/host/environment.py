@@ -89,9 +89,10 @@ class ClipsEnvironment:
         self._old = OldFunctions(self.env, self.udfs, self.build_unrecorded)
         self._build_functions()
         define = self.udfs.define
-        for name, load in (("load", self.load), ("batch", self.batch)):
-            for function in (name, f"{name}*"):  # with a star, CLIPS would load without messages
-                define(function, lambda file, load=load: TRUE if load(file) else FALSE, 1, types="*;sy")
+        for name in ("load", "load*"):  # with a star, CLIPS would load without messages
+            define(name, self._load, 1, types="*;sy")
+        for name in ("batch", "batch*"):
+            define(name, self._batch, 1, types="*;sy")
         define("clear", self._clear)
         define("exit", self._exit, 0, 1)
         define("halt", self._halt)
@@ -146,6 +147,14 @@ class ClipsEnvironment:
         # CLIPS would report an error for each level of the recursion
         self.output.quiet = True
         self.log.error(f"'{function}' calls itself without end: ended, the stack is used up")
+
+    def _load(self, file: str) -> Value:
+        self._forget_templates()
+        return TRUE if self.loader.load(file) else FALSE
+
+    def _batch(self, file: str) -> Value:
+        self._forget_templates()
+        return TRUE if self.loader.batch(file) else FALSE
 
     def _forget_templates(self) -> None:
         """Forget cached deftemplates, which a file may redefine."""
@@ -318,12 +327,12 @@ class ClipsEnvironment:
         deftemplate = lib.FindDeftemplate(self.env, encode(template))
         return iter(()) if deftemplate == NULL else items_of(lib.GetNextFactInTemplate, deftemplate)
 
-    def load(self, path: str | Path) -> bool:
+    def load(self, path: Path) -> bool:
         """Load the constructs of a file; return whether all are valid. :attr:`loader` has the diagnostics."""
         self._forget_templates()
         return self.loader.load(str(path))
 
-    def batch(self, path: str | Path) -> bool:
+    def batch(self, path: Path) -> bool:
         """Execute the commands and constructs of a file; return whether the file is readable."""
         self._forget_templates()
         return self.loader.batch(str(path))

@@ -182,7 +182,7 @@ def test_a_ring_is_ended_and_named(env, log, impatient, rules, facts, names, str
     (fault,) = env.faults
     kind, _, found = fault.partition(": ")
     assert kind == "rules fire without an end"
-    shown = names[: endless._MOST_NAMES]
+    shown = names[: endless._MAX_NAMES]
     more = [f"{len(names) - len(shown)} more"] if len(names) > len(shown) else []
     assert found.split(" -> ") == [*shown, *more, names[0]]
     assert fired < 40 * FIRINGS

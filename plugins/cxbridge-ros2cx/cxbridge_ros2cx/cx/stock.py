@@ -182,7 +182,7 @@ class StockEnvironment(ClipsEnvironment):
                 break
             if part_fired < chunk:
                 break
-            if (reason := self.endless.look(part_fired)) and (limit < 0 or before):
+            if (reason := self.endless.check(part_fired)) and (limit < 0 or before):
                 self.end_for_good(reason)
                 self.api.clear_halt()
         return fired
