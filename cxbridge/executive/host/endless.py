@@ -26,7 +26,7 @@ ENDLESS: Final = ((100_000, 1.0), (1_000, 5.0))
 WARN_AFTER_S: Final = 1.5
 """Seconds of real time before the first warning about possibly endless rules."""
 
-MOST_FIRINGS: Final = 1_000_000
+MAX_FIRINGS: Final = 1_000_000
 """The maximum number of firings in a run, whatever their facts."""
 
 _TRACE_AFTER_S: Final = 0.25  # seconds of a run before tracing starts
@@ -105,7 +105,7 @@ class EndlessRules:
             self._evaluate_window(now_s)
         elif now_s - self._since_s >= _TRACE_AFTER_S:
             self._start(now_s)
-        if self.fired >= MOST_FIRINGS or self._has_no_end(now_s):
+        if self.fired >= MAX_FIRINGS or self._has_no_end(now_s):
             self._log.error(f"{self._text()}, ended after {self._figures(now_s)}")
             return self._text()
         return ""

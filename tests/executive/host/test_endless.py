@@ -202,7 +202,7 @@ def test_much_to_do_is_no_ring(env, log, impatient, rules, facts, firings, strat
 
 def test_what_is_there_no_more_than_once_is_used_up_some_day(env, monkeypatch):
     """A limit remains for rules that pile up what they fire for, faster than they fire."""
-    monkeypatch.setattr(endless, "MOST_FIRINGS", FIRINGS)
+    monkeypatch.setattr(endless, "MAX_FIRINGS", FIRINGS)
     env.eval("(set-strategy breadth)")
     env.build("(defrule grow ?f <- (x ?n) => (retract ?f) (assert (x (* 2 ?n)) (x (+ 1 (* 2 ?n)))))")
     env.assert_string("(x 1)")
