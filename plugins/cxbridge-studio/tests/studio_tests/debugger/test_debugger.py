@@ -273,7 +273,7 @@ def test_without_halt_the_loop_goes_on_after_a_transition_that_stops(env, debugg
 
 
 def test_rules_that_go_round_in_circles_end_while_they_are_watched(env, debugger, monkeypatch):
-    monkeypatch.setattr("cxbridge.executive.host.endless.MOST_FIRINGS", 50)
+    monkeypatch.setattr("cxbridge.executive.host.endless.MAX_FIRINGS", 50)
     env.build("(defrule circle ?f <- (circle ?n) => (retract ?f) (assert (circle (+ ?n 1))))")
     debugger.add("rule:never")
     env.assert_string("(circle 1)")
