@@ -249,6 +249,7 @@ class Executive:
         def retracted(template: str, slots: dict[str, str]) -> None:
             tracker.retracted(template, slots, is_final=not self.env.maker.replaces)
 
+        # a retraction within a modify is no end: the tracker learns whether the fact has a successor
         for template, slots in {**TRACKED_TEMPLATES, **CALL_TEMPLATES}.items():
             self.env.watcher.follow(template, follow, slots)
         for template, slots in FORGETFUL_TEMPLATES.items():
@@ -304,6 +305,7 @@ class Executive:
                 f"{MOST_FINAL_FIRINGS} rules fired after (executive-finalize): they go round in circles, "
                 "the environment is destroyed"
             )
+        # the rules of the finalization may have changed the settings of the environment
         self.env.emit_settings()
         self._time.dispose()
         self.manager.destroy(self.env.name)

@@ -65,7 +65,7 @@ class EnvironmentManager:
         self.library = library
         self.log: Logger = bus.logger("ClipsEnvManager")
         self._features: dict[str, Feature] = {}
-        self._lazy: dict[str, LazyFeature] = {}
+        self._lazy: dict[str, LazyFeature] = {}  # stay after their import, for the list of all features
         self._withdrawn: set[str] = set()
         self._entries: dict[str, _Entry] = {}
         self.extra: list[str] = []
@@ -301,7 +301,7 @@ class EnvironmentManager:
         del self._entries[name]
         if name in self.extra:
             self.extra.remove(name)
-        for feature in entry.loaded:
+        for feature in entry.loaded:  # while the environment still exists
             self._features[feature].context_destroyed(entry.environment)
         entry.environment.destroy()
 

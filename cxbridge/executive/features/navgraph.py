@@ -39,7 +39,7 @@ class NavGraphFeature(Feature):
 
     def before_run(self, env: ClipsEnvironment) -> None:
         """Assert the graph again after a change."""
-        asserted = self._asserted.get(env.name)
+        asserted = self._asserted.get(env.name)  # None after a failure, which is not repeated
         if asserted is not None and asserted != self._graph().revision:
             env.bus.logger(_LOG).debug(f"Graph changed, re-asserting in environment {env.name}")
             env.call("navgraph-cleanup")

@@ -70,6 +70,7 @@ class PddlParserFeature(Feature):
 
         def domain(path: str) -> None:
             try:
+                # the bytes, so that a recording has the file even if it cannot be decoded
                 data = Path(path).read_bytes()
                 env.bus.emit_source("pddl", env.name, path, data, kind="domain")
                 text = decode_text(data, path)

@@ -82,7 +82,7 @@ class TfFeature(Feature):
     def _add_publisher(self, env: ClipsEnvironment, frame: str) -> Value:
         from cxbridge.space.tf import TransformPublisher  # noqa: PLC0415
 
-        if frame in self._publishers:
+        if frame in self._publishers:  # a frame has one writer on the blackboard
             return _NO
         try:
             self._publishers[frame] = TransformPublisher(self._board, frame, owner=_LOG)

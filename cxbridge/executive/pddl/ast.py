@@ -97,6 +97,7 @@ _NUMBER: Final = re.compile(r"[+-]?(\d+(?:\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASC
 
 def number_of(text: str) -> float | None:
     """Return the value of a PDDL number; None for a name, including ``inf`` and ``nan``."""
+    # float() alone would accept names and underscores
     return float(text) if _NUMBER.fullmatch(text) else None
 
 
@@ -125,6 +126,7 @@ Bound = Mapping[str, str]
 NOTHING_BOUND: Final[Bound] = MappingProxyType({})
 
 
+# a protocol, because formulas are evaluated by packages above this one
 class State(Protocol):
     """The facts at one moment, for the evaluation of conditions."""
 
@@ -184,6 +186,7 @@ class FormulaNode(PddlNode, frozen=True):
 
     def walk(self) -> Iterator[Formula]:
         """Yield this formula and all its descendants, parents first."""
+        # recursion is safe, because the tokeniser limits the nesting of brackets
         yield self  # type: ignore[misc]  # Formula is all subclasses
         for child in self.children:
             yield from child.walk()
@@ -227,6 +230,7 @@ class FormulaNode(PddlNode, frozen=True):
 
 def _with_values(node: Any, fields: tuple[str, ...], change: Callable[[Any], Any]) -> Any:
     """Return a node with ``change`` applied to some fields; the same node if nothing changes."""
+    # unchanged parts are shared: most changes concern few nodes of a large tree
     changes = {}
     for name in fields:
         before = getattr(node, name)

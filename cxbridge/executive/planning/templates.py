@@ -66,7 +66,7 @@ class PlannerTemplate:
         return "".join(_fill(self._root, dict(values), documents))
 
     def _parse(self) -> _Section:
-        stack = [_Section("", [])]
+        stack = [_Section("", [])]  # the open sections: sections may be nested
         end = 0
         for tag in _TAG.finditer(self._text):
             stack[-1].parts.append(self._text[end : tag.start()])
@@ -98,6 +98,7 @@ class PlannerTemplate:
             raise self._error(f"the query of section {name} is not JSON: {error}", offset) from None
         if not isinstance(query, dict):
             raise self._error(f"the query of section {name} is not a JSON object", offset)
+        # as in Fawkes, queries are stored by name
         if name in self.queries and self.queries[name] != query:
             self.warnings.append(f"section {name} has two different queries, the last one counts for both")
         self.queries[name] = query

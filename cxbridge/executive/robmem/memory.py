@@ -45,7 +45,7 @@ class RobotMemory:
         self._config = config
         self._clock = clock
         self._board = board
-        self._lock = threading.RLock()
+        self._lock = threading.RLock()  # reentrant: the property `store` opens the store
         self._settings: Settings | None = None
         self._embedded = embedded
         self._store: Store | None = None

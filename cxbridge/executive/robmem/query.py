@@ -98,6 +98,7 @@ def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 def _condition(path: str, operand: Any) -> Test:
     """Return the test of a field: equality with a value, or operators."""
+    # a document without operators is a value, which must be equal as a whole
     if not has_operators(operand):
         return _any(path, compile_regex(operand) if isinstance(operand, Regex) else _equals(operand))
     for name in operand:
@@ -207,7 +208,7 @@ def compile_regex(regex: Regex) -> Test:
     return lambda value: search(value) is not None if isinstance(value, str) else bool(value == regex)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=256)  # rules repeat few paths, for each document that they search
 def leaves(path: str) -> Callable[[Document], Iterator[Any]]:
     """Return a reader of the values that a query compares: an array's elements and the array itself.
 
@@ -258,7 +259,7 @@ def sort_documents(documents: list[Document], order: Order) -> list[Document]:
 
     :raises QueryError: if a path leads to an array, which needs a MongoDB.
     """
-    for path, direction in reversed(order):
+    for path, direction in reversed(order):  # stable sorts, the least important path first
         documents = sorted(
             documents, key=partial(sort_key, path=path, operation="sorting by"), reverse=direction == -1
         )

@@ -93,7 +93,7 @@ def _copied(value: Any, levels: int) -> Any:
             if not levels:
                 raise QueryError(f"a document has at most {MAX_DEPTH} levels")
             return [_copied(item, levels - 1) for item in value]
-        case datetime():
+        case datetime():  # BSON has milliseconds
             return from_ms(to_ms(value))
         case str():
             return str(value)
@@ -135,6 +135,7 @@ def _object_key(items: Iterable[tuple[str, Any]]) -> tuple[Any, ...]:
     return tuple((NUMBERS if item == NAN else item[0], name, item) for name, item in keyed)
 
 
+# MongoDB's order of types; only the order of the numbers counts
 _ORDER: dict[type, tuple[int, Callable[[Any], Any]]] = {
     type(None): (5, lambda _value: 0),
     _MissingField: (5, lambda _value: 0),
