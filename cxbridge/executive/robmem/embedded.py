@@ -1,7 +1,7 @@
 """The store in this process: documents in memory, optionally persistent in a file.
 
 Each write has the same order: check the document, write the file, change the memory, report the change. An
-error of the first two steps leaves the memory as it was.
+error of the first two steps leaves the memory unchanged.
 """
 
 from __future__ import annotations
