@@ -48,7 +48,7 @@ def leave_out(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Remove the long tests that SEED does not draw from the tests of a run."""
     if not os.environ.get(_WHOLE_SUITE):
         return
-    names = frozenset(json.loads(LIST.read_text("utf-8")))
+    names = frozenset(_listed())
     left_out = [item for item in items if name_of(item.nodeid) in names and not _is_drawn(item.nodeid)]
     if left_out:
         config.hook.pytest_deselected(items=left_out)
@@ -57,24 +57,30 @@ def leave_out(config: pytest.Config, items: list[pytest.Item]) -> None:
 
 
 def write_list(seconds: Mapping[str, float]) -> None:
-    """Write the list of long tests.
+    """Write the list of long tests. Tests that are not measured keep their place in it.
 
     :param seconds: the processor seconds of each test.
     """
     by_name: defaultdict[str, list[float]] = defaultdict(list)
     for nodeid, spent in seconds.items():
         by_name[name_of(nodeid)].append(spent)
-    names = sorted(
+    measured = {
         name
         for name, spent in by_name.items()
         if sum(spent) / len(spent) >= _LEAST_SECONDS and not name.startswith(_ALWAYS)
-    )
-    LIST.write_text(json.dumps(names, indent=0) + "\n", "utf-8")
+    }
+    names = measured | set(_listed()) - set(by_name)
+    LIST.write_text(json.dumps(sorted(names), indent=0) + "\n", "utf-8")
 
 
 def name_of(nodeid: str) -> str:
     """Return the name of a test without its parameters."""
     return nodeid.partition("[")[0]
+
+
+def _listed() -> list[str]:
+    names: list[str] = json.loads(LIST.read_text("utf-8"))
+    return names
 
 
 def _is_drawn(nodeid: str) -> bool:
