@@ -23,7 +23,7 @@ PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # uv installs in a quarter of pip's time; pip is left for its own settings (an index of a company, say), which uv does not read
 install = { test -x $(BIN)/uv && $(BIN)/uv pip install --quiet --python $(BIN)/python $(1); } || $(PIP) $(1)
 
-.PHONY: help setup locked run run-pddl test test-core lint ruff checks prose page-lint editor types platforms win32 darwin compiled unit docs package bench lock doctor clean
+.PHONY: help setup locked run run-pddl test test-core lint ruff checks prose page-lint editor types platforms win32 darwin proto compiled unit docs package bench lock doctor clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -133,6 +133,11 @@ docs: setup
 package: setup
 	$(BIN)/python -m hatchling build
 	for each in $(PLUGINS); do (cd $$each && $(abspath $(BIN))/python -m hatchling build -d $(CURDIR)/dist) || exit 1; done
+
+# the envelope of the ZeroMQ protocol, compiled
+WIRE := cxbridge/blackboard/zmq/wire
+proto: setup
+	$(BIN)/python -m grpc_tools.protoc -I$(WIRE) --descriptor_set_out=$(WIRE)/envelope.binpb envelope.proto
 
 # tests in a new checkout are compiled once here, else by each worker; a mistake in them is reported by `unit`
 compiled: setup

@@ -19,6 +19,7 @@ _PACKAGES = (
     "clipspy",
     "lupa",
     "msgspec",
+    "protobuf",
     "pyperplan",
     "pyttsx3",
     "pyyaml",

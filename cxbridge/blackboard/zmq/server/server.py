@@ -30,7 +30,6 @@ from cxbridge.blackboard.zmq.wire.frames import (
     COMMANDS,
     EVENTS,
     SERIAL_SIZE,
-    VERSION,
     Bye,
     Existence,
     Gone,
@@ -294,8 +293,6 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     def _welcome(self, socket: zmq.Socket[bytes], route: bytes, hello: Hello) -> None:
         """Begin a session."""
-        if hello.version != VERSION:
-            raise ProtocolError(f"version {hello.version} of the protocol, the server has version {VERSION}")
         if route != EVENTS + hello.session:
             raise ProtocolError("a Hello by another socket than the session's")
         if hello.session in self._sessions:

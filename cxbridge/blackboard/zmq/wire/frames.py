@@ -1,16 +1,23 @@
 """The frames of the protocol, and their bytes.
 
-A frame is one MessagePack array: the number of its kind, the values of its fields, and its number in the
-session. The decoders check types, sizes and limits. docs/evidence/protocol-zmq.md describes the meaning.
+Frames of a session (Hello, Open, Change, ...) are protobuf envelopes (envelope.proto). Data frames, those of
+each write and message, are MessagePack arrays, which msgspec encodes in a tenth of the time: the number of
+the kind, the values of the fields, and the number in the session. The decoders check types, sizes and limits.
+docs/evidence/protocol-zmq.md describes the meaning.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import IntEnum
-from typing import Annotated, Final
+from pathlib import Path
+from typing import Annotated, Any, Final, TypeVar, get_args
 
-from msgspec import DecodeError, Meta, Struct
+from google.protobuf import message
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from google.protobuf.descriptor_pool import DescriptorPool
+from google.protobuf.message_factory import GetMessageClass
+from msgspec import DecodeError, Meta, Struct, ValidationError, convert, to_builtins
 from msgspec.msgpack import Decoder, Encoder
 
 from cxbridge.blackboard.info import InterfaceInfo
@@ -77,8 +84,7 @@ class ResultCode(IntEnum):
     REFUSED = 18
 
 
-# arrays: names of fields would cost time and bytes in each frame
-class Frame(Struct, array_like=True, tag_field="frame", kw_only=True):
+class Frame(Struct, kw_only=True):
     """A frame.
 
     :param number: counts the frames of one direction in a session, from 1; 0 for Hello, Update and a Gone
@@ -103,7 +109,7 @@ class Response(Frame, kw_only=True):
     request: int
 
 
-class Hello(Frame, tag=1):
+class Hello(Frame):
     """The first frame of a client.
 
     :param replaces: the client's previous session, which the server ends; else empty.
@@ -111,13 +117,12 @@ class Hello(Frame, tag=1):
     """
 
     session: Serial
-    version: int = VERSION
     replaces: bytes = b""
     heartbeat_ms: Uint32 = 0
     name: Text = ""
 
 
-class Open(Request, tag=2):
+class Open(Request):
     """A request to open an interface; the reply is Opened, or Reply with a refusal."""
 
     type: Text
@@ -128,28 +133,28 @@ class Open(Request, tag=2):
     writer: bool = False
 
 
-class Close(Request, tag=3):
+class Close(Request):
     """A request to close an instance; the Reply's detail is the interface's sequence number."""
 
     instance: Serial
 
 
-class List(Request, tag=4):
+class List(Request):
     """A request for the interfaces that match two shell patterns; the reply is Listed."""
 
     type_glob: Text
     id_glob: Text
 
 
-class Watch(Request, tag=5):
+class Watch(Request):
     """A request for all interfaces (Listed), and for Existence frames from now on."""
 
 
-class Sync(Request, tag=6):
+class Sync(Request):
     """A request for a Reply after all earlier frames are handled and all earlier writes are sent."""
 
 
-class Send(Request, tag=7):
+class Send(Request, array_like=True, tag_field="frame", tag=7):
     """A message of a reader; the Reply says whether the message is in the writer's queue.
 
     :param instance: the serial of the sender.
@@ -165,7 +170,7 @@ class Send(Request, tag=7):
     block: bytes
 
 
-class Write(Frame, tag=8):
+class Write(Frame, array_like=True, tag_field="frame", tag=8):
     """The block of a writer.
 
     :param stamped: whether the time stamp is new; None: to be found by comparison.
@@ -177,13 +182,13 @@ class Write(Frame, tag=8):
     block: bytes
 
 
-class Credit(Frame, tag=9):
+class Credit(Frame, array_like=True, tag_field="frame", tag=9):
     """The number of updates that the client has handled."""
 
     updates: Uint32
 
 
-class Delivered(Frame, tag=10):
+class Delivered(Frame, array_like=True, tag_field="frame", tag=10):
     """The outcome of a Deliver."""
 
     delivery: int
@@ -191,16 +196,16 @@ class Delivered(Frame, tag=10):
     detail: int = 0
 
 
-class Beat(Frame, tag=11):
+class Beat(Frame):
     """A sign of life, of the client or of the server."""
 
 
-class Bye(Frame, tag=12):
+class Bye(Frame):
     """The end of a session by the client."""
 
 
-# kinds from here on are sent by the server; only Beat goes both ways
-class Welcome(Frame, tag=20):
+# frames from here on are sent by the server; only Beat goes both ways
+class Welcome(Frame):
     """The reply to Hello.
 
     :param epoch: the id of the running server.
@@ -212,7 +217,7 @@ class Welcome(Frame, tag=20):
     window: Uint32
 
 
-class Reply(Response, tag=21):
+class Reply(Response, array_like=True, tag_field="frame", tag=21):
     """The outcome of a request.
 
     :param text: for log lines; of WRITER_ACTIVE the owner of the writer.
@@ -225,7 +230,7 @@ class Reply(Response, tag=21):
     hash: bytes = b""
 
 
-class Member(Struct, array_like=True):
+class Member(Struct):
     """An open instance of an interface, at any client or in the server's process."""
 
     serial: Serial
@@ -233,7 +238,7 @@ class Member(Struct, array_like=True):
     writer: bool
 
 
-class Opened(Response, tag=22):
+class Opened(Response):
     """An opened interface.
 
     :param channel: the number of the interface at the server.
@@ -250,13 +255,13 @@ class Opened(Response, tag=22):
     block: bytes | None
 
 
-class Listed(Response, tag=23):
+class Listed(Response):
     """The reply to List and Watch."""
 
     interfaces: list[InterfaceInfo]
 
 
-class Update(Frame, tag=24):
+class Update(Frame, array_like=True, tag_field="frame", tag=24):
     """The data after write ``seq``; ``skipped`` earlier writes were not sent."""
 
     channel: int
@@ -267,7 +272,7 @@ class Update(Frame, tag=24):
     block: bytes
 
 
-class Change(Frame, tag=25):
+class Change(Frame):
     """An opened or closed instance of an interface."""
 
     channel: int
@@ -276,7 +281,7 @@ class Change(Frame, tag=25):
     owner: str
 
 
-class Deliver(Frame, tag=26):
+class Deliver(Frame, array_like=True, tag_field="frame", tag=26):
     """A message to the writer ``instance``, which the client answers with Delivered."""
 
     instance: Serial
@@ -290,7 +295,7 @@ class Deliver(Frame, tag=26):
     delivery: int = 0
 
 
-class Existence(Frame, tag=27):
+class Existence(Frame):
     """A created or destroyed interface."""
 
     created: bool
@@ -298,7 +303,7 @@ class Existence(Frame, tag=27):
     id: str
 
 
-class Gone(Frame, tag=28):
+class Gone(Frame):
     """The end of a session by the server."""
 
     code: ResultCode
@@ -308,21 +313,58 @@ class Gone(Frame, tag=28):
 ClientFrame = Hello | Open | Close | List | Watch | Sync | Send | Write | Credit | Delivered | Beat | Bye
 ServerFrame = Welcome | Reply | Opened | Listed | Update | Change | Deliver | Existence | Gone | Beat
 
+ClientData = Send | Write | Credit | Delivered
+ServerData = Reply | Update | Deliver
+
 # made once: a decoder's construction takes longer than the decoding of a frame
 _encode: Final = Encoder().encode
-_decode_client_frame: Final[Callable[[bytes], ClientFrame]] = Decoder(ClientFrame).decode
-_decode_server_frame: Final[Callable[[bytes], ServerFrame]] = Decoder(ServerFrame).decode
+_decode_client_data: Final[Callable[[bytes], ClientData]] = Decoder(ClientData).decode
+_decode_server_data: Final[Callable[[bytes], ServerData]] = Decoder(ServerData).decode
+
+_DATA: Final = frozenset(get_args(ClientData | ServerData))
+_FIRST_BYTES_OF_DATA: Final = range(0x90, 0xA0)
+"""The first bytes of MessagePack's arrays of up to 15 values; an envelope begins with its version, 08."""
+
+_F = TypeVar("_F")
+
+
+def _kinds(frames: Any, data: Any) -> dict[str, Any]:
+    """Return the classes of the frames in envelopes by the name of the envelope's field."""
+    return {kind.__name__.lower(): kind for kind in get_args(frames) if kind not in get_args(data)}
+
+
+_CLIENT_KINDS: Final[Mapping[str, type[ClientFrame]]] = _kinds(ClientFrame, ClientData)
+_SERVER_KINDS: Final[Mapping[str, type[ServerFrame]]] = _kinds(ServerFrame, ServerData)
+
+
+def _load_envelope() -> Any:
+    """Return the class that protobuf makes from the compiled envelope.proto."""
+    # a generated Python module would warn with the next major version of protobuf
+    files = FileDescriptorSet.FromString(Path(__file__).with_name("envelope.binpb").read_bytes())
+    pool = DescriptorPool()
+    pool.Add(files.file[0])
+    return GetMessageClass(pool.FindMessageTypeByName("cxbridge.blackboard.Envelope"))
+
+
+_Envelope: Final[Any] = _load_envelope()
 
 
 def encode(frame: Frame) -> bytes:
     """Return the bytes of a frame.
 
-    :raises ProtocolError: if a text has no UTF-8 form, or a number has more than 64 bits.
+    :raises ProtocolError: if a text has no UTF-8 form, or a number does not fit its field.
     """
     try:
-        return _encode(frame)
-    except (UnicodeError, OverflowError) as error:
+        if type(frame) in _DATA:
+            return _encode(frame)
+        fields = to_builtins(frame, builtin_types=(bytes,))
+        number = fields.pop("number")
+        body = {name: value for name, value in fields.items() if value is not None}
+        envelope = _Envelope(version=VERSION, number=number, **{type(frame).__name__.lower(): body})
+        data: bytes = envelope.SerializeToString()
+    except (ValueError, OverflowError) as error:  # UnicodeError is a ValueError
         raise ProtocolError(f"{type(frame).__name__} cannot be sent: {error}") from error
+    return data
 
 
 def decode_client_frame(data: bytes) -> ClientFrame:
@@ -330,10 +372,7 @@ def decode_client_frame(data: bytes) -> ClientFrame:
 
     :raises ProtocolError: if the bytes are invalid, or exceed a limit.
     """
-    try:
-        return _decode_client_frame(data)
-    except (DecodeError, UnicodeError) as error:
-        raise _invalid(error) from error
+    return _decode(data, _decode_client_data, _CLIENT_KINDS)
 
 
 def decode_server_frame(data: bytes) -> ServerFrame:
@@ -341,14 +380,47 @@ def decode_server_frame(data: bytes) -> ServerFrame:
 
     :raises ProtocolError: if the bytes are invalid.
     """
+    return _decode(data, _decode_server_data, _SERVER_KINDS)
+
+
+def _decode(data: bytes, decode_data: Callable[[bytes], _F], kinds: Mapping[str, type[_F]]) -> _F:
     try:
-        return _decode_server_frame(data)
-    except (DecodeError, UnicodeError) as error:
+        if data and data[0] in _FIRST_BYTES_OF_DATA:
+            return decode_data(data)
+        envelope = _Envelope.FromString(data)
+    except (message.DecodeError, DecodeError, UnicodeError) as error:
+        raise _invalid(error) from error
+    if envelope.version != VERSION:
+        raise ProtocolError(
+            f"version {envelope.version} of the blackboard's protocol, here is version {VERSION}", hint=_HINT
+        )
+    kind = envelope.WhichOneof("body")
+    if kind not in kinds:
+        raise _invalid(f"{kind or 'an envelope without a frame'} in this direction")
+    fields = _fields(getattr(envelope, kind))
+    try:
+        return convert({**fields, "number": envelope.number}, kinds[kind])
+    except ValidationError as error:
         raise _invalid(error) from error
 
 
-def _invalid(error: Exception) -> ProtocolError:
+def _fields(body: Any) -> dict[str, Any]:
+    """Return the values of a protobuf message; None for an absent optional field."""
+    values: dict[str, Any] = {}
+    for field in body.DESCRIPTOR.fields:
+        value = getattr(body, field.name)
+        if not isinstance(value, (str, bytes, int)):  # fields of other types are repeated
+            value = [part if isinstance(part, str) else _fields(part) for part in value]
+        elif field.has_presence and not body.HasField(field.name):
+            value = None
+        values[field.name] = value
+    return values
+
+
+_HINT: Final = "let both sides run the same version of cxbridge"
+
+
+def _invalid(reason: object) -> ProtocolError:
     return ProtocolError(
-        f"not a frame of version {VERSION} of the blackboard's protocol: {error}",
-        hint="let both sides run the same version of cxbridge",
+        f"not a frame of version {VERSION} of the blackboard's protocol: {reason}", hint=_HINT
     )
