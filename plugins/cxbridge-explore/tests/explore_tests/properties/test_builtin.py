@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from itertools import count
 
@@ -70,121 +71,120 @@ def building(construct: str) -> Callable[[WorldRun], object]:
     return lambda run: run.assembly.agents[0].executive.env.build(construct)
 
 
-def test_a_run_that_is_stuck_and_its_goal():
-    run = disturbed(5, asserting("(goal (id STUCK) (class NOBODYS) (mode EXPANDED))"))
-    ends = run.of("run-ends")
-    assert ends is not None
-    assert ends.message.startswith("the run is stuck")
-    assert ends.goal == "STUCK"
-    retracted = run.of("goals-retracted")
-    assert retracted is not None
-    assert retracted.message == "goal STUCK is EXPANDED at the end"
-
-
-def test_a_goal_that_rests():
-    run = disturbed(
-        5,
-        asserting("(goal (id STUCK) (class NOBODYS) (mode EXPANDED))"),
-        building("(defrule tick-tock (time $?) => (assert (tock)))"),
-        building("(defrule tock-tick ?f <- (tock) => (retract ?f))"),
-        timeout=90.0,
-    )
-    rest = run.of("no-idle-rest")
-    assert rest is not None
-    assert rest.message == "goal STUCK has been EXPANDED for 60 s and waits for nothing"
-    assert 60 < rest.seconds < 62
-    ends = run.of("run-ends")
-    assert ends is not None
-    assert ends.message.startswith("the run has not come to its end")
-
-
-def test_an_error_in_a_rule():
-    run = disturbed(5, building("(defrule wrong (goal) => (bind ?x (/ 1 0)))"))
-    error = run.of("no-errors")
-    assert error is not None
-    assert "divide by zero" in error.message
-    assert "wrong" in error.message
-
-
-def test_a_goal_that_is_gone_too_early():
-    run = disturbed(
-        5,
-        asserting("(goal (id LOST) (class NOBODYS) (mode EXPANDED))"),
-        building("(defrule lose ?g <- (goal (id LOST)) => (retract ?g))"),
-    )
-    gone = run.of("goals-retracted")
-    assert gone is not None
-    assert gone.message == "goal LOST is gone, it was EXPANDED"
-
-
-def test_two_holders_of_a_resource():
-    run = disturbed(
-        5,
-        asserting("(goal (id ONE) (class NOBODYS) (mode DISPATCHED) (acquired-resources tap))"),
-        asserting("(goal (id TWO) (class NOBODYS) (mode DISPATCHED) (acquired-resources sink tap))"),
-    )
-    holders = run.of("one-holder")
-    assert holders is not None
-    assert holders.message == "ONE and TWO have both got the resource tap"
-
-
-def test_a_resource_of_a_goal_that_is_gone():
-    run = disturbed(
-        5,
-        building("(deftemplate resource-request (slot goal) (slot resource))"),
-        asserting("(resource-request (goal GONE) (resource tap))"),
-    )
-    lost = run.of("no-lost-resource")
-    assert lost is not None
-    assert lost.message == "the resource tap is held for GONE, which is gone"
-    assert lost.goal == "GONE"
-
-
-def test_an_action_that_starts_with_a_false_precondition():
-    run = disturbed(
-        20,
-        building(
-            "(defrule hurry (declare (salience 5000)) (not (hurried))"
-            " ?a <- (plan-action (action-name say-goodbye) (state FORMULATED)) =>"
-            " (assert (hurried)) (modify ?a (state RUNNING) (param-values nobody)))"
-        ),
-    )
-    false = run.of("preconditions")
-    assert false is not None
-    assert "(said nobody hello) is false" in false.message
-    assert false.action == "say-goodbye nobody"
-
-
+STUCK = asserting("(goal (id STUCK) (class NOBODYS) (mode EXPANDED))")
+TICKING = (
+    building("(defrule tick-tock (time $?) => (assert (tock)))"),
+    building("(defrule tock-tick ?f <- (tock) => (retract ?f))"),
+)
+HURRY = (
+    "(defrule hurry (declare (salience 5000)) (not (hurried))"
+    " ?a <- (plan-action (action-name say-goodbye) (state FORMULATED)) =>"
+    " (assert (hurried)) (modify ?a (state RUNNING) (param-values nobody)))"
+)
 AGAIN = (
     "(defrule again (declare (salience -5000)) (not (done-again))"
     " ?a <- (plan-action (action-name say-hello-again) (state FINAL)) =>"
     " (assert (done-again)) (modify ?a (state FORMULATED)))"
 )
+TWICE = (
+    "(defrule twice (not (called-twice)) (skill-action-execinfo (goal-id ?g) (plan-id ?p)"
+    " (action-id ?a) (skill-name ?n)) => (assert (called-twice) (skill-action-execinfo (goal-id ?g)"
+    ' (plan-id ?p) (action-id ?a) (skill-name ?n) (skill-id another) (skiller "Other"))))'
+)
 
 
-def test_an_action_whose_effects_are_there():
-    twice = disturbed(5, building(AGAIN)).of("executed-once")
-    assert twice is not None
-    assert twice.message.startswith("say-hello-again peggy of ")
-    assert twice.action == "say-hello-again peggy"
-
-
-def test_a_second_skill_for_an_action():
-    run = disturbed(
-        20,
-        building(
-            "(defrule twice (not (called-twice)) (skill-action-execinfo (goal-id ?g) (plan-id ?p)"
-            " (action-id ?a) (skill-name ?n)) => (assert (called-twice) (skill-action-execinfo (goal-id ?g)"
-            ' (plan-id ?p) (action-id ?a) (skill-name ?n) (skill-id another) (skiller "Other"))))'
+@pytest.mark.parametrize(
+    ("name", "loops", "changes", "message", "concerned"),
+    [
+        pytest.param("run-ends", 5, [STUCK], "the run is stuck", {"goal": "STUCK"}, id="stuck"),
+        pytest.param("goals-retracted", 5, [STUCK], "goal STUCK is EXPANDED at the end$", {}, id="left"),
+        pytest.param(
+            "no-errors",
+            5,
+            [building("(defrule wrong (goal) => (bind ?x (/ 1 0)))")],
+            "an error in a rule: .*divide by zero.*wrong",
+            {},
+            id="error",
         ),
-    )
-    twice = run.of("executed-once")
-    assert twice is not None
-    assert twice.message.startswith("a second skill was called for action")
+        pytest.param(
+            "goals-retracted",
+            5,
+            [
+                asserting("(goal (id LOST) (class NOBODYS) (mode EXPANDED))"),
+                building("(defrule lose ?g <- (goal (id LOST)) => (retract ?g))"),
+            ],
+            "goal LOST is gone, it was EXPANDED$",
+            {},
+            id="gone",
+        ),
+        pytest.param(
+            "one-holder",
+            5,
+            [
+                asserting("(goal (id ONE) (class NOBODYS) (mode DISPATCHED) (acquired-resources tap))"),
+                asserting("(goal (id TWO) (class NOBODYS) (mode DISPATCHED) (acquired-resources sink tap))"),
+            ],
+            "ONE and TWO have both got the resource tap$",
+            {},
+            id="two holders",
+        ),
+        pytest.param(
+            "no-lost-resource",
+            5,
+            [
+                building("(deftemplate resource-request (slot goal) (slot resource))"),
+                asserting("(resource-request (goal GONE) (resource tap))"),
+            ],
+            "the resource tap is held for GONE, which is gone$",
+            {"goal": "GONE"},
+            id="lost resource",
+        ),
+        pytest.param(
+            "preconditions",
+            20,
+            [building(HURRY)],
+            r".*\(said nobody hello\) is false",
+            {"action": "say-goodbye nobody"},
+            id="false precondition",
+        ),
+        pytest.param(
+            "executed-once",
+            5,
+            [building(AGAIN)],
+            "say-hello-again peggy of ",
+            {"action": "say-hello-again peggy"},
+            id="effects there",
+        ),
+        pytest.param(
+            "executed-once",
+            20,
+            [building(TWICE)],
+            "a second skill was called for action",
+            {},
+            id="second skill",
+        ),
+        pytest.param(
+            "skillers-released",
+            5,
+            [building("(defrule keep (declare (salience 10000)) (executive-finalize) => (halt))")],
+            "the control of Skiller was not released at the end$",
+            {"skill": "Skiller"},
+            id="not released",
+        ),
+    ],
+)
+def test_a_violation_and_whom_it_concerns(name, loops, changes, message, concerned):
+    violation = disturbed(loops, *changes).of(name)
+    assert violation is not None
+    assert re.match(message, violation.message), violation.message
+    assert violation.as_dict().items() >= concerned.items()
 
 
-def test_a_skiller_that_is_not_released():
-    run = disturbed(5, building("(defrule keep (declare (salience 10000)) (executive-finalize) => (halt))"))
-    kept = run.of("skillers-released")
-    assert kept is not None
-    assert kept.message == "the control of Skiller was not released at the end"
+def test_a_goal_that_rests():
+    run = disturbed(5, STUCK, *TICKING, timeout=90.0)
+    rest, ends = run.of("no-idle-rest"), run.of("run-ends")
+    assert rest is not None
+    assert rest.message == "goal STUCK has been EXPANDED for 60 s and waits for nothing"
+    assert 60 < rest.seconds < 62
+    assert ends is not None
+    assert ends.message.startswith("the run has not come to its end")
