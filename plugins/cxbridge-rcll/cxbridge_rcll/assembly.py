@@ -33,16 +33,16 @@ if TYPE_CHECKING:
     from cxbridge_protobuf.connections import MakeConnections
     from cxbridge_rcll.machines import Workplace
 
-_ROBOTS: Final = "/fawkes/bbsync/peers"
+_PEERS: Final = "/fawkes/bbsync/peers"
 _SPEC: Final = "/clips-executive/spec"
 _SPECS: Final = "/clips-executive/specs"
 _COORDINATION: Final = "parameters/coordination"
 _ROUTES: Final = "parameters/rcll/route"
-_NAMES: Final = ("R-1", "R-2", "R-3")
-_NUMBER: Final = "/fawkes/agent/number"
+_ROBOT_NAMES: Final = ("R-1", "R-2", "R-3")
+_AGENT_NUMBER: Final = "/fawkes/agent/number"
 _PROTO_DIRS: Final = "/clips-protobuf/proto-dirs"
 _SIMULATOR: Final = "/rcll-simulator/enabled"
-_TEAM: Final = "/fawkes/agent/team"
+_TEAM_NAME: Final = "/fawkes/agent/team"
 
 
 class GameReferee(Protocol):
@@ -84,13 +84,13 @@ class GameReferee(Protocol):
 class LeagueAssembly(Run):
     """The run of a game with one executive; the referee decides about its end."""
 
-    def __init__(self, parts: GameParts, additions: Additions) -> None:
-        self.referee = parts.referee
+    def __init__(self, setup: GameSetup, additions: Additions) -> None:
+        self.referee = setup.referee
         factories = (
-            *parts.referee_components(),
-            parts.interfaces({name: f"/{name}/" for name in parts.robots}),
+            *setup.referee_components(),
+            setup.interfaces({name: f"/{name}/" for name in setup.robots}),
         )
-        super().__init__(parts.run, parts.context, None, parts.extend(additions), factories)
+        super().__init__(setup.run, setup.context, None, setup.extend(additions), factories)
 
     @property
     def is_over(self) -> bool:
@@ -101,14 +101,14 @@ class LeagueAssembly(Run):
 class LeagueTeam(Team):
     """The run of a game with an executive per robot; the referee decides about its end."""
 
-    def __init__(self, parts: GameParts, additions: Additions) -> None:
-        self.referee = parts.referee
+    def __init__(self, setup: GameSetup, additions: Additions) -> None:
+        self.referee = setup.referee
 
         def components(name: str) -> Sequence[MakeComponent]:
-            referee = parts.referee_components() if name == parts.robots[0] else ()  # one for all agents
-            return (*referee, parts.interfaces({name: ""}))
+            referee = setup.referee_components() if name == setup.robots[0] else ()  # one for all agents
+            return (*referee, setup.interfaces({name: ""}))
 
-        super().__init__(parts.run, parts.context, parts.robots, None, parts.extend(additions), components)
+        super().__init__(setup.run, setup.context, setup.robots, None, setup.extend(additions), components)
 
     @property
     def is_over(self) -> bool:
@@ -116,8 +116,8 @@ class LeagueTeam(Team):
         return self.referee.is_over or any(agent.executive.env.quit_requested for agent in self.agents)
 
 
-class GameParts:
-    """The parts of a game besides the agent.
+class GameSetup:
+    """The robots and the referee of a game, and the context of its agents.
 
     :param seed: the seed for the field, the orders and all further random choices.
     """
@@ -156,16 +156,16 @@ class GameParts:
         """Return the names of the robots, after setting them in the configuration."""
         if self.is_team:
             routes = [config.keys(f"{spec}/{_ROUTES}/{team}") for team in config.keys(f"{spec}/{_ROUTES}")]
-            names = next(filter(None, routes), list(_NAMES))
+            names = next(filter(None, routes), list(_ROBOT_NAMES))
             for number, name in enumerate(names, start=1):
                 robot_tree = f"{AGENTS}/{name}/config"
                 config.set(f"{robot_tree}{AGENT_NAME}", name)
-                config.set(f"{robot_tree}{_NUMBER}", number)
+                config.set(f"{robot_tree}{_AGENT_NUMBER}", number)
                 config.set(f"{robot_tree}/skill-board/agents/{name}/skiller", "Skiller")
             return names
-        names = [name for name in config.keys(_ROBOTS) if name.startswith("robot") and name[5:].isdigit()]
+        names = [name for name in config.keys(_PEERS) if name.startswith("robot") and name[5:].isdigit()]
         for name in names:
-            config.set(f"{_ROBOTS}/{name}/active", True)
+            config.set(f"{_PEERS}/{name}/active", True)
             config.set(f"/skill-board/agents/{name}/skiller", f"/{name}/Skiller")
         return names
 
@@ -177,7 +177,7 @@ class GameParts:
 
     def referee_components(self) -> Iterator[MakeComponent]:
         """Yield the factories of the referee and of its controller."""
-        team = self.context.config.get_str(_TEAM, default="Carologistics")
+        team = self.context.config.get_str(_TEAM_NAME, default="Carologistics")
         return self.referee.components(Script(cyan=team, production_s=self._minutes * 60))
 
     def interfaces(self, prefixes: Mapping[str, str]) -> MakeComponent:

@@ -16,7 +16,7 @@ from cxbridge_explore.game.playing import play_game
 from cxbridge_explore.game.score import GameResult, Score
 from cxbridge_explore.worldmodel.model import NOTHING_FAILS, SkillFailure, SkillModel, WorldModel
 from cxbridge_explore.worldmodel.reading import read_world
-from cxbridge_rcll.assembly import GameParts, GameReferee, LeagueAssembly, LeagueTeam
+from cxbridge_rcll.assembly import GameReferee, GameSetup, LeagueAssembly, LeagueTeam
 from cxbridge_rcll.controller import BEGIN_S, SETUP_S
 from cxbridge_rcll.settings import LeagueSettings
 from cxbridge_rcll.simtest import Verdict
@@ -136,8 +136,8 @@ class LeagueGame(LeagueSettings):
         :param seed: the seed for the field, the orders and all further random choices.
         :param options: the options of this game, possibly with another recording.
         """
-        parts = GameParts(self, options, seed)
-        return (LeagueTeam if parts.is_team else LeagueAssembly)(parts, additions)
+        setup = GameSetup(self, options, seed)
+        return (LeagueTeam if setup.is_team else LeagueAssembly)(setup, additions)
 
 
 class _Judge:
