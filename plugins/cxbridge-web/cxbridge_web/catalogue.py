@@ -7,11 +7,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 import cxbridge_web.fawkes
-from cxbridge_web import extensions, operations
+from cxbridge_web import operations
 from cxbridge_web.endpoint import Directory
+from cxbridge_web.extensions import blackboard, clips, status
 
 if TYPE_CHECKING:
-    from cxbridge_web.extensions import ServerState
+    from cxbridge_web.extensions.state import ServerState
 
 
 def directory(state: ServerState) -> Directory:
@@ -24,4 +25,5 @@ def directory(state: ServerState) -> Directory:
     fawkes_endpoints = [
         endpoint for component in components for endpoint in getattr(component, "ENDPOINTS", ())
     ]
-    return Directory([*fawkes_endpoints, *operations.endpoints(), *extensions.endpoints(state)])
+    extensions = [endpoint for module in (status, clips, blackboard) for endpoint in module.endpoints(state)]
+    return Directory([*fawkes_endpoints, *operations.endpoints(), *extensions])

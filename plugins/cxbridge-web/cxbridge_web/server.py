@@ -12,7 +12,7 @@ from cxbridge_web.api import Api
 from cxbridge_web.catalogue import directory
 from cxbridge_web.event_collector import EventCollector
 from cxbridge_web.event_streams import EventStreams
-from cxbridge_web.extensions import ServerState
+from cxbridge_web.extensions.state import ServerState
 from cxbridge_web.guard import Guard
 from cxbridge_web.http.serving import HttpThread
 from cxbridge_web.pages import Pages

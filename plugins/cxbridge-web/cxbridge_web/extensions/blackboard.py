@@ -1,0 +1,110 @@
+"""The values of interfaces, messages to their writers, and the navigation graphs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from msgspec import Struct
+
+from cxbridge.interfaces.assignments import set_field
+from cxbridge.rights import Right
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
+from cxbridge_web.fawkes.blackboard import InterfaceData, data_models, find
+from cxbridge_web.models import Model
+from cxbridge_web.paging import matches
+
+if TYPE_CHECKING:
+    from cxbridge_web.extensions.state import ServerState
+
+_OWNER: Final = "cxbridge web"
+
+
+class NavGraph(Model, kw_only=True):
+    """A navigation graph."""
+
+    graph: str
+    nodes: dict[str, Any]
+    edges: dict[str, Any]
+
+
+class MessageText(Struct):
+    """A message to the writer of an interface."""
+
+    type: str
+    fields: dict[str, Any] = {}
+
+
+class MessageId(Model, kw_only=True):
+    """The id of a message that was sent."""
+
+    msgid: int
+
+
+def _navgraphs(state: ServerState, _call: ApiCall) -> list[NavGraph]:
+    """Return the models of the loaded navigation graphs."""
+    return [
+        NavGraph(graph=event.graph, nodes=dict(event.nodes), edges=dict(event.edges))
+        for event in state.navgraphs.all()
+    ]
+
+
+def _interfaces(call: ApiCall) -> list[InterfaceData]:
+    types, ids = call.query.get("type", ""), call.query.get("id", "")
+    infos = call.host.board.list_all()
+    return data_models(call, [info for info in infos if matches(info.type, types) and matches(info.id, ids)])
+
+
+def _send(call: ApiCall) -> MessageId:
+    name, fields = call.text("type"), call.body.get("fields", {})
+    if not isinstance(fields, dict):
+        raise ApiError(400, "'fields' must be an object: the fields' values by name")
+    if find(call) is None:
+        raise ApiError(404, f"There is no interface {call.path['type']}::{call.path['id']}")
+    board = call.host.board
+    call.host.rights.check_message(call.path["type"], name if name.endswith("Message") else f"{name}Message")
+    with board.open_for_reading(call.path["type"], call.path["id"], owner=_OWNER) as instance:
+        # A client may leave out the suffix of a message's name.
+        message = instance.create_message(name if name in instance.MESSAGES else f"{name}Message")
+        for field, value in fields.items():
+            try:
+                set_field(message, field, tuple(value) if isinstance(value, list) else value)
+            except (TypeError, ValueError, OverflowError) as error:
+                raise ApiError(400, f"{name} cannot have this in '{field}': {error}") from error
+        return MessageId(msgid=instance.msgq_enqueue(message))
+
+
+def endpoints(state: ServerState) -> Sequence[Endpoint]:
+    """Return the endpoints for the blackboard and navigation graphs."""
+    return (
+        Endpoint(
+            method="GET",
+            path="/cxbridge/navgraphs",
+            handler=partial(_navgraphs, state),
+            about="The navigation graphs that skills and rules use: nodes in metres, edges.",
+            reply=list[NavGraph],
+            in_thread=True,
+        ),
+        Endpoint(
+            method="GET",
+            path="/cxbridge/interfaces",
+            handler=_interfaces,
+            about="The values of all interfaces.",
+            reply=list[InterfaceData],
+            query=(Query("type", "A pattern of types."), Query("id", "A pattern of ids.")),
+        ),
+        Endpoint(
+            method="POST",
+            path="/cxbridge/blackboard/{type}/{id+}/messages",
+            handler=_send,
+            about="Send a message to the writer of an interface.",
+            reply=MessageId,
+            body=MessageText,
+            errors={
+                400: "There is no such message or field, or no writer",
+                404: "There is no such interface",
+            },
+            right=Right.CONTROL,
+        ),
+    )

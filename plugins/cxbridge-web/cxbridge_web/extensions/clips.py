@@ -1,0 +1,163 @@
+"""Rules, constructs and agenda of CLIPS environments, and explanations of what has happened."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from msgspec import UNSET
+from msgspec.structs import replace
+
+from cxbridge_web.constructs import Construct
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
+from cxbridge_web.fawkes.slots import ENVIRONMENT, environment
+from cxbridge_web.models import Model
+from cxbridge_web.paging import ListPart, matches
+from cxbridge_web.rules import Activation, Rule, agenda, rules
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge_web.extensions.state import ServerState
+
+_ANSWER_S: Final = 10.0  # time limit of an explanation in seconds
+_LONGEST_NAME: Final = 250  # bytes of a subject's name, which becomes a message on the blackboard
+_WHY_KINDS: Final = {
+    "rule": "Name of a rule.",
+    "goal": "Id or class of a goal.",
+    "action": "Goal and id of a plan-action: GOAL/ID.",
+    "fact": "Index of a fact: f-12.",
+}
+_ENVIRONMENT: Final = Query("env", "Name of a CLIPS environment; executive by default.")
+_NO_ENVIRONMENT: Final = {404: "There is no such environment"}
+
+
+class Answer(Model, kw_only=True):
+    """Why a rule has not fired, or how a goal came to its outcome."""
+
+    lines: list[str]
+    data: dict[str, Any]
+
+
+def _environment(call: ApiCall) -> ClipsEnvironment:
+    """Return the environment of the query.
+
+    :raises ApiError: 503 if the executive does not run, 404 for another unknown environment.
+    """
+    name = call.query.get("env") or ENVIRONMENT
+    return environment(call, name, 503 if name == ENVIRONMENT else 404)
+
+
+def _agenda(call: ApiCall) -> ListPart:
+    env = _environment(call)
+    with env.lock:
+        return agenda(env, call.query.get("rule", ""), call.window)
+
+
+def _rules(call: ApiCall) -> tuple[str, list[Rule], tuple[str, ...]]:
+    env, pattern = _environment(call), call.query.get("name", "")
+    with env.lock:
+        rows = [row for row in rules(env) if matches(row.name, pattern)]
+        return env.name, rows, tuple(map(str, env.loader.files))
+
+
+def _describe_rules(
+    state: ServerState, _call: ApiCall, query_result: tuple[str, list[Rule], tuple[str, ...]]
+) -> list[Rule]:
+    """Return the models of the rules that :func:`_rules` returns."""
+    env, rules_of_environment, files = query_result
+    constructs = state.constructs.of(files)
+    for rule in rules_of_environment:
+        if (construct := constructs.get(("defrule", rule.name))) is not None:
+            rule.file, rule.line, rule.core = construct.file, construct.line, construct.core
+        if state.collector.counts_firings:
+            rule.firings = state.collector.firings[env, rule.name]
+    return rules_of_environment
+
+
+def _constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
+    """Return the query's selection: files, patterns of kind and name, whether to include texts."""
+    env, query = _environment(call), call.query
+    with env.lock:
+        files = tuple(map(str, env.loader.files))
+    return files, query.get("construct", ""), query.get("name", ""), query.get("text") == "true"
+
+
+def _describe_constructs(
+    state: ServerState, _call: ApiCall, selection: tuple[tuple[str, ...], str, str, bool]
+) -> list[Construct]:
+    """Return the models of the constructs that :func:`_constructs` selects."""
+    files, kinds, names, with_text = selection
+    constructs = state.constructs.of(files).values()
+    selected = [
+        construct
+        for construct in constructs
+        if matches(construct.construct, kinds) and matches(construct.name, names)
+    ]
+    return selected if with_text else [replace(construct, text=UNSET) for construct in selected]
+
+
+def _why(call: ApiCall) -> Answer:
+    subjects = [(kind, call.query[kind]) for kind in _WHY_KINDS if kind in call.query]
+    if len(subjects) > 1 or not all(name for _, name in subjects):
+        raise ApiError(400, "Name one thing: ?rule=NAME, ?goal=NAME, ?action=GOAL/ID or ?fact=f-12")
+    kind, name = subjects[0] if subjects else ("run", "")
+    if "\0" in name or len(name.encode("utf-8", "replace")) > _LONGEST_NAME:
+        raise ApiError(400, "There is nothing of such a name")
+    explanation = call.host.why(name, kind, _ANSWER_S)
+    if explanation is None:
+        raise ApiError(503, f"There was no answer within {_ANSWER_S:g} s")
+    return Answer(lines=explanation["lines"], data=explanation["data"])
+
+
+def endpoints(state: ServerState) -> Sequence[Endpoint]:
+    """Return the endpoints for rules, constructs, agenda and explanations."""
+    return (
+        Endpoint(
+            method="GET",
+            path="/cxbridge/rules",
+            handler=_rules,
+            about="All rules: their places, the number of their activations.",
+            reply=list[Rule],
+            paged=True,
+            query=(_ENVIRONMENT, Query("name", "A pattern of their names.")),
+            finish=partial(_describe_rules, state),
+            errors=_NO_ENVIRONMENT,
+        ),
+        Endpoint(
+            method="GET",
+            path="/cxbridge/constructs",
+            handler=_constructs,
+            about="The constructs of the loaded files: their places, owners and texts.",
+            reply=list[Construct],
+            query=(
+                _ENVIRONMENT,
+                Query("construct", "A pattern: defrule, deftemplate ..."),
+                Query("name", "A pattern of their names."),
+                Query("text", "With their texts.", bool),
+            ),
+            finish=partial(_describe_constructs, state),
+            errors=_NO_ENVIRONMENT,
+        ),
+        Endpoint(
+            method="GET",
+            path="/cxbridge/agenda",
+            handler=_agenda,
+            about="The activations, in the order of firing.",
+            reply=list[Activation],
+            paged=True,
+            query=(_ENVIRONMENT, Query("rule", "A pattern of the rules' names.")),
+            errors=_NO_ENVIRONMENT,
+        ),
+        Endpoint(
+            method="GET",
+            path="/cxbridge/why",
+            handler=_why,
+            about="Why a rule has not fired, a goal or an action came to its outcome, a fact exists; without "
+            "a query the story of the run.",
+            reply=Answer,
+            query=tuple(Query(kind, about) for kind, about in _WHY_KINDS.items()),
+            errors={400: "There is no such thing"},
+            in_thread=True,
+        ),
+    )

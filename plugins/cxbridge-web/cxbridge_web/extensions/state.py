@@ -1,0 +1,29 @@
+"""What the endpoints share: the parts of the web server."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from cxbridge_web.constructs import SourceConstructs
+
+if TYPE_CHECKING:
+    from cxbridge.space.navgraph.emitting import NavGraphs
+    from cxbridge_web.event_collector import EventCollector
+    from cxbridge_web.event_streams import EventStreams
+
+
+@dataclass(frozen=True, slots=True)
+class ServerState:
+    """The state of the web server.
+
+    :param streams: the clients that follow events.
+    :param collector: counts the firings of rules while a client follows them.
+    :param navgraphs: the loaded navigation graphs.
+    :param constructs: the constructs of the loaded files.
+    """
+
+    streams: EventStreams
+    collector: EventCollector
+    navgraphs: NavGraphs
+    constructs: SourceConstructs = field(default_factory=SourceConstructs)

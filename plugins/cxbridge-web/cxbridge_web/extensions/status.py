@@ -1,0 +1,171 @@
+"""The status of a daemon or a run, and the commands that pause, resume, reset or interrupt it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from msgspec import UNSET, Meta, Struct, UnsetType
+
+from cxbridge.daemon.operations.answers import ComponentState, StopInfo
+from cxbridge.daemon.operations.rules import stop_info
+from cxbridge.rights import Right
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint
+from cxbridge_web.models import Model
+from cxbridge_web.rules import census
+
+if TYPE_CHECKING:
+    from cxbridge_web.extensions.state import ServerState
+
+State = Literal["STARTING", "RUNNING", "PAUSED", "DEGRADED", "STOPPING", "FINISHED"]
+
+
+class LoopState(Struct):
+    """How often the main loop has run, and its period."""
+
+    count: int
+    period_us: int
+
+
+class EnvironmentSize(Struct):
+    """The numbers of a CLIPS environment: facts, rules, activations."""
+
+    name: str
+    facts: int
+    rules: int
+    agenda: int
+
+
+class WebState(Struct):
+    """The clients that follow events, the events, and the events that were dropped."""
+
+    clients: int
+    events: int
+    dropped: int
+
+
+class RunEnd(Struct):
+    """How a run ended."""
+
+    status: Annotated[int, Meta(description="the exit status")]
+    word: Annotated[str, Meta(description="`completed` or another word")]
+    reason: str
+
+
+class Status(Model, kw_only=True):
+    """How a daemon or a run stands; without environments while the main loop is stuck."""
+
+    state: State
+    version: str
+    pid: int
+    started_us: int
+    now_us: int
+    clock: str
+    endpoints: list[str]
+    error: str
+    loop: LoopState
+    components: list[ComponentState]
+    result: Annotated[RunEnd | UnsetType, Meta(description="of a run that is FINISHED")] = UNSET
+    remote_control: bool
+    remote_programs: bool
+    environments: list[EnvironmentSize]
+    web: WebState
+    stalled: Annotated[str, Meta(description="why the main loop does not come to its end")]
+    stopped: Annotated[StopInfo | UnsetType, Meta(description="while the rules are stopped")] = UNSET
+
+
+class Health(Model, kw_only=True):
+    """Whether all is well."""
+
+    state: State
+    error: str
+
+
+def _status_without_environments(state: ServerState, call: ApiCall) -> Status:
+    """Return the status as far as any thread can read it."""
+    return Status(
+        **call.host.status(),
+        remote_control=call.host.rights.control,
+        remote_programs=call.host.rights.programs,
+        environments=[],
+        web=WebState(state.streams.clients, state.streams.count, state.streams.dropped),
+        stalled=call.host.stall,
+    )
+
+
+def _status(state: ServerState, call: ApiCall) -> Status:
+    """Return the status with environments; called in the main loop's thread."""
+    status = _status_without_environments(state, call)
+    status.environments = [
+        EnvironmentSize(name, **census(env)) for name, env in sorted(call.host.environments().items())
+    ]
+    executive = call.host.executive
+    if executive is not None:
+        status.stopped = stop_info(executive.control) or UNSET
+    return status
+
+
+def _health(call: ApiCall) -> Health:
+    host_status = call.host.status()
+    health = Health(state=host_status["state"], error=host_status["error"] or call.host.stall)
+    if health.state not in {"RUNNING", "PAUSED"}:
+        raise ApiError(503, health.error, health)
+    return health
+
+
+def _interrupt(state: ServerState, call: ApiCall) -> Status:
+    """Stop the running rules and return the status."""
+    call.host.interrupt()
+    return _status_without_environments(state, call)
+
+
+def _command(state: ServerState, verb: str, about: str) -> Endpoint:
+    def carry_out(call: ApiCall) -> Status:
+        call.host.command(verb)
+        return _status(state, call)
+
+    return Endpoint(
+        method="POST",
+        path=f"/cxbridge/{verb}",
+        handler=carry_out,
+        about=about,
+        reply=Status,
+        right=Right.CONTROL,
+    )
+
+
+def endpoints(state: ServerState) -> Sequence[Endpoint]:
+    """Return the endpoints for the daemon's status and commands."""
+    return (
+        Endpoint(
+            method="GET",
+            path="/cxbridge/status",
+            handler=partial(_status, state),
+            about="How the daemon and its components stand; without environments while the main loop is "
+            "stuck.",
+            reply=Status,
+            stalled=partial(_status_without_environments, state),
+        ),
+        Endpoint(
+            method="GET",
+            path="/cxbridge/health",
+            handler=_health,
+            about="The state in short; answered even when the main loop is stuck.",
+            reply=Health,
+            errors={503: "Something is not well: it says what"},
+            in_thread=True,
+        ),
+        Endpoint(
+            method="POST",
+            path="/cxbridge/interrupt",
+            handler=partial(_interrupt, state),
+            about="End the rules' work at this moment, as an error in a rule does.",
+            reply=Status,
+            right=Right.CONTROL,
+            in_thread=True,
+        ),
+        _command(state, "pause", "Deactivate the components that work."),
+        _command(state, "resume", "Activate inactive components."),
+        _command(state, "reset", "Take the components that work down, and start them again."),
+    )
