@@ -132,7 +132,7 @@ def right_of_request(method: str, path: str, rights: Rights | None = None) -> Ri
     from cxbridge_web.endpoint import Endpoint
 
     known = {(each.method, each.path): each for each in endpoints()}
-    unknown = Endpoint(method=method, path=path, handler=lambda _call: None, about="")
+    unknown = Endpoint(method=method, path=path, handler=lambda _call: None, summary="")
     return known.get((method, path), unknown).needed_right(rights or Rights())
 
 

@@ -28,8 +28,8 @@ class StationNodes:
     :param graph: returns the graph, or raises a CxbridgeError.
     """
 
-    def __init__(self, places: Field, graph: Callable[[], NavGraph]) -> None:
-        self._places, self._graph = places, graph
+    def __init__(self, field: Field, graph: Callable[[], NavGraph]) -> None:
+        self._field, self._graph = field, graph
         self._names: set[str] = set()
 
     def handle(self, message: Any) -> None:
@@ -48,7 +48,7 @@ class StationNodes:
         graph = self._graph()
         for name in sorted(self._names):
             for place in (f"{prefix}{name}-{side}" for prefix in ("", "WAIT-") for side in _SIDES):
-                pose = self._places.find(place)
+                pose = self._field.find(place)
                 if pose is not None:
                     properties = {"orientation": f"{pose.yaw:f}"}
                     graph.replace_node(NavGraphNode(place, pose.x, pose.y, properties))
@@ -58,7 +58,7 @@ class StationNodes:
 
     def _centre(self, name: str) -> Pose | None:
         """Return the centre of a machine, between its sides; None if its place is unknown."""
-        first, second = (self._places.find(f"{name}-{side}") for side in _SIDES)
+        first, second = (self._field.find(f"{name}-{side}") for side in _SIDES)
         if first is None or second is None:
             return None
         return Pose((first.x + second.x) / 2, (first.y + second.y) / 2)
@@ -69,7 +69,7 @@ class StationNodes:
             chosen: list[Pose] = []
             free = [
                 (name, pose)
-                for name, pose in _zones(self._places, half)
+                for name, pose in _zones(self._field, half)
                 if _distance(pose, machines) >= _FREE_M
             ]
             while free and len(chosen) < WAIT_ZONES:
@@ -80,11 +80,11 @@ class StationNodes:
                 self._graph().replace_node(NavGraphNode(name, pose.x, pose.y))
 
 
-def _zones(places: Field, half: str) -> Iterator[tuple[str, Pose]]:
+def _zones(field: Field, half: str) -> Iterator[tuple[str, Pose]]:
     """Yield the zones of a half in which a robot may wait, with their names."""
     for column in range(1, _COLUMNS + 1):
         for row in range(_INSERTION_ROW + 1, _ROWS + 1):
-            pose = places.find(f"{half}-Z{column}{row}")
+            pose = field.find(f"{half}-Z{column}{row}")
             if pose is not None:
                 yield f"{half}-Z{column}{row}", pose
 

@@ -88,7 +88,7 @@ class Query:
     """A query parameter."""
 
     name: str
-    about: str
+    description: str
     type: Any = str
 
 
@@ -108,7 +108,7 @@ class Endpoint:
 
     :param path: relative to ``/api``; ``{x}`` matches one segment, ``{x+}`` one or more characters with
         slashes; ``/?`` at the end makes the slash optional.
-    :param about: one line about its purpose.
+    :param summary: one line about its purpose.
     :param reply: the type of the answer, a model or a list of models; a text by default.
     :param names: the types of names in the path other than texts.
     :param paged: whether parts of the list can be requested. The result of ``finish`` is cut unless it is a
@@ -127,7 +127,7 @@ class Endpoint:
     method: str
     path: str
     handler: Handler
-    about: str
+    summary: str
     reply: Any = str
     names: Mapping[str, Any] = field(default_factory=dict)
     paged: bool = False

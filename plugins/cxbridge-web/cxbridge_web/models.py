@@ -40,8 +40,8 @@ def model_of(kind: str, answer: type[Struct]) -> type[Model]:
         (field.name, field.type) if field.required else (field.name, field.type, field.default)
         for field in fields(answer)
     ]
-    about = {"__doc__": answer.__doc__}
-    model = msgspec.defstruct(kind, members, bases=(Model,), namespace=about, kw_only=True)
+    docstring = {"__doc__": answer.__doc__}
+    model = msgspec.defstruct(kind, members, bases=(Model,), namespace=docstring, kw_only=True)
     return cast("type[Model]", model)
 
 

@@ -61,7 +61,7 @@ def document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
 
 def _operation(endpoint: Endpoint) -> dict[str, Any]:
     kind = "text/plain" if endpoint.reply is str else "application/json"
-    ok = {"description": endpoint.about, "content": _content(kind, endpoint.reply)}
+    ok = {"description": endpoint.summary, "content": _content(kind, endpoint.reply)}
     if endpoint.paged:
         ok["headers"] = {
             "X-Total-Count": {"description": "How many there are in all.", "schema": schema_of(int)}
@@ -69,7 +69,7 @@ def _operation(endpoint: Endpoint) -> dict[str, Any]:
     errors = {**_ALWAYS, **(_BODY if endpoint.body else {}), **endpoint.errors}
     operation: dict[str, Any] = {
         "tags": [endpoint.component],
-        "summary": endpoint.about,
+        "summary": endpoint.summary,
         "operationId": _operation_id(endpoint),
         "parameters": [
             *(_in_path(name, endpoint.names.get(name, _Text)) for name in _NAME.findall(endpoint.path)),
@@ -99,7 +99,12 @@ def _in_path(name: str, type_: Any) -> dict[str, Any]:
 
 
 def _in_query(query: Query) -> dict[str, Any]:
-    return {"name": query.name, "in": "query", "description": query.about, "schema": schema_of(query.type)}
+    return {
+        "name": query.name,
+        "in": "query",
+        "description": query.description,
+        "schema": schema_of(query.type),
+    }
 
 
 def _events() -> dict[str, Any]:

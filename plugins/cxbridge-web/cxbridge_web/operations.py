@@ -62,10 +62,10 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         method=route.method,
         path=route.path,
         handler=handler,
-        about=route.about,
+        summary=route.about,
         reply=list[model] if is_list else model,  # type: ignore[valid-type]  # is made here
         names={field.name: int for field in fields(operation.parameters) if _bare_type(field) is int},
-        query=tuple(Query(name, about) for name, about in route.query.items()),
+        query=tuple(Query(name, description) for name, description in route.query.items()),
         body=_body(operation.parameters, route) if route.body else None,
         errors=route.errors,
         right=operation.right,

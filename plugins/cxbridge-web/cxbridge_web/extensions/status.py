@@ -120,7 +120,7 @@ def _interrupt(state: ServerState, call: ApiCall) -> Status:
     return _status_without_environments(state, call)
 
 
-def _command(state: ServerState, verb: str, about: str) -> Endpoint:
+def _command(state: ServerState, verb: str, summary: str) -> Endpoint:
     def carry_out(call: ApiCall) -> Status:
         call.host.command(verb)
         return _status(state, call)
@@ -129,7 +129,7 @@ def _command(state: ServerState, verb: str, about: str) -> Endpoint:
         method="POST",
         path=f"/cxbridge/{verb}",
         handler=carry_out,
-        about=about,
+        summary=summary,
         reply=Status,
         right=Right.CONTROL,
     )
@@ -142,7 +142,7 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             method="GET",
             path="/cxbridge/status",
             handler=partial(_status, state),
-            about="How the daemon and its components stand; without environments while the main loop is "
+            summary="How the daemon and its components stand; without environments while the main loop is "
             "stuck.",
             reply=Status,
             stalled=partial(_status_without_environments, state),
@@ -151,7 +151,7 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             method="GET",
             path="/cxbridge/health",
             handler=_health,
-            about="The state in short; answered even when the main loop is stuck.",
+            summary="The state in short; answered even when the main loop is stuck.",
             reply=Health,
             errors={503: "Something is not well: it says what"},
             in_thread=True,
@@ -160,7 +160,7 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             method="POST",
             path="/cxbridge/interrupt",
             handler=partial(_interrupt, state),
-            about="End the rules' work at this moment, as an error in a rule does.",
+            summary="End the rules' work at this moment, as an error in a rule does.",
             reply=Status,
             right=Right.CONTROL,
             in_thread=True,

@@ -220,9 +220,9 @@ def quoted(name: str) -> str:
     return f'"{escaped}"'
 
 
-def _get(path: str, handler: Any, reply: Any, about: str, **options: Any) -> Endpoint:
+def _get(path: str, handler: Any, reply: Any, summary: str, **options: Any) -> Endpoint:
     return Endpoint(
-        method="GET", path=f"/blackboard{path}", handler=handler, reply=reply, about=about, **options
+        method="GET", path=f"/blackboard{path}", handler=handler, reply=reply, summary=summary, **options
     )
 
 

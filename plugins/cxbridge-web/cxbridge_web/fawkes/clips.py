@@ -74,7 +74,7 @@ ENDPOINTS: Final = (
         method="GET",
         path="/clips/",
         handler=_environments,
-        about="All CLIPS environments.",
+        summary="All CLIPS environments.",
         reply=list[Environment],
     ),
     Endpoint(
@@ -82,7 +82,7 @@ ENDPOINTS: Final = (
         path="/clips/{env}/facts",
         handler=_facts,
         copy=_copy,
-        about="All facts of an environment.",
+        summary="All facts of an environment.",
         reply=list[Fact],
         paged=True,
         query=(

@@ -262,8 +262,8 @@ def _listing(path: str, model: type[Model], template: str, noun: str) -> Endpoin
         models = _models(call, noun, facts(call, template), partial(read, model))
         return models if call.window.search else ListPart(models, call.facts.total)
 
-    about = f"All facts {template}."
-    return _get(path, list[model], about, handler, (template,), copy=copy_part)  # type: ignore[valid-type]
+    summary = f"All facts {template}."
+    return _get(path, list[model], summary, handler, (template,), copy=copy_part)  # type: ignore[valid-type]
 
 
 def _single(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
@@ -281,7 +281,7 @@ def _single(path: str, model: type[Model], template: str, noun: str) -> Endpoint
 def _get(
     path: str,
     reply: Any,
-    about: str,
+    summary: str,
     handler: Callable[[ApiCall], Any],
     templates: tuple[str, ...],
     **options: Any,
@@ -292,7 +292,7 @@ def _get(
         method="GET",
         path=f"/clips-executive{path}",
         handler=handler,
-        about=about,
+        summary=summary,
         reply=reply,
         paged=get_origin(reply) is list,
         **options,

@@ -66,12 +66,12 @@ class _ShownGraph:
     """The state of a Skiller, which all clients share.
 
     :ivar lock: held while a client requests a graph.
-    :ivar last: the last shown state machine of an executed skill. An idle Skiller loses it when another
+    :ivar last_graph: the last shown state machine of an executed skill. An idle Skiller loses it when another
         subject is requested, such as the list of skills.
     """
 
     lock: threading.Lock = field(default_factory=threading.Lock)
-    last: str = ""
+    last_graph: str = ""
 
 
 # The state of each host's Skillers by Skiller id.
@@ -134,7 +134,7 @@ def _exclusive(call: ApiCall, debug: Any) -> Iterator[_ShownGraph]:
 def _remember(shown: _ShownGraph, debug: Any) -> None:
     """Keep the state machine of the active skill."""
     if debug.graph_fsm == "ACTIVE" and debug.graph:
-        shown.last = str(debug.graph)
+        shown.last_graph = str(debug.graph)
 
 
 def _request_graph(debug: Any, subject: str) -> None:
@@ -168,7 +168,7 @@ def _skill(call: ApiCall) -> Skill:
         skiller.read()
         return Skill(
             name=debug.graph_fsm,
-            graph=shown.last,
+            graph=shown.last_graph,
             skill_string=skiller.skill_string,
             error=skiller.error,
             msg_id=skiller.msgid,
@@ -222,7 +222,7 @@ ENDPOINTS: Final = (
         method="GET",
         path="/skiller/skills",
         handler=_skills,
-        about="The names of all skills.",
+        summary="The names of all skills.",
         reply=list[SkillInfo],
         query=_SKILLER_QUERY,
         errors=_GRAPH_ERRORS,
@@ -232,7 +232,7 @@ ENDPOINTS: Final = (
         method="GET",
         path="/skiller/skills/{id}",
         handler=_skill,
-        about="A skill and its graph; 'active' names the running skill.",
+        summary="A skill and its graph; 'active' names the running skill.",
         reply=Skill,
         query=_SKILLER_QUERY,
         errors=_GRAPH_ERRORS,
@@ -242,7 +242,7 @@ ENDPOINTS: Final = (
         method="DELETE",
         path="/skiller/skills/{id}",
         handler=_stop,
-        about="Stop the running skill: 'active'.",
+        summary="Stop the running skill: 'active'.",
         query=_SKILLER_QUERY,
         errors=_CONTROL_ERRORS,
         right=Right.CONTROL,
@@ -251,7 +251,7 @@ ENDPOINTS: Final = (
         method="POST",
         path="/skiller/call",
         handler=_call,
-        about="Run a skill string.",
+        summary="Run a skill string.",
         reply=Skill,
         body=SkillCall,
         query=_SKILLER_QUERY,

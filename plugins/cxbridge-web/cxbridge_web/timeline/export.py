@@ -154,7 +154,7 @@ def _add_flows(
     writes = _SkillerWrites(data)
     for number, link in enumerate(links(data.history), start=1):
         call = link.call
-        begin_write, end_write = writes.of(call, link.ordered[0])
+        begin_write, end_write = writes.begin_and_end(call, link.ordered[0])
         interface = interfaces.get(f"{_SKILLER}{call.skiller}")
         steps = [
             (actions[link.action.number], link.ordered),
@@ -174,7 +174,7 @@ class _SkillerWrites:
         for moment, uid, changed in data.changes.items():
             self._changes.setdefault(uid, []).append((moment[0], moment, changed))
 
-    def of(self, call: SkillExecution, ordered: int) -> tuple[Moment | None, Moment | None]:
+    def begin_and_end(self, call: SkillExecution, ordered: int) -> tuple[Moment | None, Moment | None]:
         """Return the writes that reported a skill's begin and end; None for a missing write.
 
         :param ordered: the number of the event with which the skill was ordered.

@@ -121,19 +121,20 @@ def _span(action: PlanActionRecord, history: RunHistory) -> tuple[Moment, Moment
     begin = next((change[:2] for change in action.changes if change.state != _NOT_BEGUN), None)
     if begin is None:
         return None
-    last = action.changes[-1]
-    if last.state in DONE_STATES:
-        return begin, last[:2]
-    return begin, _retraction(action, last) or (history.events, history.end)
+    last_change = action.changes[-1]
+    if last_change.state in DONE_STATES:
+        return begin, last_change[:2]
+    return begin, _retraction(action, last_change) or (history.events, history.end)
 
 
-def _retraction(action: PlanActionRecord, last: ActionChange) -> Moment | None:
+def _retraction(action: PlanActionRecord, last_change: ActionChange) -> Moment | None:
     """Return the retraction of an action's goal after its last change; None without one."""
     if action.goal_record is None:
         return None
     changes = action.goal_record.changes
     return next(
-        (change[:2] for change in changes if change.seq > last.seq and change.mode == "RETRACTED"), None
+        (change[:2] for change in changes if change.seq > last_change.seq and change.mode == "RETRACTED"),
+        None,
     )
 
 
@@ -145,11 +146,10 @@ def _add_action(
     :param remark: the note of an unfinished action.
     """
     begin, end = span
-    last = action.state
-    note = {} if last in DONE_STATES else {"note": remark}
+    note = {} if action.state in DONE_STATES else {"note": remark}
     args = {"action": action.name, "id": action.id, "goal": action.goal, "plan": action.plan}
     name = f"{action.id} {action.name}"
-    events.slice(track, name, begin, end, {**args, "state": last, **note}, category="action", depth=1)
+    events.slice(track, name, begin, end, {**args, "state": action.state, **note}, category="action", depth=1)
     ends = [*(change[:2] for change in action.changes[1:]), end]
     for (seq, time, state), until in zip(action.changes, ends, strict=True):
         if seq >= begin[0] and seq < end[0]:

@@ -53,7 +53,7 @@ VIEW = '''
 from cxbridge_web.endpoint import Endpoint, Text
 
 ENDPOINTS = (
-    Endpoint(method="GET", path="/greeting", handler=lambda call: Text("hello"), about="Greet."),
+    Endpoint(method="GET", path="/greeting", handler=lambda call: Text("hello"), summary="Greet."),
 )
 '''
 
