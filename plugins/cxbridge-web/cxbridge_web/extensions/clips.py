@@ -1,4 +1,4 @@
-"""Rules, constructs and agenda of CLIPS environments, and explanations of what has happened."""
+"""Rules, constructs and agenda of CLIPS environments, and explanations of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the endpoints share: the parts of the web server."""
+"""The parts of the web server that its endpoints share."""
 
 from __future__ import annotations
 
