@@ -311,7 +311,10 @@ export class Detail {
     const { begin, end } = timesOf(item, this.history),
       last = end ? { time: end.time + LATE_US } : this.host.now(),
       isBad = ({ level }) => level === "W" || level === "E",
-      lines = this.host.lines(begin, last).filter(isBad).filter(isOfRobot(item, this.history)),
+      lines = this.host
+        .lines(begin, last)
+        .filter(isBad)
+        .filter(isOfRobot(item, this.history, begin.time, last.time)),
       more = lines.length - MOST_LINES;
     if (!lines.length) return null;
     const entry = (line) =>

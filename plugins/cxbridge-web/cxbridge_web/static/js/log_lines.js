@@ -10,20 +10,22 @@ const callsOf = ({ kind, calls, actions, ...item }) =>
 const namesOf = (calls) => new Set(calls.flatMap(({ skiller, text }) => [skiller, text]));
 
 /**
- * Whether a line may be about a goal, an action or a skill call: not if its component is of another agent, or
- * if it names another robot or the skill string of its call, and none of the item's own.
+ * Whether a line may be about a goal, an action or a skill call: not if its component is of another agent, or if it
+ * names another robot or the skill string of its call, and none of the item's own.
+ * @param from, to the time of the item, microseconds: calls of other times are not compared
  */
-export function isOfRobot(item, history) {
+export function isOfRobot(item, history, from, to) {
   const calls = callsOf(item),
     own = namesOf(calls),
-    others = [...namesOf(history.calls)].filter((name) => !own.has(name)),
+    during = history.calls.filter(({ begin, end }) => begin.time <= to && (!end || end.time >= from)),
+    others = calls.length ? [...namesOf(during)].filter((name) => !own.has(name)) : [],
     envs = new Set([...history.goals.values()].map(({ env }) => env)),
     env = item.action?.env || item.env || MAIN_ENV;
   return ({ component, text }) => {
     const agent = agentOf(component),
-      words = [...(component + " " + text).split(/[^\w-]+/), text],
-      names = (name) => (/[{(]/.test(name) ? text.includes(name) : words.includes(name));
+      words = () => [...(component + " " + text).split(/[^\w-]+/), text],
+      names = (name) => (/[{(]/.test(name) ? text.includes(name) : words().includes(name));
     if (envs.size > 1 && envs.has(agent) && agent !== env) return false;
-    return !calls.length || [...own].some(names) || !others.some(names);
+    return !others.some(names) || [...own].some(names);
   };
 }

@@ -14,7 +14,6 @@ function factText({ template, text }) {
 }
 
 /**
- * @param facts all that are known
  * @param owners of templateOwners()
  * @param matches whether a text is searched
  */
@@ -50,7 +49,6 @@ export function rulesOfRecording(app) {
   return [...fired, ...others].map((rule) => ({ ...rule, agenda: 0 }));
 }
 
-/** @param firings how often a rule has fired */
 export const ruleItems = (rules, firings, matches, onlyFired) =>
   [...rules]
     .sort((a, b) => Number(Boolean(a.core)) - Number(Boolean(b.core)))
@@ -113,7 +111,6 @@ export function factsOverview(facts, owners, choose, mayChange) {
   return overview("Facts by deftemplate", text, ["deftemplate", "facts", "of"], rows);
 }
 
-/** @param firings(rule) how often a rule fired */
 export function rulesOverview(rules, firings) {
   const rows = rules
     .map(({ name, ...rule }) => ({ name, count: firings({ name, ...rule }) }))

@@ -23,7 +23,6 @@ const atomOf = ({ all, first }) => ({
   constants: all("param-constants"),
 });
 
-/** @param facts of any deftemplates */
 export function readDomain(facts) {
   const of = slotsBy(new Map(facts.map((fact) => [fact.text, fact])).values());
   const partsOf = (template, whole) => of(template).filter(({ first }) => first("part-of") === whole);

@@ -17,7 +17,6 @@ function numberOf(value) {
 }
 
 export class Series {
-  /** @param source what parseName has returned */
   constructor(source, most = MOST_SAMPLES) {
     Object.assign(this, { source, most, count: 0, words: null, last: undefined });
     this.times = new Float64Array(FIRST_ROOM);

@@ -15,7 +15,6 @@ const MOST = 6,
 const RANK = { failed: 0, running: 1, formulated: 2, rejected: 3, completed: 4, retracted: 5 };
 
 export class Story {
-  /** @param host of the timeline */
   constructor(host) {
     this.host = host;
     this.answers = []; // of the server to why: {env, wrong, unknown}, one for each agent
@@ -55,7 +54,6 @@ export class Story {
     if (this.answers.length) later();
   }
 
-  /** @param later called when there is more to draw */
   draw(later) {
     const { history, isLive } = this.host,
       now = this.host.now(),

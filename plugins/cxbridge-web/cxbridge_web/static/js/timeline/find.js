@@ -66,7 +66,6 @@ export class Tip {
     this.box = el("div.tl-tip", { role: "status", hidden: true });
   }
 
-  /** @param x, y pixels within the canvas */
   show([first, ...rest], x, y) {
     const { box, canvas } = this;
     refill(

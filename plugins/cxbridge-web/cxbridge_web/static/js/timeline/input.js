@@ -3,7 +3,6 @@ import { gestures } from "cx/canvas.js";
 
 const STEP = 0.15; // of the width: how far a key pans
 
-/** @param surface the canvas @param component the timeline */
 export function pointerInput(surface, component) {
   const { window } = component;
   gestures(surface, {

@@ -12,7 +12,6 @@ function tell(node, text) {
 }
 
 export class Toolbar {
-  /** @param more elements of the page that shows the timeline */
   constructor(timeline, more = []) {
     this.timeline = timeline;
     const { window, rows } = timeline;
