@@ -15,7 +15,7 @@ from msgspec import Struct
 from cxbridge.errors import ActionMappingError
 from cxbridge.events import Level
 from cxbridge.skiller import ecma, numbers, quoting
-from cxbridge.skiller.templates import Doubt, Misfit, Placeholder, find_doubts, parse_template
+from cxbridge.skiller.templates import Doubt, Misfit, Placeholder, Replacement, find_doubts, parse_template
 
 Message = tuple[Level, str]
 """A log line about a mapping."""
@@ -163,17 +163,21 @@ def _apply_steps(placeholder: Placeholder, value: str, messages: list[Message]) 
 
 
 def _check_steps(action: str, placeholder: Placeholder) -> list[Message]:
-    warnings = []
-    for step in placeholder.steps:
-        problem = step.warning.strip() if isinstance(step, Misfit) else None
-        if not isinstance(step, Misfit):
-            try:
-                ecma.compile_pattern(step.pattern)
-            except ecma.EcmaRegexError as error:
-                problem = f"invalid regex '{step.pattern}': {error}"
-        if problem is not None:
-            warnings.append((Level.WARN, f"action-mapping/{action}: ?({placeholder.name}...): {problem}"))
-    return warnings
+    problems = filter(None, map(_problem_of, placeholder.steps))
+    return [
+        (Level.WARN, f"action-mapping/{action}: ?({placeholder.name}...): {problem}") for problem in problems
+    ]
+
+
+def _problem_of(step: Replacement | Misfit) -> str:
+    """Return the mistake in a step, or empty."""
+    if isinstance(step, Misfit):
+        return step.warning.strip()
+    try:
+        ecma.compile_pattern(step.pattern)
+    except ecma.EcmaRegexError as error:
+        return f"invalid regex '{step.pattern}': {error}"
+    return ""
 
 
 def _preserved_value(placeholder: Placeholder, value: str, prefix: str) -> str:

@@ -64,15 +64,14 @@ class SkillSelection:
 
         :raises SkillerError: if a speed, a duration or an argument's pattern is invalid.
         """
-        speed = config.get_float(f"{prefix}/speed") if config.exists(f"{prefix}/speed") else 1.0
+        speed = config.get_float(f"{prefix}/speed", default=1.0)
         if not 0 < speed < math.inf:
             raise wrong(config, f"{prefix}/speed", f"is {speed:g}", "a speed must be above 0")
-        has_priority = config.exists(f"{prefix}/priority")
         return cls(
             whitelist=read_patterns(config, f"{prefix}/whitelist"),
             blacklist=read_patterns(config, f"{prefix}/blacklist"),
             speed=speed,
-            priority=config.get_int(f"{prefix}/priority") if has_priority else 0,
+            priority=config.get_int(f"{prefix}/priority", default=0),
         )
 
     def entry(self, call: SkillStringCall) -> SkillPattern | None:
