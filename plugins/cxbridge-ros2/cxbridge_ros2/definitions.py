@@ -114,8 +114,10 @@ class Definitions:
         field, _, inner_path = path.partition(".")
         fields = dict(self.fields(name))
         if field not in fields:
-            hint = did_you_mean(field, fields, f"it has: {', '.join(fields)}")
-            raise Ros2Error(f"{name} has no field '{field}'", hint=hint)
+            raise Ros2Error(
+                f"{name} has no field '{field}'",
+                hint=did_you_mean(field, fields, f"it has: {', '.join(fields)}"),
+            )
         node, details = fields[field]
         if inner_path and node != Nodetype.NAME:
             raise Ros2Error(f"the field '{field}' of {name} has no fields in it: '{path}'")
@@ -227,8 +229,10 @@ class Definitions:
         return fields, [_defaults_in(section) for _, section in sections]
 
     def _unknown(self, name: TypeName) -> Ros2Error:
-        hint = did_you_mean(str(name), self.names(), "name the folder of its package")
-        return Ros2Error(f"there is no ROS 2 type {name}", hint=hint)
+        return Ros2Error(
+            f"there is no ROS 2 type {name}",
+            hint=did_you_mean(str(name), self.names(), "name the folder of its package"),
+        )
 
 
 def _store_of(distribution: str | None) -> Stores:

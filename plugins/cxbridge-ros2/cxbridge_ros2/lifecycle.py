@@ -58,7 +58,6 @@ class TransitionOutcome(IntEnum):
 # names of the transitions that a node implements
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE = "configure", "cleanup", "activate", "deactivate"
 SHUTDOWN: Final = "shutdown"
-ERROR: Final = "error"
 
 
 class _Transition(Struct, frozen=True):
@@ -105,8 +104,7 @@ class Lifecycle(Closing):
     """The lifecycle of a node, with its services and topic.
 
     :param name: the node's name without the slash.
-    :param work: functions by transition; a missing function does nothing. :data:`ERROR` is called after an
-        exception, and the node is finalized unless it returns True.
+    :param work: functions by transition; a missing function does nothing. An exception finalizes the node.
     :param report: called with a line about each exception.
     :param state: the initial state.
     """
@@ -151,9 +149,7 @@ class Lifecycle(Closing):
         outcome = self._carry_out(name)
         self._end_transition(outcome)
         if outcome is TransitionOutcome.ERROR:
-            # the node is in ERRORPROCESSING now, and only its own function can rescue it
-            recovered = self._carry_out(ERROR) if ERROR in self._work else TransitionOutcome.FAILURE
-            self._end_transition(recovered)
+            self._end_transition(TransitionOutcome.FAILURE)  # of ERRORPROCESSING, as with rclcpp
         return outcome is TransitionOutcome.SUCCESS
 
     def follow(self, state: LifecycleState) -> None:

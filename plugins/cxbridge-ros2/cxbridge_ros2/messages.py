@@ -52,8 +52,7 @@ class Codec:
 
         :raises Ros2Error: if the message has another type.
         """
-        instance = self._to_instance(name, message, str(name))
-        return bytes(self._store.serialize_cdr(instance, str(name)))
+        return bytes(self._store.serialize_cdr(self._to_instance(name, message, str(name)), str(name)))
 
     def decode(self, name: TypeName, data: bytes | memoryview) -> Message:
         """Return the message in CDR bytes. Extra bytes at the end are ignored, since some RMWs send them.

@@ -1,6 +1,6 @@
 """Parameters of a node that clients can read and set: six services and the topic /parameter_events.
 
-A parameter has a declared type, which no client changes, and may check each new value.
+A parameter has a declared type, which no client changes.
 """
 
 from __future__ import annotations
@@ -21,9 +21,6 @@ from cxbridge_ros2.stamps import stamp_of
 
 # The value of a parameter; None before it is set.
 Value: TypeAlias = bool | int | float | str | bytes | list[bool] | list[int] | list[float] | list[str] | None
-
-# Returns why a client's value is refused; empty if it is accepted.
-WhyRefused: TypeAlias = Callable[[Value], str]
 
 EVENTS: Final = "/parameter_events"
 _PACKAGE: Final = "rcl_interfaces"
@@ -114,13 +111,11 @@ class Parameter:
     """A declared parameter.
 
     :param read_only: whether clients cannot set it.
-    :param why_refused: checks each value from a client, of the right type.
     """
 
     value: Value
     description: str = ""
     read_only: bool = False
-    why_refused: WhyRefused = lambda _value: ""
 
 
 class Parameters(Closing):
@@ -128,7 +123,6 @@ class Parameters(Closing):
 
     :param name: the node's name without the slash.
     :param declared: parameters by name; their types never change.
-    :param changed: called with name and value after a client's change.
     """
 
     def __init__(
@@ -137,9 +131,8 @@ class Parameters(Closing):
         name: str,
         declared: Mapping[str, Parameter],
         clock: Clock,
-        changed: Callable[[str, Value], None] = lambda _name, _value: None,
     ) -> None:
-        self._name, self._clock, self._changed = name, clock, changed
+        self._name, self._clock = name, clock
         self._declared = dict(declared)
         self._types = {key: type_of(parameter.value) for key, parameter in declared.items()}
         handlers: dict[str, Callable[[Message], Mapping[str, Any]]] = {
@@ -165,16 +158,6 @@ class Parameters(Closing):
 
     def __getitem__(self, name: str) -> Value:
         return self._declared[name].value
-
-    def set(self, name: str, value: Value) -> None:
-        """Set a parameter from our side, even if it is read-only.
-
-        :raises Ros2Error: if the value has another type.
-        """
-        if type_of(value) is not self._types[name]:
-            raise Ros2Error(f"the parameter '{name}' is of type {self._types[name].name}: {value!r}")
-        self._declared[name].value = value
-        self._publish_event("changed_parameters", [name])
 
     # --- services -----------------------------------------------------------------------------------------
 
@@ -240,16 +223,12 @@ class Parameters(Closing):
         declared_type, kind = self._types[name], type_of(value)
         if kind is not declared_type and declared_type is not ParameterType.NOT_SET:
             return f"the parameter '{name}' is of type {declared_type.name}, not {kind.name}"
-        return parameter.why_refused(value)
+        return ""
 
-    def _take(self, messages: Iterable[Message]) -> None:
-        names = []
+    def _take(self, messages: Sequence[Message]) -> None:
         for message in messages:
-            name, value = message["name"], value_of(message["value"])
-            self._declared[name].value = value
-            names.append(name)
-            self._changed(name, value)
-        self._publish_event("changed_parameters", names)
+            self._declared[message["name"]].value = value_of(message["value"])
+        self._publish_event("changed_parameters", [message["name"] for message in messages])
 
     def _publish_event(self, field: str, names: Iterable[str]) -> None:
         parameters = [{"name": name, "value": message_of(self[name])} for name in names]

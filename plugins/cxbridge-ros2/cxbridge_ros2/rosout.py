@@ -1,15 +1,17 @@
-"""The log of a run on /rosout, the topic with the logs of all nodes."""
+"""The log of a run on /rosout, and the lines of other nodes."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final
 
 from cxbridge.closing import Closing
 from cxbridge.events import Event, Level, LogLine
+from cxbridge.rights import Right
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
-from cxbridge_ros2.stamps import stamp_of
+from cxbridge_ros2.stamps import microseconds_of, stamp_of
 
 TOPIC: Final = "/rosout"
 LOG_TYPE: Final = "rcl_interfaces/msg/Log"
@@ -51,6 +53,16 @@ def log_message(line: LogLine, component: str) -> Message:
 def _ros_text(text: str) -> str:
     """Return a text without NULs and lone surrogates, which a string of ROS cannot have."""
     return text.replace("\0", "").encode("utf-8", "replace").decode()
+
+
+def listen(node: Node, take: Callable[[LogLine], None]) -> Callable[[], None]:
+    """Call ``take`` for each line on /rosout, latched ones first; return the unsubscribe function."""
+
+    def callback(message: Message) -> None:
+        level = level_of(message["level"])
+        take(LogLine(microseconds_of(message["stamp"]), level, message["name"], message["msg"]))
+
+    return node.subscribe(TOPIC, LOG_TYPE, callback, PROFILES["rosout"], needs=Right.LOOK)
 
 
 def level_of(severity: int) -> Level:

@@ -82,8 +82,10 @@ class NodeSettings(Struct, frozen=True):
         namespace = typed(settings, "namespace", "", component)
         transport = typed(settings, "transport", "", component) or _default_transport(settings)
         if transport not in TRANSPORTS:
-            hint = did_you_mean(transport, TRANSPORTS, f"there are: {', '.join(TRANSPORTS)}")
-            raise ConfigError(f"{component}: there is no transport '{transport}'", hint=hint)
+            raise ConfigError(
+                f"{component}: there is no transport '{transport}'",
+                hint=did_you_mean(transport, TRANSPORTS, f"there are: {', '.join(TRANSPORTS)}"),
+            )
         for key, transports in _TRANSPORTS_WITH.items():
             if key in settings and transport not in transports:
                 raise ConfigError(
@@ -168,8 +170,10 @@ def check_keys(settings: Iterable[str], known: Iterable[str], component: str) ->
     names = [*known]
     for key in settings:
         if key.split("/")[0] not in names:
-            hint = did_you_mean(key, names, f"it has: {', '.join(names)}")
-            raise ConfigError(f"{component} has no setting '{key}'", hint=hint)
+            raise ConfigError(
+                f"{component} has no setting '{key}'",
+                hint=did_you_mean(key, names, f"it has: {', '.join(names)}"),
+            )
 
 
 def nested(settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -223,8 +223,10 @@ def fill(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -
     try:
         return tables[name][str(argument)]
     except KeyError:
-        hint = did_you_mean(str(argument), tables[name], f"it has: {', '.join(tables[name])}")
-        raise SkillError(f"the table '{name}' has no entry '{argument}'", hint=hint) from None
+        raise SkillError(
+            f"the table '{name}' has no entry '{argument}'",
+            hint=did_you_mean(str(argument), tables[name], f"it has: {', '.join(tables[name])}"),
+        ) from None
 
 
 def _skill(name: str, settings: Any, namespace: str) -> RosSkill:
@@ -236,8 +238,10 @@ def _skill(name: str, settings: Any, namespace: str) -> RosSkill:
     check_keys(settings, _ACTION_KEYS if is_action else _SERVICE_KEYS, f"the skill {name}")
     message = settings.get("goal" if is_action else "request", {})
     if not isinstance(message, Mapping) and not _PARAMETER.fullmatch(str(message)):
-        hint = "or a parameter that is one in a table: $place"
-        raise ConfigError(f"the goal or request of the skill {name} is a mapping, not {message!r}", hint=hint)
+        raise ConfigError(
+            f"the goal or request of the skill {name} is a mapping, not {message!r}",
+            hint="or a parameter that is one in a table: $place",
+        )
     return RosSkill(
         kind=str(settings["action" if is_action else "service"]),
         is_action=is_action,

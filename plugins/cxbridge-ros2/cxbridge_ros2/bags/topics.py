@@ -168,8 +168,12 @@ def _log(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
 
 def _tree(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
     for change in message["event_log"]:
-        text = f"{change['node_name']}: {change['previous_status']} -> {change['current_status']}"
-        yield LogLine(time_us, Level.DEBUG, "behavior tree", text)
+        yield LogLine(
+            time_us,
+            Level.DEBUG,
+            "behavior tree",
+            f"{change['node_name']}: {change['previous_status']} -> {change['current_status']}",
+        )
 
 
 def _event(_topic: str, message: Message, _time_us: int) -> Iterator[Event]:

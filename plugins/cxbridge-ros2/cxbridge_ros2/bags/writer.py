@@ -76,8 +76,12 @@ class BagWriter(RunWriter):
             self._write(topic, TRANSFORMS, event.time_us, {"transforms": [transform]})
 
     def attach(self, attachment: Attachment) -> None:
-        message = file_message(attachment.name, attachment.media_type, attachment.time_us, attachment.data)
-        self._write(FILES, TEXT, attachment.time_us or self._last_us, message)
+        self._write(
+            FILES,
+            TEXT,
+            attachment.time_us or self._last_us,
+            file_message(attachment.name, attachment.media_type, attachment.time_us, attachment.data),
+        )
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         for key, value in metadata.items():

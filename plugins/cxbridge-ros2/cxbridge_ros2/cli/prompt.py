@@ -32,8 +32,10 @@ class Prompt(Closing):
         self._node = node_settings.join(
             "cxbridge_terminal", node_settings.definitions(TYPES), _report, EVERYTHING
         )
-        client = ExpertClient(self._node, RealClock(), node_settings.namespace)
-        self._terminal = Terminal(client, NodeCodec(node_settings.distribution))
+        self._terminal = Terminal(
+            ExpertClient(self._node, RealClock(), node_settings.namespace),
+            NodeCodec(node_settings.distribution),
+        )
 
     def run(self, command: str | None) -> int:
         """Carry out one command, or all input lines; return the worst exit status."""

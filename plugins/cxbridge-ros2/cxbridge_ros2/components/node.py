@@ -94,8 +94,10 @@ class Ros2NodeComponent(Component):
 def _name_and_level(values: Mapping[str, Any]) -> tuple[str, Level]:
     log = typed(values, "log", "info", _COMPONENT)
     if log not in _LEVELS:
-        hint = did_you_mean(log, _LEVELS, f"use one of: {', '.join(_LEVELS)}")
-        raise ConfigError(f"there is no level '{log}' of logs", hint=hint)
+        raise ConfigError(
+            f"there is no level '{log}' of logs",
+            hint=did_you_mean(log, _LEVELS, f"use one of: {', '.join(_LEVELS)}"),
+        )
     name = typed(values, "name", "cxbridge", _COMPONENT)
     if not name.isidentifier():
         raise ConfigError(f"'{name}' is not a name of a node", hint="use letters, digits and _")

@@ -51,15 +51,7 @@ def knowledge_message(expert: ProblemExpert) -> Message:
     }
 
 
-# --- problems and goals
-
-
-def _add_problem(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
-    expert.add_problem(request["problem"])
-
-
-def _get_problem(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
-    return {"problem": format_problem(expert.problem())}
+# --- services of more than one expression
 
 
 def _add_goal(expert: ProblemExpert, codec: NodeCodec, request: Message) -> None:
@@ -68,58 +60,11 @@ def _add_goal(expert: ProblemExpert, codec: NodeCodec, request: Message) -> None
     expert.set_goal(codec.formula(request["tree"]))
 
 
-def _get_goal(expert: ProblemExpert, codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
-    return {"tree": codec.tree(expert.goal, {})}
-
-
-def _is_satisfied(expert: ProblemExpert, codec: NodeCodec, request: Message) -> Mapping[str, Any]:
-    nodes = request["tree"]["nodes"]  # no nodes: an empty conjunction, which is true
-    return {"satisfied": not nodes or expert.is_satisfied(codec.formula(request["tree"]))}
-
-
-def _remove_goal(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> None:
-    expert.knowledge.put_goal("")
-
-
-def _clear(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> None:
-    expert.clear()
-
-
-# --- instances
-
-
-def _add_instance(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
-    expert.add_instance(request["param"]["name"], request["param"]["type"])
-
-
-def _remove_instance(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
-    expert.remove_instance(request["param"]["name"])
-
-
 def _get_instance(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
     kind = expert.instances.get(name := request["instance"])
     if kind is None:
         raise Ros2Error(f"there is no '{name}'")
     return {"instance": param(name, kind)}
-
-
-def _get_instances(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
-    return {"instances": [param(name, kind) for name, kind in expert.instances.items()]}
-
-
-# --- predicates
-
-
-def _add_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
-    expert.add_predicate(ground_in(request["node"]))
-
-
-def _remove_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
-    expert.remove_predicate(ground_in(request["node"]))
-
-
-def _exists_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
-    return {"exist": ground_in(request["node"]) in expert.knowledge.predicates}
 
 
 def _get_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
@@ -132,25 +77,6 @@ def _get_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -
 def _get_predicates(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
     types, predicates = expert.instances, expert.knowledge.predicates
     return {"states": [ground_node(TreeNodeKind.PREDICATE, ground, types) for ground in predicates]}
-
-
-# --- functions
-
-
-def _add_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
-    expert.add_function(ground_in(request["node"]), request["node"]["value"])
-
-
-def _update_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
-    expert.update_function(ground_in(request["node"]), request["node"]["value"])
-
-
-def _remove_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
-    expert.remove_function(ground_in(request["node"]))
-
-
-def _exists_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
-    return {"exist": ground_in(request["node"]) in expert.knowledge.functions}
 
 
 def _get_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
@@ -175,28 +101,71 @@ def _parse_ground(text: str) -> Ground:
     return name, tuple(arguments)
 
 
+def _change(work: Callable[[ProblemExpert, Message], None], failure: str) -> ExpertService:
+    """Return a service that changes the problem, and whose request has no formulas."""
+    return ExpertService(lambda expert, _codec, request: work(expert, request), failure, changes=True)
+
+
 # Services of the problem expert, by the last part of the name.
 PROBLEM_SERVICES: Final[Mapping[str, ExpertService]] = {
-    "add_problem": ExpertService(_add_problem, "Problem not valid", changes=True),
+    "add_problem": _change(
+        lambda expert, request: expert.add_problem(request["problem"]), "Problem not valid"
+    ),
     "add_problem_goal": ExpertService(_add_goal, "Goal not valid", changes=True),
-    "add_problem_instance": ExpertService(_add_instance, "Instance not valid", changes=True),
-    "add_problem_predicate": ExpertService(_add_predicate, "Predicate not valid", changes=True),
-    "add_problem_function": ExpertService(_add_function, "Function not valid", changes=True),
-    "get_problem": ExpertService(_get_problem, "Problem not valid"),
-    "get_problem_goal": ExpertService(_get_goal, "Goal not valid"),
+    "add_problem_instance": _change(
+        lambda expert, request: expert.add_instance(request["param"]["name"], request["param"]["type"]),
+        "Instance not valid",
+    ),
+    "add_problem_predicate": _change(
+        lambda expert, request: expert.add_predicate(ground_in(request["node"])), "Predicate not valid"
+    ),
+    "add_problem_function": _change(
+        lambda expert, request: expert.add_function(ground_in(request["node"]), request["node"]["value"]),
+        "Function not valid",
+    ),
+    "get_problem": ExpertService(
+        lambda expert, _codec, _request: {"problem": format_problem(expert.problem())}, "Problem not valid"
+    ),
+    "get_problem_goal": ExpertService(
+        lambda expert, codec, _request: {"tree": codec.tree(expert.goal, {})}, "Goal not valid"
+    ),
     "get_problem_instance": ExpertService(_get_instance, "Instance not found"),
-    "get_problem_instances": ExpertService(_get_instances),
+    "get_problem_instances": ExpertService(
+        lambda expert, _codec, _request: {"instances": [param(*pair) for pair in expert.instances.items()]}
+    ),
     "get_problem_predicate": ExpertService(_get_predicate, "Predicate not found"),
     "get_problem_predicates": ExpertService(_get_predicates),
     "get_problem_function": ExpertService(_get_function, "Function not found"),
     "get_problem_functions": ExpertService(_get_functions),
-    "is_problem_goal_satisfied": ExpertService(_is_satisfied, "Goal not valid"),
-    "remove_problem_goal": ExpertService(_remove_goal, "Error clearing goal", changes=True),
-    "clear_problem_knowledge": ExpertService(_clear, "Error clearing knowledge", changes=True),
-    "remove_problem_instance": ExpertService(_remove_instance, "Error removing instance", changes=True),
-    "remove_problem_predicate": ExpertService(_remove_predicate, "Error removing predicate", changes=True),
-    "remove_problem_function": ExpertService(_remove_function, "Error removing function", changes=True),
-    "exist_problem_predicate": ExpertService(_exists_predicate),
-    "exist_problem_function": ExpertService(_exists_function),
-    "update_problem_function": ExpertService(_update_function, "Function not valid", changes=True),
+    "is_problem_goal_satisfied": ExpertService(
+        # no nodes: an empty conjunction, which is true
+        lambda expert, codec, request: {
+            "satisfied": not request["tree"]["nodes"] or expert.is_satisfied(codec.formula(request["tree"]))
+        },
+        "Goal not valid",
+    ),
+    "remove_problem_goal": _change(
+        lambda expert, _request: expert.knowledge.put_goal(""), "Error clearing goal"
+    ),
+    "clear_problem_knowledge": _change(lambda expert, _request: expert.clear(), "Error clearing knowledge"),
+    "remove_problem_instance": _change(
+        lambda expert, request: expert.remove_instance(request["param"]["name"]), "Error removing instance"
+    ),
+    "remove_problem_predicate": _change(
+        lambda expert, request: expert.remove_predicate(ground_in(request["node"])),
+        "Error removing predicate",
+    ),
+    "remove_problem_function": _change(
+        lambda expert, request: expert.remove_function(ground_in(request["node"])), "Error removing function"
+    ),
+    "exist_problem_predicate": ExpertService(
+        lambda expert, _codec, request: {"exist": ground_in(request["node"]) in expert.knowledge.predicates}
+    ),
+    "exist_problem_function": ExpertService(
+        lambda expert, _codec, request: {"exist": ground_in(request["node"]) in expert.knowledge.functions}
+    ),
+    "update_problem_function": _change(
+        lambda expert, request: expert.update_function(ground_in(request["node"]), request["node"]["value"]),
+        "Function not valid",
+    ),
 }

@@ -48,8 +48,12 @@ def read_plan(file: Path) -> list[Item]:
             continue
         item = item_of(text)
         if item is None:
-            hint = "write TIME: (ACTION ARGUMENTS) [DURATION]"
-            raise Ros2Error(f"'{text.strip()}' is not an action of a plan", file=file, line=number, hint=hint)
+            raise Ros2Error(
+                f"'{text.strip()}' is not an action of a plan",
+                file=file,
+                line=number,
+                hint="write TIME: (ACTION ARGUMENTS) [DURATION]",
+            )
         items.append(item)
     return items
 

@@ -45,10 +45,9 @@ class PlanServer(Closing):
         if self._service is None:
             self._service = self._make_service()
         settings = self._settings
-        plan_request = PlanRequest(
-            domain, problem, settings.planner, dict(settings.options), settings.timeout
-        )
-        self._calls.append((self._service.call(plan_request), reply))
+        options = dict(settings.options)
+        call = self._service.call(PlanRequest(domain, problem, settings.planner, options, settings.timeout))
+        self._calls.append((call, reply))
 
     def validate(self, request: Message, reply: SendResponse) -> None:
         """Check whether a text is a valid domain."""

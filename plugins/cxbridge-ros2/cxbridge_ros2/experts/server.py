@@ -63,8 +63,10 @@ class ExpertSettings(Struct, frozen=True):
         with located(config, SECTION):
             for name in names:
                 if name not in (_ALL, *NODES):
-                    hint = did_you_mean(name, (_ALL, *NODES), f"there are: {', '.join((*NODES, _ALL))}")
-                    raise ConfigError(f"{_COMPONENT}: '{name}' is no service", hint=hint)
+                    raise ConfigError(
+                        f"{_COMPONENT}: '{name}' is no service",
+                        hint=did_you_mean(name, (_ALL, *NODES), f"there are: {', '.join((*NODES, _ALL))}"),
+                    )
             if not names:
                 raise ConfigError(f"{_COMPONENT}: nothing is served", hint="serve: all")
         return cls(tuple(NODES) if _ALL in names else tuple(dict.fromkeys(names)), node)

@@ -116,8 +116,10 @@ class Terminal:
                 return
         first_words = dict.fromkeys(command.split()[0] for command in self.commands)
         similar = [command for command in self.commands if command.split()[0] == words[0]] or [*first_words]
-        hint = did_you_mean(" ".join(words[:2]), similar, f"there are: {', '.join(similar)}")
-        raise UsageError(f"there is no command '{line.strip()}'", hint=hint)
+        raise UsageError(
+            f"there is no command '{line.strip()}'",
+            hint=did_you_mean(" ".join(words[:2]), similar, f"there are: {', '.join(similar)}"),
+        )
 
     def completions(self, line: str) -> list[str]:
         """Return the possible next words.
@@ -216,8 +218,9 @@ class Terminal:
         formula = parse_formula(argument)
         if not isinstance(formula, Atom):
             raise UsageError(f"'{argument}' is no predicate", hint="set predicate (said PEGGY HELLO)")
-        ground = ground_of(formula.predicate, formula)
-        self._ask_problem(service, {"node": ground_node(TreeNodeKind.PREDICATE, ground, {})})
+        self._ask_problem(
+            service, {"node": ground_node(TreeNodeKind.PREDICATE, ground_of(formula.predicate, formula), {})}
+        )
 
     def _set_function(self, argument: str) -> None:
         ground, value = _assignment(parse_formula(argument), argument)

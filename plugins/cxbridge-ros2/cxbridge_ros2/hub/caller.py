@@ -284,8 +284,9 @@ class HubSkills(RosExecutor):
             self._send(MessageKind.REJECT, message.node, message.key)
 
     def _performer(self, message: HubMessage) -> _Performer:
-        heartbeat = Heartbeat(message.node, message.key.action, PerformerState.NOT_READY)
-        return self._performers.setdefault(message.node, _Performer(heartbeat))
+        return self._performers.setdefault(
+            message.node, _Performer(Heartbeat(message.node, message.key.action, PerformerState.NOT_READY))
+        )
 
     def _take_heartbeat(self, heartbeat: Heartbeat) -> None:
         performer = self._performers.setdefault(heartbeat.node, _Performer(heartbeat))

@@ -314,8 +314,9 @@ class HubPerformer(Closing):
             skills = self._skills()
             if skills is None:
                 raise SkillError("there is no skill board")
-            on_change = partial(self._report_state, job)
-            job.master = skills.ask(call.skill, call.parameters, call.agent, on_change, call.name)
+            job.master = skills.ask(
+                call.skill, call.parameters, call.agent, partial(self._report_state, job), call.name
+            )
         except CxbridgeError as error:
             self._end_job(job, success=False, status=error.message)
 

@@ -99,8 +99,9 @@ def _messages(texts: Mapping[str, str]) -> dict[str, str]:
         _, folder, name = kind.split("/")
         files[f"{folder}/{name}.{folder}"] = text
     file_list = "\n".join(f'  "{file}"' for file in sorted(files))
-    description = "Interfaces of the blackboard as messages, and the action of Skillers"
-    manifest = _manifest(PACKAGE, description, _MESSAGE_DEPENDS)
+    manifest = _manifest(
+        PACKAGE, "Interfaces of the blackboard as messages, and the action of Skillers", _MESSAGE_DEPENDS
+    )
     build = _BUILD_MESSAGES.substitute(name=PACKAGE, files=file_list)
     return {**files, "package.xml": manifest, "CMakeLists.txt": build}
 

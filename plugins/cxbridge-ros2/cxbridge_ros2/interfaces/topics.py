@@ -216,8 +216,10 @@ def _paths(settings: TopicSettings, schema: InterfaceSchema) -> Mapping[str, str
     field_list = [field.name for field in schema.fields]
     for name in settings.fields:
         if name not in field_list:
-            hint = did_you_mean(name, field_list, f"it has: {', '.join(field_list)}")
-            raise ConfigError(f"the topic {settings.key}: {schema.name} has no field '{name}'", hint=hint)
+            raise ConfigError(
+                f"the topic {settings.key}: {schema.name} has no field '{name}'",
+                hint=did_you_mean(name, field_list, f"it has: {', '.join(field_list)}"),
+            )
     return settings.fields
 
 

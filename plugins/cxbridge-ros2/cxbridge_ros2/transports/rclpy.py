@@ -79,8 +79,10 @@ class RclpyNode(Node):
                 enable_rosout=False,
             )
         except Exception as error:  # noqa: BLE001 - rclpy's errors have no common base class
-            hint = "are ROS_DOMAIN_ID and RMW_IMPLEMENTATION right, and is this RMW installed?"
-            raise Ros2Error(f"rclpy cannot begin: {_one_line(error)}", hint=hint) from None
+            raise Ros2Error(
+                f"rclpy cannot begin: {_one_line(error)}",
+                hint="are ROS_DOMAIN_ID and RMW_IMPLEMENTATION right, and is this RMW installed?",
+            ) from None
         self._executor = rclpy.executors.SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._received = 0  # number of messages so far
@@ -127,8 +129,13 @@ class RclpyNode(Node):
             self._received += 1
             return self._from_object(response, message)
 
-        end = self._ending("client", rcl_client)
-        return _Client(rcl_client, encode, decode, lambda: self._servers(rcl_client, service), end)
+        return _Client(
+            rcl_client,
+            encode,
+            decode,
+            lambda: self._servers(rcl_client, service),
+            self._ending("client", rcl_client),
+        )
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
         name = parse_type(service_type, "srv")
@@ -315,8 +322,10 @@ def _member(name: TypeName) -> Any:
             return getattr(getattr(module, action).Impl, _ACTION_MEMBERS[suffix])
         return getattr(module, name.name)
     except (ImportError, AttributeError, KeyError) as error:
-        hint = f"source the workspace that the package {name.package} was built in"
-        raise Ros2Error(f"ROS has no {name} for Python: {_one_line(error)}", hint=hint) from None
+        raise Ros2Error(
+            f"ROS has no {name} for Python: {_one_line(error)}",
+            hint=f"source the workspace that the package {name.package} was built in",
+        ) from None
 
 
 def _one_line(error: BaseException) -> str:

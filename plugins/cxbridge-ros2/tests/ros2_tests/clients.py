@@ -5,15 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from cxbridge.closing import Closing
-from cxbridge.events import LogLine
-from cxbridge.rights import Right
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, SHUTDOWN, LifecycleState
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Client, Node
 from cxbridge_ros2.parameters import Value, message_of, value_of
-from cxbridge_ros2.qos import PROFILES
-from cxbridge_ros2.rosout import LOG_TYPE, TOPIC, level_of
-from cxbridge_ros2.stamps import microseconds_of
 
 
 class LifecycleClient(Closing):
@@ -113,13 +108,3 @@ class ParameterClient(Closing):
         """Ask no more."""
         for each in (self._get, self._set, self._list):
             each.close()
-
-
-def listen(node: Node, take: Callable[[LogLine], None]) -> None:
-    """Call ``take`` for each line on /rosout, latched ones first."""
-
-    def callback(message: Message) -> None:
-        level = level_of(message["level"])
-        take(LogLine(microseconds_of(message["stamp"]), level, message["name"], message["msg"]))
-
-    node.subscribe(TOPIC, LOG_TYPE, callback, PROFILES["rosout"], needs=Right.LOOK)

@@ -19,8 +19,9 @@ from cxbridge.events import LogLine
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, LifecycleState
 from cxbridge_ros2.node import Node
+from cxbridge_ros2.rosout import listen
 from cxbridge_ros2.transports.dds import DdsNode
-from ros2_tests.clients import LifecycleClient, ParameterClient, listen
+from ros2_tests.clients import LifecycleClient, ParameterClient
 from ros2_tests.experts.agents import FAST
 from ros2_tests.test_managed import answer, until
 from tests.daemon.test_daemon import running

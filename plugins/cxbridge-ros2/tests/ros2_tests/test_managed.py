@@ -19,8 +19,9 @@ from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, SHUTDOWN, LifecycleState
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.parameters import EVENTS, message_of, type_of, value_of
+from cxbridge_ros2.rosout import listen
 from cxbridge_ros2.transports.dds import DdsNode
-from ros2_tests.clients import LifecycleClient, ParameterClient, listen
+from ros2_tests.clients import LifecycleClient, ParameterClient
 from ros2_tests.conftest import HERE, forked, needs_ros, started, with_ros
 
 

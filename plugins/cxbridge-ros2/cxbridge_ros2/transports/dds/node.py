@@ -289,8 +289,11 @@ class DdsNode(Node):
         """Return the writer for our node's report, and the reader of other participants' reports."""
         topic = self._topic("ros_discovery_info", _GRAPH)
         writer = DataWriter(self._participant, topic, qos=self._qos(_GRAPH, PROFILES["latched"]))
-        qos = Qos(Policy.IgnoreLocal.Participant, base=self._qos(_GRAPH, _REPORTS))
-        return writer, DataReader(self._participant, topic, qos=qos)
+        return writer, DataReader(
+            self._participant,
+            topic,
+            qos=Qos(Policy.IgnoreLocal.Participant, base=self._qos(_GRAPH, _REPORTS)),
+        )
 
     def _nodes_in(self, report: bytes) -> Iterable[str]:
         """Return the full names of the nodes in a participant's report."""
@@ -311,8 +314,10 @@ class DdsNode(Node):
             "reader_gid_seq": [gid(reader.entity) for reader in self._readers],
             "writer_gid_seq": [gid(writer) for writer in self._writers],
         }
-        message = {"gid": gid(self._participant), "node_entities_info_seq": [node]}
-        write(self._graph, self._codec.encode(_GRAPH, message))
+        write(
+            self._graph,
+            self._codec.encode(_GRAPH, {"gid": gid(self._participant), "node_entities_info_seq": [node]}),
+        )
 
     def _qos(self, name: TypeName, profile: QosProfile, user_data: str = "") -> Qos:
         type_hash = self._hash(name)

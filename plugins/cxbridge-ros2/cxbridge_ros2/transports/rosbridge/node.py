@@ -94,8 +94,9 @@ class RosbridgeNode(Node):
     def client(self, service: str, service_type: str) -> Client:
         name = parse_type(service_type, "srv")
         if _ACTION in service:
-            action = self._action(service, name)
-            return ActionServiceClient(self._connection, action, service.rpartition("/")[2])
+            return ActionServiceClient(
+                self._connection, self._action(service, name), service.rpartition("/")[2]
+            )
         self._definitions.fields(name.derived("Request"))
         encode = partial(self._codec.to_json, name.derived("Request"))
         return ServiceClient(self._connection, encode, partial(self._call, check_topic(service), name))

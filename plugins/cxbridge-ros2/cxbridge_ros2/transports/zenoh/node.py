@@ -171,10 +171,12 @@ class ZenohNode(Node):
 
         source = InboxSource(take, _SERVICES.depth)
         # complete: the server answers any request for its key
-        queryable = self._session.declare_queryable(
-            key, _direct(partial(self._inbox.put, source)), complete=True
+        return self._announce(
+            endpoint,
+            name,
+            self._session.declare_queryable(key, _direct(partial(self._inbox.put, source)), complete=True),
+            source,
         )
-        return self._announce(endpoint, name, queryable, source)
 
     def poll(self, timeout_s: float = 0.0) -> bool:
         if self._compared_version != self._graph.version:
@@ -193,8 +195,13 @@ class ZenohNode(Node):
 
     def _endpoint(self, kind: Kind, topic: str, name: TypeName, qos: QosProfile) -> GraphEndpoint:
         is_service = kind in ("SS", "SC")
-        typed = typed_name(check_topic(topic), name, self._definitions, is_service=is_service)
-        return GraphEndpoint(self._name, next(self._numbers), kind, typed, qos)
+        return GraphEndpoint(
+            self._name,
+            next(self._numbers),
+            kind,
+            typed_name(check_topic(topic), name, self._definitions, is_service=is_service),
+            qos,
+        )
 
     def _compare(self, endpoint: GraphEndpoint, kind: TypeName) -> None:
         """Complain about remote endpoints with the same name and another type."""
@@ -287,8 +294,9 @@ class _Client(Client):
         return self._graph.endpoints("SS", self._endpoint.topic)
 
     def why_unserved(self) -> str:
-        network = f"the domain {self._endpoint.node.domain}"
-        return self._graph.why_unserved(self._endpoint.topic, self._name, network)
+        return self._graph.why_unserved(
+            self._endpoint.topic, self._name, f"the domain {self._endpoint.node.domain}"
+        )
 
     def close(self) -> None:
         self.end()

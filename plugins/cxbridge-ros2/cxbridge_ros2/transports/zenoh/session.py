@@ -97,8 +97,10 @@ def _config(url: str, *, is_needed: bool) -> zenoh.Config:
             setting = f"ZENOH_CONFIG_OVERRIDE: {key}={text}"
             config.insert_json5(key, text)
     except zenoh.ZError as error:
-        hint = "a router's endpoint is e.g. tcp/robot:7447"
-        raise Ros2Error(f"{setting} is no configuration of Zenoh: {_one_line(error)}", hint=hint) from None
+        raise Ros2Error(
+            f"{setting} is no configuration of Zenoh: {_one_line(error)}",
+            hint="a router's endpoint is e.g. tcp/robot:7447",
+        ) from None
     return config
 
 

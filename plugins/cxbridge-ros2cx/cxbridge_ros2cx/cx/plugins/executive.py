@@ -33,7 +33,7 @@ class ExecutivePlugin(CxPlugin):
 
     @property
     def refreshed_topic(self) -> str:
-        return self.context.ros.whole(_REFRESHED)
+        return self.context.ros.full_name(_REFRESHED)
 
     def initialize(self) -> None:
         """Read the rate and start the timer."""

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from cxbridge_ros2.actions import GoalHandler
     from cxbridge_ros2cx.cx.plugin import NodeContext
 
+# Messages that a definition of a kind contains.
+SECTIONS: Final = {"msg": (), "srv": ("Request", "Response"), "action": ("Goal", "Feedback", "Result")}
+
 CLASS: Final = re.compile(r"cx::CX(\w+)Plugin")
 _UPPER: Final = re.compile(r"([A-Z])(?=[A-Z][a-z])")
 _WORD: Final = re.compile(r"([a-z0-9])([A-Z])")
@@ -36,7 +39,7 @@ def prefix_of(kind: TypeName) -> str:
 
 
 def _camel(kind: TypeName) -> str:
-    return "".join(part[:1].upper() + part[1:] for part in kind.package.split("_")) + kind.name
+    return "".join(word[:1].upper() + word[1:] for word in kind.package.split("_")) + kind.name
 
 
 def find_type(class_text: str, context: NodeContext) -> TypeName | None:
@@ -55,44 +58,26 @@ class GeneratedPlugin(RosPlugin):
     def __init__(self, name: str, context: NodeContext, kind: TypeName) -> None:
         super().__init__(name, context)
         self.kind = kind
-        self._environments: dict[str, ClipsEnvironment] = {}
         prefix = prefix_of(kind)
-        self._messages: tuple[tuple[str, TypeName, str, str], ...]
         if kind.kind == "msg":
-            self._messages = ((prefix, kind, "create-message", "destroy-message"),)
-            self._parts: tuple[Topics | ServiceClients | ServiceServers | ActionClients | ActionServers, ...]
-            self._parts = (Topics(self, prefix, kind),)
-            return
-        parts = ("Request", "Response") if kind.kind == "srv" else ("Goal", "Feedback", "Result")
-        self._messages = tuple(
-            (f"{prefix}{part.lower()}-", kind.derived(part), "create", "destroy") for part in parts
-        )
-        if kind.kind == "srv":
-            self._parts = (ServiceClients(self, prefix, kind), ServiceServers(self, prefix, kind))
+            self.endpoints = (Topics(self, prefix, kind),)
+        elif kind.kind == "srv":
+            self.endpoints = (ServiceClients(self, prefix, kind), ServiceServers(self, prefix, kind))
         else:
-            self._parts = (ActionClients(self, prefix, kind), ActionServers(self, prefix, kind))
+            self.endpoints = (ActionClients(self, prefix, kind), ActionServers(self, prefix, kind))
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        self._environments[env.name] = env
-        for prefix, kind, create, destroy in self._messages:
-            self.define_message(env, prefix, kind, create, destroy)
-        for part in self._parts:
-            part.define(env)
+        kind, prefix = self.kind, prefix_of(self.kind)
+        if kind.kind == "msg":
+            self.define_message(env, prefix, kind, "create-message", "destroy-message")
+        for section in SECTIONS[kind.kind]:
+            self.define_message(
+                env, f"{prefix}{section.lower()}-", kind.derived(section), "create", "destroy"
+            )
+        for endpoints in self.endpoints:
+            endpoints.define(env)
 
     def handlers(self, env: ClipsEnvironment, server: str) -> list[GoalHandler]:
-        servers = (part for part in self._parts if isinstance(part, ActionServers))
-        return [handler for part in servers if (handler := part.handler(env, server)) is not None]
-
-    def tick(self) -> None:
-        """Send requests that were waiting for their server."""
-        for part in self._parts:
-            if isinstance(part, ServiceClients):
-                part.tick(self._environments.get)
-            elif isinstance(part, ActionClients):
-                part.tick()
-
-    def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Close the environment's open requests."""
-        for part in self._parts:
-            part.close(env)
-        self._environments.pop(env.name, None)
+        """Return the handlers of an action server of an environment; empty without such a server."""
+        servers = (endpoints for endpoints in self.endpoints if isinstance(endpoints, ActionServers))
+        return [handler for endpoints in servers if (handler := endpoints.handler(env, server)) is not None]

@@ -93,7 +93,7 @@ class RosNode(Closing):
         On a virtual clock cxbridge's own ``pddl_manager`` joins for the first client of its services, with
         the types of the client's package.
         """
-        full_name = self.whole(name)
+        full_name = self.full_name(name)
         if self._clock.is_virtual and self._pddl is None and full_name.startswith(_PDDL):
             from cxbridge_ros2cx.cx.pddl.manager import PddlManager  # noqa: PLC0415 - for agents that plan
 
@@ -103,7 +103,7 @@ class RosNode(Closing):
             )
         return full_name
 
-    def whole(self, name: str) -> str:
+    def full_name(self, name: str) -> str:
         """Return the full name of a topic, a service or an action."""
         if name.startswith("~/"):
             return f"{self.name}/{name[2:]}"

@@ -189,7 +189,7 @@ class Bond(Closing):
 
     def __init__(self, manager: CxManager, period: float) -> None:
         context = manager.context
-        self._topic = context.ros.node.publisher(context.ros.whole(_BOND), "bond/msg/Status")
+        self._topic = context.ros.node.publisher(context.ros.full_name(_BOND), "bond/msg/Status")
         self._timer = RefreshTimer(context.clock, int(period * MICROSECONDS))
         self._status = {
             "id": context.parameters.name.rpartition("/")[2],

@@ -1,12 +1,22 @@
-"""The base class of ROS plug-ins: facts and functions for messages."""
+"""The base class of ROS plug-ins, and the endpoints that rules open through them.
+
+Endpoints are publishers, subscriptions, clients and servers, each with a fact. A plug-in either has one type
+and its own prefix (the generated plug-ins), or takes the type as an argument (``ros_msgs``). The texts of log
+lines are those of the original.
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Final, Generic, TypeVar
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+
+from msgspec import Struct
 
 from cxbridge.errors import ClipsError, Ros2Error
 from cxbridge.executive.host.values import ExternalAddress, Value
+from cxbridge_ros2.names import parse_type
 from cxbridge_ros2cx.cx.plugin import CxPlugin
 from cxbridge_ros2cx.cx.ros.messages import Addresses, FieldError
 
@@ -29,6 +39,7 @@ class Handles(Generic[T]):
     """Objects by their addresses in rules.
 
     :param kind: the kind of the objects, for errors.
+    :param first: the first address. The ranges of different kinds differ, so a mixed-up handle is unknown.
     """
 
     def __init__(self, kind: str, first: int) -> None:
@@ -42,10 +53,9 @@ class Handles(Generic[T]):
         return address
 
     def find(self, address: ExternalAddress) -> T:
-        item = self._objects.get(address)
-        if item is None:
+        if address not in self._objects:
             raise ClipsError(f"Unknown {self._kind}")
-        return item
+        return self._objects[address]
 
     def destroy(self, address: ExternalAddress) -> None:
         """Remove an object; unknown addresses are ignored."""
@@ -54,7 +64,12 @@ class Handles(Generic[T]):
 
 
 class RosPlugin(CxPlugin):
-    """A plug-in with functions and facts for messages."""
+    """A plug-in with functions and facts for messages.
+
+    :ivar endpoints: its topics, services and actions.
+    """
+
+    endpoints: tuple[Endpoints, ...] = ()
 
     @property
     def ros(self) -> RosNode:
@@ -63,6 +78,16 @@ class RosPlugin(CxPlugin):
     @property
     def messages(self) -> MessageTable:
         return self.context.ros.messages
+
+    def tick(self) -> None:
+        """Send requests and goals that were waiting for their server."""
+        for endpoints in self.endpoints:
+            endpoints.tick()
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Close the environment's open endpoints."""
+        for endpoints in self.endpoints:
+            endpoints.close(env)
 
     def template(self, env: ClipsEnvironment, name: str, /, **slots: str) -> None:
         """Define a deftemplate unless the name is taken.
@@ -117,3 +142,159 @@ class RosPlugin(CxPlugin):
 
         self.define(env, f"{prefix}get-field", get, "e;sy")
         self.define(env, f"{prefix}set-field", self.messages.set, "e;sy;*")
+
+
+# --- endpoints ----------------------------------------------------------------------------------------------
+
+
+class Endpoint(Struct, eq=False):
+    """An endpoint of an environment.
+
+    :param kind: the type of its messages, its service or its action.
+    :param fact: the index of its fact.
+    """
+
+    kind: TypeName
+    close: Callable[[], None]
+    fact: int | None
+
+
+E = TypeVar("E", bound=Endpoint)
+
+
+class EndpointTable(Generic[E]):
+    """The endpoints of a kind by environment and name.
+
+    :param noun: the kind, for log lines about endpoints that an environment leaves open.
+    :param unknown: the log line about an unknown name, with ``{name}`` and ``{env}``.
+    :param keeps_facts: whether the fact of a closed endpoint stays, as in some plug-ins of the original.
+    """
+
+    def __init__(self, plugin: RosPlugin, noun: str, unknown: str, *, keeps_facts: bool = False) -> None:
+        self._plugin, self._noun, self._unknown = plugin, noun, unknown
+        self._keeps_facts = keeps_facts
+        self._endpoints: dict[tuple[str, str], E] = {}
+
+    def __setitem__(self, key: tuple[ClipsEnvironment, str], endpoint: E) -> None:
+        self._endpoints[key[0].name, str(key[1])] = endpoint
+
+    def get(self, env: ClipsEnvironment, name: str) -> E | None:
+        return self._endpoints.get((env.name, str(name)))
+
+    def items(self) -> list[tuple[str, E]]:
+        """Return names and endpoints of all environments."""
+        return [(name, endpoint) for (_, name), endpoint in self._endpoints.items()]
+
+    def end(self, env: ClipsEnvironment, name: str) -> None:
+        """Close an endpoint; an unknown one is logged."""
+        endpoint = self._endpoints.pop((env.name, str(name)), None)
+        if endpoint is None:
+            self._plugin.log.warn(self._unknown.format(name=name, env=env.name))
+            return
+        endpoint.close()
+        if endpoint.fact is not None and not self._keeps_facts:
+            env.retract(endpoint.fact)
+
+    def close(self, env: ClipsEnvironment) -> None:
+        """Close the endpoints that an environment has left open, with a warning."""
+        for key in [key for key in self._endpoints if key[0] == env.name]:
+            self._endpoints.pop(key).close()
+            self._plugin.log.warn(f"Environment {env.name} has open {key[1]} {self._noun}, cleaning up ...")
+
+
+class Endpoints(ABC):
+    """A group of functions, templates and endpoints of a plug-in.
+
+    :param prefix: the prefix of functions and templates: ``ros-msgs-``.
+    :param kind: the type of all endpoints; None if functions take the type as an argument.
+    """
+
+    def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName | None = None) -> None:
+        self.plugin, self.prefix, self.kind = plugin, prefix, kind
+
+    @abstractmethod
+    def define(self, env: ClipsEnvironment) -> None:
+        """Define functions and templates in an environment."""
+
+    def tick(self) -> None:
+        """Do due work; called in each loop."""
+
+    @abstractmethod
+    def close(self, env: ClipsEnvironment) -> None:
+        """Close the endpoints of an environment."""
+
+    def type_of(self, text: str | None, kind: str = "msg") -> TypeName:
+        """Return the type of a new endpoint, from the argument of a function if there is one."""
+        return self.kind if self.kind is not None else parse_type(str(text), kind)
+
+    def type_slot(self, text: str | None) -> dict[str, Value]:
+        """Return the slot ``type`` of the fact, which only plug-ins of many types have."""
+        return {"type": str(text)} if self.kind is None else {}
+
+
+class ClientEndpoint(Endpoint):
+    """A client of a service or an action.
+
+    :param waiting: requests or goals that wait for the server.
+    """
+
+    env: ClipsEnvironment
+    client: Any
+    waiting: list[Mapping[str, Any]]
+
+
+C = TypeVar("C", bound=ClientEndpoint)
+
+
+class ClientEndpoints(Endpoints, Generic[C]):
+    """Clients, whose requests or goals may wait for a server.
+
+    :cvar noun: ``service`` or ``action``.
+    :cvar server: the noun for the server in log lines.
+    :cvar sent: the message that a client sends: ``Request`` or ``Goal``.
+    """
+
+    noun: str
+    server: str
+    sent: str
+    clients: EndpointTable[C]
+
+    def find(self, env: ClipsEnvironment, name: str) -> C:
+        client = self.clients.get(env, name)
+        if client is None:
+            raise ClipsError(f"there is no client of {name}: create a client of the {self.noun} first")
+        return client
+
+    def fields(self, client: C, message: ExternalAddress, name: str) -> Mapping[str, Any]:
+        """Return the fields of a message after a check of its type."""
+        view = self.plugin.messages.find(message)
+        if view.kind != client.kind.derived(self.sent):
+            raise ClipsError(f"the {self.noun} {name} has the type {client.kind}, the message {view.kind}")
+        return view.fields
+
+    def send(self, env: ClipsEnvironment, message: ExternalAddress, name: str) -> None:
+        """Send a message as soon as a server exists."""
+        client = self.find(env, name)
+        fields = self.fields(client, message, name)
+        if client.client.is_served and not client.waiting:
+            self.call(str(name), client, fields)
+            return
+        if not client.waiting:
+            self.plugin.log.warn(f"{self.server} {name} not available, start waiting")
+        # a copy: rules may change or destroy the message before the server appears
+        client.waiting.append(deepcopy(fields))
+
+    def tick(self) -> None:
+        """Send the messages whose servers have appeared."""
+        for name, client in self.clients.items():
+            if client.waiting and client.client.is_served:
+                self.plugin.log.info(f"{self.server} {name} is finally reachable")
+                while client.waiting:
+                    self.call(name, client, client.waiting.pop(0))
+
+    @abstractmethod
+    def call(self, name: str, client: C, fields: Mapping[str, Any]) -> object:
+        """Send a message to the server."""
+
+    def close(self, env: ClipsEnvironment) -> None:
+        self.clients.close(env)
