@@ -216,7 +216,7 @@ class Endpoints(ABC):
     def define(self, env: ClipsEnvironment) -> None:
         """Define functions and templates in an environment."""
 
-    def tick(self) -> None:
+    def tick(self) -> None:  # noqa: B027 - only clients have some
         """Do due work; called in each loop."""
 
     @abstractmethod
