@@ -30,12 +30,12 @@ ORIGINAL_FUNCTIONS: Final = frozenset(
 class Ros2CxBlackboardFeature(BlackBoardFeature):
     """Defines the ``blackboard-*`` functions.
 
-    :param name: the name of the feature in the configuration.
     :param board: the blackboard of the environments.
+    :param name: the name of the feature in the configuration.
     :param original: define only :data:`ORIGINAL_FUNCTIONS`, where reading does nothing.
     """
 
-    def __init__(self, name: str, board: BlackBoard, *, original: bool = False) -> None:
+    def __init__(self, board: BlackBoard, name: str, *, original: bool = False) -> None:
         super().__init__(board, retract_early=True)
         self.name = name
         self._original = original
@@ -46,9 +46,5 @@ class Ros2CxBlackboardFeature(BlackBoardFeature):
         if not self._original:
             super()._define(env, name, function, minimum, types)
         elif name in ORIGINAL_FUNCTIONS:
-            implementation = _read_nothing if name == "blackboard-read" else function
+            implementation = (lambda: None) if name == "blackboard-read" else function
             super()._define(env, name, implementation, minimum, types)
-
-
-def _read_nothing() -> None:
-    pass

@@ -45,8 +45,8 @@ class Ros2CxCheckout(Struct, frozen=True):
         :raises CxbridgeError: if packages are missing; the error lists all of them.
         """
         checkout = cls(root.resolve())
-        needed = {_HOST_CLIPS: "cx_clips", _CORE_CLIPS: "cx_clips_executive", _PARAMETERS: "cx_bringup"}
-        missing = [package for folder, package in needed.items() if not (checkout.root / folder).is_dir()]
+        packages = {_HOST_CLIPS: "cx_clips", _CORE_CLIPS: "cx_clips_executive", _PARAMETERS: _BRINGUP}
+        missing = [package for folder, package in packages.items() if not (checkout.root / folder).is_dir()]
         if missing:
             raise CxbridgeError(
                 f"this is not a checkout of ros2-clips-executive that cxbridge knows: "
@@ -57,26 +57,22 @@ class Ros2CxCheckout(Struct, frozen=True):
             )
         return checkout
 
-    @property
-    def known_commit(self) -> str:
-        return KNOWN_COMMIT
-
     def compare(self) -> dict[str, list[str]]:
         """Compare the CLIPS and PDDL files with those of the known commit.
 
-        :returns: the missing or different files of each part: a package, or an agent's folder in it.
+        :returns: the missing or different files of each package, or of each agent's folder in a package.
         """
-        parts: dict[str, list[str]] = {}
+        differences: dict[str, list[str]] = {}
         for line in _KNOWN_FILES.read_text(encoding="ascii").splitlines():
             digest, path = line.split()
             package, _, inner = path.partition("/")
             inner = inner.rpartition("/clips/")[2]
             folder, slash, _name = inner.partition("/")
             agent = slash and folder.startswith("test-scenario")
-            differing = parts.setdefault(f"{package}/{folder}" if agent else package, [])
+            files = differences.setdefault(f"{package}/{folder}" if agent else package, [])
             if digest_of(self.root / path) != digest:
-                differing.append(inner.removeprefix(f"{folder}/") if agent else inner)
-        return parts
+                files.append(inner.removeprefix(f"{folder}/") if agent else inner)
+        return differences
 
     @property
     def bringup(self) -> Path:

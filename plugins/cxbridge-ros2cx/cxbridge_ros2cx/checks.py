@@ -7,12 +7,12 @@ with file and line.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.suggestions import did_you_mean
-from cxbridge_ros2cx.checkout import Ros2CxCheckout
+from cxbridge_ros2cx.checkout import KNOWN_COMMIT, Ros2CxCheckout
 from cxbridge_ros2cx.parameters import EXECUTIVE_TREE
 
 _KEYS = (
@@ -34,7 +34,7 @@ _PLACEHOLDER = re.compile(r"@\w+@")
 # `@FEATURESTEST@` appears in the shipped file, but only the original's tests define it.
 _SHIPPED_PLACEHOLDERS = ("@CONFDIR@", "@FEATURESTEST@")
 
-_MOST_NAMED = 4  # files named per part
+_MAX_NAMES = 4  # files named per package
 
 
 def check_parameters(config: Configuration, spec: str, checkout: Ros2CxCheckout) -> list[str]:
@@ -49,29 +49,31 @@ def check_parameters(config: Configuration, spec: str, checkout: Ros2CxCheckout)
 
 def _changed_files(checkout: Ros2CxCheckout) -> Iterator[str]:
     """Report the parts of a checkout that differ from the known commit."""
-    parts = checkout.compare()
-    changed = {part: files for part, files in parts.items() if files}
+    differences = checkout.compare()
+    changed = "; ".join(f"{package} ({_shortened(files)})" for package, files in differences.items() if files)
     if changed:
-        named = "; ".join(f"{part} ({_shortened(files)})" for part, files in changed.items())
-        same = ", ".join(part for part in parts if part not in changed) or "nothing"
+        unchanged = ", ".join(package for package, files in differences.items() if not files) or "nothing"
         yield (
-            f"{checkout.root}: this is not commit {checkout.known_commit}, the one that was compared. "
-            f"Other than there: {named}. The same: {same}"
+            f"{checkout.root}: this is not commit {KNOWN_COMMIT}, the one that was compared. "
+            f"Other than there: {changed}. The same: {unchanged}"
         )
 
 
-def _shortened(names: Iterable[str]) -> str:
-    names = [*names]
-    more = len(names) - _MOST_NAMED
-    return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+def _shortened(names: list[str]) -> str:
+    omitted = len(names) - _MAX_NAMES
+    return ", ".join(names[:_MAX_NAMES]) + (f" and {omitted} more" if omitted > 0 else "")
 
 
 def _unknown_keys(config: Configuration, spec: str) -> Iterator[str]:
     base = f"{EXECUTIVE_TREE}/specs/{spec}"
-    known = {EXECUTIVE_TREE: _KEYS, f"{EXECUTIVE_TREE}/debug": _DEBUG_KEYS, base: _SPEC_KEYS}
-    known[f"{base}/wm-remap"] = _REMAP_KEYS
-    known |= {f"{base}/wm-remap/{key}": _REMAP_KINDS for key in _REMAP_KEYS}
-    for path, names in known.items():
+    known_keys = {
+        EXECUTIVE_TREE: _KEYS,
+        f"{EXECUTIVE_TREE}/debug": _DEBUG_KEYS,
+        base: _SPEC_KEYS,
+        f"{base}/wm-remap": _REMAP_KEYS,
+        **{f"{base}/wm-remap/{key}": _REMAP_KINDS for key in _REMAP_KEYS},
+    }
+    for path, names in known_keys.items():
         for key in config.keys(path):
             if key not in names:
                 hint = did_you_mean(key, names, f"known are {', '.join(names)}")
@@ -83,8 +85,8 @@ def _invalid_folders(config: Configuration, checkout: Ros2CxCheckout) -> Iterato
     for text in config.get_strings(path, default=[]):
         unknown = [name for name in _PLACEHOLDER.findall(text) if name not in _SHIPPED_PLACEHOLDERS]
         if unknown:
-            known = ", ".join(_SHIPPED_PLACEHOLDERS[:1])
-            yield f"{_location(config, path)}{unknown[0]} in clips-dirs stands for nothing; there is: {known}"
+            hint = f"there is: {_SHIPPED_PLACEHOLDERS[0]}"
+            yield f"{_location(config, path)}{unknown[0]} in clips-dirs stands for nothing; {hint}"
         elif "@FEATURESTEST@" not in text:
             folder = Path(text.replace("@CONFDIR@", str(checkout.bringup)))
             if not folder.is_dir():
@@ -96,8 +98,8 @@ def _empty_sections(config: Configuration, spec: str) -> Iterator[str]:
     if not config.keys(f"{base}/init"):
         yield f"{_location(config, base)}the spec '{spec}' has no init: it loads nothing"
     if not config.keys(f"{base}/action-mapping"):
-        missing = f"the spec '{spec}' has no action-mapping: executors get no mapped_action"
-        yield f"{_location(config, base)}{missing}"
+        place = _location(config, base)
+        yield f"{place}the spec '{spec}' has no action-mapping: executors get no mapped_action"
 
 
 def _location(config: Configuration, path: str) -> str:

@@ -16,14 +16,11 @@ from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
-from cxbridge_ros2cx.parameters import EXECUTIVE_NODE, EXECUTIVE_TREE
+from cxbridge_ros2cx.parameters import EXECUTIVE_NODE, EXECUTIVE_TREE, YAML_FALSE, YAML_INTEGER, YAML_TRUE
 
-NAME = "config_feature"
-_PARAMETERS = "ros__parameters"
-_TRUE = frozenset({"y", "yes", "true", "on"})
-_FALSE = frozenset({"n", "no", "false", "off"})
-_INT = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|\d+)\Z")
+_SECTION = "ros__parameters"
 _FLOAT = re.compile(r"[+-]?(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?\Z")
+# a list element's position in the path of a value, e.g. /stages/0/name
 _INDEX = re.compile(r"/\d+/")
 
 
@@ -35,7 +32,7 @@ class ParametersFeature(Feature):
     :param exact: turn TRUE and FALSE in lists of maps into strings, as the original does.
     """
 
-    name = NAME
+    name = "config_feature"
 
     def __init__(self, config: Configuration, folder: Path, *, exact: bool = False) -> None:
         self._config = config
@@ -60,7 +57,8 @@ class ParametersFeature(Feature):
                 log.error(f"Cannot load the parameters of {prefix}: {error}")
                 return
         for parameter in config.walk(tree):
-            path = f"/{node}{parameter.path[len(tree) :]}".replace(f"/{_PARAMETERS}", "", 1)
+            # the rules see the paths of the ROS node, whatever tree this run keeps the parameters in
+            path = f"/{node}{parameter.path[len(tree) :]}".replace(f"/{_SECTION}", "", 1)
             slots = _slots(parameter, exact=self._exact)
             if slots is not None:
                 env.assert_fact("confval", {"path": path, **slots})
@@ -76,14 +74,14 @@ def _slots(item: ConfigValue, *, exact: bool) -> dict[str, Value] | None:
     if kind == "STRING" or (_INDEX.search(item.path) and (exact or kind != "BOOL")):
         return {"type": Symbol(kind), "value": item.text}
     if kind == "BOOL":
-        return {"type": Symbol(kind), "value": TRUE if item.text.lower() in _TRUE else FALSE}
+        return {"type": Symbol(kind), "value": TRUE if item.text.lower() in YAML_TRUE else FALSE}
     return {"type": Symbol(kind), "value": clips_scalar(item.text)}
 
 
 def scalar_type(text: str) -> str:
     """Return yaml-cpp's type of a scalar: BOOL, INT, FLOAT or STRING. Quotes are ignored."""
-    if text.lower() in _TRUE | _FALSE:
+    if text.lower() in YAML_TRUE | YAML_FALSE:
         return "BOOL"
-    if _INT.match(text):
+    if YAML_INTEGER.match(text):
         return "INT"
     return "FLOAT" if _FLOAT.match(text) else "STRING"

@@ -6,6 +6,7 @@ the tree ``/clips-executive``; those of ``clips_features_manager`` list the feat
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from msgspec import Struct
@@ -22,7 +23,13 @@ EXECUTIVE_TREE = "/clips-executive"  # tree of the executive's parameters in a r
 
 REFRESH_RATE = f"{EXECUTIVE_TREE}/refresh-rate"  # rate of the executive's rules in Hz
 
-DEFAULT_REFRESH_RATE = 10  # original's default in Hz
+_DEFAULT_REFRESH_RATE = 10  # original's default in Hz
+_MAX_HZ = 10_000
+
+# scalars of YAML 1.1, which the parsers of ROS 2 and of the original read
+YAML_TRUE = frozenset({"y", "yes", "true", "on"})
+YAML_FALSE = frozenset({"n", "no", "false", "off"})
+YAML_INTEGER = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|\d+)\Z")
 
 
 class FeatureEntry(Struct, frozen=True):
@@ -99,11 +106,8 @@ def refresh_period_us(config: Configuration) -> int:
 
     :raises ConfigError: if the rate is not positive or above 10000 Hz.
     """
-    rate = config.get_float(REFRESH_RATE, default=float(DEFAULT_REFRESH_RATE))
-    if 0 < rate <= _MOST_HZ:
+    rate = config.get_float(REFRESH_RATE, default=float(_DEFAULT_REFRESH_RATE))
+    if 0 < rate <= _MAX_HZ:
         return round(1_000_000 / rate)
-    message = f"refresh-rate cannot be {rate:g}"
-    raise config.error(REFRESH_RATE, message, f"Hz, more than 0, up to {_MOST_HZ}")
-
-
-_MOST_HZ = 10_000
+    hint = f"Hz, more than 0, up to {_MAX_HZ}"
+    raise config.error(REFRESH_RATE, f"refresh-rate cannot be {rate:g}", hint)

@@ -7,44 +7,23 @@ SkillExecutionMaster.cpp.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import Logger
 from cxbridge.executive.feature import Feature
-from cxbridge.executive.features.skill_board import SkillAction, Skills
+from cxbridge.executive.features.skill_board import SkillAction
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.values import Symbol
+from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge_ros2cx.original_board import NO_AGENT
-from cxbridge_ros2cx.sensing import PretendedSensing
+
+if TYPE_CHECKING:
+    from cxbridge_ros2cx.skills import Ros2CxSkills
 
 
-class PretendingSkills(Skills, Protocol):
-    """A skill board with dummies for actions without an executor."""
-
-    def ask(
-        self,
-        skill: str,
-        parameters: Mapping[str, Any],
-        agent: str,
-        on_change: Callable[[SkillAction], None],
-        name: str = "",
-    ) -> SkillAction:
-        """Request the execution of a skill; see :class:`~cxbridge.executive.features.skill_board.Skills`.
-
-        :param name: the id of the skill.
-        """
-
-    def look(self, action: SkillAction) -> None:
-        """Check an action for the rules: without a response, it may time out."""
-
-    def pretends(self, executor: str) -> bool:
-        """Return whether an executor is a dummy whose effects have no sensor."""
-
-
+# Status for the rules by the state of the skill.
 _STATUS = {
     "ASKING": "S_IDLE",
     "CONFIRMED": "S_RUNNING",
@@ -56,42 +35,40 @@ _STATUS = {
 }
 _CANCELLED = "CANCELLED"
 _FEEDBACK = "skill-feedback"
+_PENDING = "domain-pending-sensed-fact"
 
 
 class SkillExecutionFeature(Feature):
     """Defines ``call-skill-execution``, ``call-skill-read`` and ``call-skill-cancel``.
 
-    :param name: the name of the feature in the configuration.
     :param skills: returns the skill board; None before it exists.
     :param on_removal: called when an ended skill is removed, after the rules have read its end.
+    :param name: the name of the feature in the configuration.
     :param original: whether the original's defects are repeated.
     """
 
     def __init__(
         self,
+        skills: Callable[[], Ros2CxSkills | None],
+        on_removal: Callable[[], None],
         name: str,
-        skills: Callable[[], PretendingSkills | None],
-        on_removal: Callable[[], None] = lambda: None,
         *,
         original: bool = False,
     ) -> None:
         self.name = name
-        self._skills = skills
-        self._on_removal = on_removal
-        self._original = original
-        self._contexts: dict[str, _SkillExecutionContext] = {}
+        self._skills, self._on_removal, self._original = skills, on_removal, original
+        self._users: dict[str, _SkillUser] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        log = env.bus.logger("skill_execution_feature")
-        context = _SkillExecutionContext(env, log, self._skills, self._on_removal, original=self._original)
-        self._contexts[env.name] = context
-        env.define("call-skill-execution", context.call, 5, types="*;sy;sy;sy;sy;sy")
-        env.define("call-skill-read", context.read)
-        env.define("call-skill-cancel", context.cancel, 1, types="*;sy")
+        user = _SkillUser(env, self._skills, self._on_removal, original=self._original)
+        self._users[env.name] = user
+        env.define("call-skill-execution", user.call, 5, types="*;sy;sy;sy;sy;sy")
+        env.define("call-skill-read", user.read)
+        env.define("call-skill-cancel", user.cancel, 1, types="*;sy")
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Cancel the environment's requests."""
-        self._contexts.pop(env.name).close()
+        self._users.pop(env.name).close()
 
 
 @dataclass(slots=True)
@@ -116,23 +93,19 @@ class _Call:
         return _STATUS[state], error if _STATUS[state] == "S_FAILED" else ""
 
 
-class _SkillExecutionContext:
-    """The feature's state of one environment."""
+class _SkillUser:
+    """The skills that an environment has called: one for each agent."""
 
     def __init__(
         self,
         env: ClipsEnvironment,
-        log: Logger,
-        skills: Callable[[], PretendingSkills | None],
+        skills: Callable[[], Ros2CxSkills | None],
         on_removal: Callable[[], None],
         *,
         original: bool,
     ) -> None:
-        self._original = original
-        self._env = env
-        self._log = log
-        self._skills = skills
-        self._on_removal = on_removal
+        self._env, self._skills, self._on_removal, self._original = env, skills, on_removal, original
+        self._log = env.bus.logger("skill_execution_feature")
         self._sensing = PretendedSensing(env)
         self._calls: dict[str, _Call] = {}
 
@@ -143,9 +116,11 @@ class _SkillExecutionContext:
         if previous is not None and previous.action is not None and not previous.action.is_over:
             self._log.warn(f"Previous skill {previous.skill_id} is running: cancelled")
             self._stop(previous.action)
-        self._calls[str(agent)] = self._ask(str(skill_id), str(action), str(params), str(mapped), str(agent))
+        self._calls[str(agent)] = self._request(
+            str(skill_id), str(action), str(params), str(mapped), str(agent)
+        )
 
-    def _ask(self, skill_id: str, action: str, params: str, mapped: str, agent: str) -> _Call:
+    def _request(self, skill_id: str, action: str, params: str, mapped: str, agent: str) -> _Call:
         skills = self._skills()
         if skills is None:
             return _Call(skill_id, agent, None, "there is no skill board")
@@ -164,43 +139,26 @@ class _SkillExecutionContext:
     def read(self) -> None:
         """Assert the state of each skill and remove the ended ones."""
         self._sensing.sense()
-        if not self._original:
-            self._forget_feedback()
+        if not self._original and self._env.has_template(_FEEDBACK):
+            # Facts of earlier ticks would set a skill back to its old state. The rule of skills.clp that
+            # retracts them is never defined because a parenthesis is missing.
+            for index, _template, _slots in list(self._env.facts(_FEEDBACK)):
+                self._env.retract(index)
+        skills = self._skills()
         for agent, call in sorted(self._calls.items()):
-            self._look(call)
+            action = call.action
+            if skills is not None and action is not None:
+                skills.look(action)
             status, error = call.state
-            self._env.assert_fact(
-                _FEEDBACK,
-                {
-                    "skill-id": Symbol(call.skill_id),
-                    "agent-id": call.agent,
-                    "status": Symbol(status),
-                    "error": error,
-                },
-            )
-            if status == "S_FINAL" and self._pretended(call):
-                self._sensing.executed(call.skill_id)
+            slots = {"skill-id": Symbol(call.skill_id), "agent-id": call.agent}
+            self._env.assert_fact(_FEEDBACK, {**slots, "status": Symbol(status), "error": error})
+            pretended = skills is not None and action is not None and skills.pretends(action.executor)
+            if pretended and status == "S_FINAL":
+                # now, because the rules retract the fact with the skill's action when they read its end
+                self._sensing.add(call.skill_id)
             if status in ("S_FINAL", "S_FAILED"):
                 del self._calls[agent]
                 self._on_removal()
-
-    def _forget_feedback(self) -> None:
-        """Retract facts of earlier ticks, which would set a skill back to its old state.
-
-        The rule of skills.clp for this is never defined because a parenthesis is missing.
-        """
-        if self._env.has_template(_FEEDBACK):
-            for index, _template, _slots in list(self._env.facts(_FEEDBACK)):
-                self._env.retract(index)
-
-    def _look(self, call: _Call) -> None:
-        skills = self._skills()
-        if skills is not None and call.action is not None:
-            skills.look(call.action)
-
-    def _pretended(self, call: _Call) -> bool:
-        skills = self._skills()
-        return skills is not None and call.action is not None and skills.pretends(call.action.executor)
 
     def cancel(self, agent: str) -> None:
         call = self._calls.get(str(agent))
@@ -220,3 +178,50 @@ class _SkillExecutionContext:
             if call.action is not None and not call.action.is_over:
                 self._stop(call.action)
         self._calls.clear()
+
+
+class PretendedSensing:
+    """Simulated sensors for the effects of a dummy's actions, in one environment.
+
+    An action with a sensed effect ends when a sensor reports the effect. The effects of dummies have no
+    sensor, so they are asserted here.
+    """
+
+    def __init__(self, env: ClipsEnvironment) -> None:
+        self._env = env
+        # goal, plan and action of the actions that dummies have executed
+        self._executed: set[tuple[Value, Value, Value]] = set()
+
+    def add(self, skill_id: str) -> None:
+        """Note that a dummy has executed a skill."""
+        for _index, _template, slots in self._env.facts("skill-action-execinfo"):
+            if slots["skill-id"] == skill_id:
+                self._executed.add((slots["goal-id"], slots["plan-id"], slots["action-id"]))
+
+    def sense(self) -> None:
+        """Assert the pending effects of these actions."""
+        if not self._executed:
+            return
+        has_effects = self._env.has_template(_PENDING)
+        effects = [slots for _, _, slots in self._env.facts(_PENDING)] if has_effects else []
+        if not effects:
+            # forget removed actions, so that an idle executive skips the search for their facts
+            self._executed &= {
+                (slots["goal-id"], slots["plan-id"], slots["id"])
+                for _, _, slots in self._env.facts("plan-action")
+            }
+        for slots in effects:
+            if (slots["goal-id"], slots["plan-id"], slots["action-id"]) in self._executed:
+                self._set_fact(slots["name"], slots["param-values"], holds=slots["type"] == "POSITIVE")
+
+    def _set_fact(self, predicate: Value, values: Value, *, holds: bool) -> None:
+        indices = [
+            index
+            for index, _, slots in self._env.facts("domain-fact")
+            if slots["name"] == predicate and slots["param-values"] == values
+        ]
+        if holds and not indices:
+            self._env.assert_fact("domain-fact", {"name": Symbol(str(predicate)), "param-values": values})
+        elif not holds:
+            for index in indices:
+                self._env.retract(index)

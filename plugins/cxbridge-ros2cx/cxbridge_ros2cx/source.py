@@ -20,7 +20,7 @@ from cxbridge.run.source import Source
 from cxbridge.skiller.board.settings import BoardSettings
 from cxbridge_ros2cx.checkout import ROS2CX_CLIPS, ROS2CX_SANE_CLIPS, Ros2CxCheckout
 from cxbridge_ros2cx.checks import check_parameters
-from cxbridge_ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE, Ros2CxFeatureContext, make_features
+from cxbridge_ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE, make_features
 from cxbridge_ros2cx.original_board import board_class_of, with_idle_time
 from cxbridge_ros2cx.parameters import EXECUTIVE_FILE, load_features, load_parameters, refresh_period_us
 from cxbridge_ros2cx.refresh import RefreshTimer, nanoseconds_too
@@ -98,7 +98,6 @@ class Ros2CxSource(Source):
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:
         """Return the files and folders of the checkout."""
         checkout, options = self._checkout, self.options
-        placeholders = {"CONFDIR": str(checkout.bringup)}
         configured = config.get_strings("/clips-executive/clips-dirs", default=[])
         # an unknown placeholder is kept, as in the original: such a folder holds nothing
         folders = [
@@ -106,19 +105,19 @@ class Ros2CxSource(Source):
             *(Path(text.replace("@CONFDIR@", str(checkout.bringup))) for text in configured),
         ]
         folders.append(OVERLAYS)  # the files that shipped overlays load
-        builtin = options.core == "builtin"
+        is_builtin = options.core == "builtin"
         before: tuple[Path, ...] = () if Ros2CxSettings.of(config).original else (ROS2CX_SANE_CLIPS,)
-        if builtin:
+        if is_builtin:
             folders.append(checkout.core)  # the agents are in the core's folder
         return RunPaths(
             config_file=config_file,
-            library=HOST_LIBRARY if builtin else checkout.library,
-            cx=BUILTIN_CX if builtin else checkout.core,
-            before=(ROS2CX_CLIPS, ROS2CX_SANE_CLIPS) if builtin else before,
+            library=HOST_LIBRARY if is_builtin else checkout.library,
+            cx=BUILTIN_CX if is_builtin else checkout.core,
+            before=(ROS2CX_CLIPS, ROS2CX_SANE_CLIPS) if is_builtin else before,
             clips_dirs=tuple(dict.fromkeys(folders)),
             interface_dirs=(*options.interface_dirs, shipped_dir("interfaces")),
             skill_dirs=(*options.skill_dirs, shipped_dir("luaskills")),
-            substitutions={f"@{name}@": folder for name, folder in placeholders.items()},
+            substitutions={"@CONFDIR@": str(checkout.bringup)},
         )
 
     def find_oddities(self, config: Configuration, spec: str) -> list[str]:
@@ -165,24 +164,20 @@ class Ros2CxSource(Source):
     def features(self, context: Run) -> list[Feature]:
         """Return the features of the parameter files."""
         folder = self._checkout.parameters
-        settings = Ros2CxSettings.of(context.config)
-        blocks = iter(settings.removal_blocks)
+        blocks = iter(Ros2CxSettings.of(context.config).removal_blocks)
 
         def on_removal() -> None:
             if self._refresh is not None:
                 self._refresh.block(next(blocks, 0.0))
 
         features = make_features(
-            Ros2CxFeatureContext(
-                context.config,
-                folder,
-                context.board,
-                lambda: self._skills_of(context),
-                on_removal,
-                context.make_planning,
-                settings.original,
-            ),
             load_features(folder),
+            context.config,
+            folder,
+            context.board,
+            lambda: self._skills_of(context),
+            on_removal,
+            context.make_planning,
         )
         if not context.paths.builtin:
             return features
@@ -191,8 +186,9 @@ class Ros2CxSource(Source):
             ConfigFeature(context.config),
             RedefineWarningFeature(),
         ]
-        given_names = {feature.name for feature in features}
-        return [*(feature for feature in builtin_features if feature.name not in given_names), *features]
+        # a feature of the checkout replaces the built-in one of its name
+        names = {feature.name for feature in features}
+        return [*(feature for feature in builtin_features if feature.name not in names), *features]
 
     def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:
         """Return the executive's files, with the features of the checkout's own core."""
@@ -227,11 +223,10 @@ class Ros2CxSource(Source):
 def _find_overlay(file: Path) -> Path:
     if file.exists() or len(file.parts) != 1 or file.suffix:
         return file
-    folder = OVERLAYS
-    shipped = folder / f"{file}.yaml"
-    if not shipped.is_file():
-        names = ", ".join(path.stem for path in sorted(folder.glob("*.yaml")))
+    overlay = OVERLAYS / f"{file}.yaml"
+    if not overlay.is_file():
+        names = ", ".join(path.stem for path in sorted(OVERLAYS.glob("*.yaml")))
         raise CxbridgeError(
             "there is no such configuration", file=file, hint=f"shipped with cxbridge: {names}"
         )
-    return shipped
+    return overlay

@@ -9,7 +9,7 @@ from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import FALSE, TRUE
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS
-from cxbridge_ros2cx.cx.plugin import CxPlugin, NodeContext, as_known, find_class, load_class
+from cxbridge_ros2cx.cx.plugin import CxPlugin, NodeContext, find_class, load_class, with_place
 from cxbridge_ros2cx.cx.stock import StockEnvironment
 
 if TYPE_CHECKING:
@@ -39,12 +39,12 @@ class CxManager(EnvironmentManager):
         self.plugin_log = context.bus.logger("CLIPSPluginManager")
         self._logs = logs
         self.plugins: dict[str, CxPlugin] = {}  # created plug-ins by name
+        # plug-ins that receive messages, and plug-ins with work in loops: an idle loop calls no others
         self.takers: tuple[CxPlugin, ...] = ()
-        # Plug-ins that receive messages, and plug-ins with work in loops.
         self.tickers: tuple[CxPlugin, ...] = ()
         self._loaded: dict[str, list[str]] = {}
         self._reported: set[str] = set()
-        # Whether a failed plug-in is an error; otherwise the environment runs without that plug-in.
+        # whether a failed plug-in is an error; otherwise the environment runs without that plug-in.
         self.is_strict = False
 
     def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
@@ -99,10 +99,10 @@ class CxManager(EnvironmentManager):
         try:
             plugin = self._plugin(feature_name)
         except Exception as error:  # noqa: BLE001 - as in attempt
-            known = as_known(feature_name, error)
+            located = with_place(feature_name, error)
             if self.is_strict:
-                raise known from None
-            self.plugin_log.error(str(known))
+                raise located from None
+            self.plugin_log.error(str(located))
             return FALSE
         with env.lock:
             if feature_name in self._loaded[name]:  # as in the original: it defines all again
@@ -119,7 +119,7 @@ class CxManager(EnvironmentManager):
         try:
             work()
         except Exception as error:  # noqa: BLE001 - a plug-in of another package may raise anything
-            text = str(as_known(plugin.name, error))
+            text = str(with_place(plugin.name, error))
             if text not in self._reported:
                 self._reported.add(text)
                 plugin.log.error(text)
@@ -139,8 +139,8 @@ class CxManager(EnvironmentManager):
 
     def _sort(self) -> None:
         plugins = self.plugins.values()
-        self.takers = tuple(each for each in plugins if type(each).take is not CxPlugin.take)
-        self.tickers = tuple(each for each in plugins if type(each).tick is not CxPlugin.tick)
+        self.takers = tuple(plugin for plugin in plugins if type(plugin).take is not CxPlugin.take)
+        self.tickers = tuple(plugin for plugin in plugins if type(plugin).tick is not CxPlugin.tick)
 
     def loaded_features(self, name: str) -> tuple[str, ...]:
         """Return the plug-ins of an environment in loading order."""

@@ -16,15 +16,13 @@ from msgspec import Struct
 
 from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError
+from cxbridge_ros2cx.parameters import YAML_FALSE, YAML_INTEGER, YAML_TRUE
 
 NODE: Final = "clips_manager"
 
 ENVIRONMENTS: Final = "environments"  # parameter with the names of the environments
 
 _SECTION: Final = "ros__parameters"
-_TRUE: Final = frozenset({"y", "yes", "true", "on"})
-_FALSE: Final = frozenset({"n", "no", "false", "off"})
-_INTEGER: Final = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|\d+)\Z")
 _FLOAT: Final = re.compile(r"[+-]?((\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?|\.(inf|Inf|INF))\Z|\.(nan|NaN|NAN)\Z")
 
 Scalar = bool | int | float | str  # value of a parameter, or an element of its list
@@ -41,7 +39,7 @@ class Parameter(Struct, frozen=True):
     """
 
     value: Scalar | tuple[Scalar, ...]
-    place: Mark
+    mark: Mark
 
 
 class NodeParameters:
@@ -67,12 +65,12 @@ class NodeParameters:
         except OSError as error:
             raise ConfigError(f"cannot read the parameters: {error.strerror}", file=file) from None
         sections = [section for root in parse_documents(data, str(file)) for section in _sections(root, "")]
-        named = [name for name, _ in sections if "*" not in name]
         name = node_name or f"/{NODE}"
-        if not node_name and not any(
-            _matches(pattern, name) and _names_environments(node) for pattern, node in sections
-        ):
-            name = next((each for each in named if _has_environments(sections, each)), name)
+        if not node_name:
+            # a launch file may rename the node: then the section that names environments is the manager's
+            managers = [pattern for pattern, node in sections if _names_environments(node)]
+            if not any(_matches(pattern, name) for pattern in managers):
+                name = next((pattern for pattern in managers if "*" not in pattern), name)
         parameters: dict[str, Parameter] = {}
         for pattern, node in sections:
             if _matches(pattern, name):
@@ -100,7 +98,7 @@ class NodeParameters:
             return default
         kind = type(default)
         if type(parameter.value) is not kind:
-            raise self.wrong(name, f"must be {_NAMES[kind]}, not {_shown(parameter.value)}")
+            raise self.wrong(name, f"must be {_NAMES[kind]}, not {_text_of(parameter.value)}")
         return parameter.value
 
     def get_strings(self, name: str) -> tuple[str, ...]:
@@ -111,16 +109,15 @@ class NodeParameters:
         parameter = self._parameters.get(name)
         if parameter is None:
             return ()
-        if not isinstance(parameter.value, tuple) or not all(
-            isinstance(each, str) for each in parameter.value
-        ):
-            raise self.wrong(name, f"must be a list of strings, not {_shown(parameter.value)}")
-        return tuple(str(each) for each in parameter.value)
+        values = parameter.value
+        if not isinstance(values, tuple) or not all(isinstance(value, str) for value in values):
+            raise self.wrong(name, f"must be a list of strings, not {_text_of(values)}")
+        return tuple(map(str, values))
 
     def wrong(self, name: str, fault: str, hint: str | None = None) -> ConfigError:
         """Return an error about a parameter, with its position."""
         parameter = self._parameters.get(name)
-        mark = Mark(str(self.file)) if parameter is None else parameter.place
+        mark = Mark(str(self.file)) if parameter is None else parameter.mark
         return mark.error(f"the parameter '{name}' {fault}", hint)
 
 
@@ -140,22 +137,15 @@ def _sections(node: YamlNode, path: str) -> Iterator[tuple[str, YamlMap]]:
 
 
 def _matches(pattern: str, name: str) -> bool:
-    """Return whether a pattern matches a node: ``*`` matches one part of its name, ``**`` any parts."""
+    """Return whether a pattern matches a node: ``*`` matches one token of its name, ``**`` any tokens."""
     if "**" in pattern:
         return fnmatch.fnmatchcase(name, pattern.replace("**", "*"))
-    parts = pattern.split("/")
-    return len(parts) == name.count("/") + 1 and all(
-        fnmatch.fnmatchcase(part, part_pattern)
-        for part, part_pattern in zip(name.split("/"), parts, strict=True)
-    )
+    tokens, patterns = name.split("/"), pattern.split("/")
+    return len(tokens) == len(patterns) and all(map(fnmatch.fnmatchcase, tokens, patterns))
 
 
 def _names_environments(node: YamlMap) -> bool:
     return any(isinstance(key, YamlScalar) and key.text == ENVIRONMENTS for key, _ in node.pairs)
-
-
-def _has_environments(sections: list[tuple[str, YamlMap]], name: str) -> bool:
-    return any(each == name and _names_environments(node) for each, node in sections)
 
 
 def _flat(node: YamlMap, prefix: str) -> Iterator[tuple[str, Parameter]]:
@@ -183,7 +173,8 @@ def _list(name: str, node: YamlList) -> tuple[Scalar, ...]:
         values.append(_scalar(item))
         if type(values[-1]) is not type(values[0]):
             raise item.mark.error(
-                f"the list '{name}' has values of several types: {_shown(values[0])}, {_shown(values[-1])}",
+                f"the list '{name}' has values of several types: "
+                f"{_text_of(values[0])}, {_text_of(values[-1])}",
                 "the values of a list must be of one type in ROS; quote strings",
             )
     return tuple(values)
@@ -194,16 +185,16 @@ def _scalar(node: YamlScalar) -> Scalar:
     text, word = node.text, node.text.lower()
     if not node.plain:
         return text
-    if word in _TRUE or word in _FALSE:
-        return word in _TRUE
-    if _INTEGER.match(text):
+    if word in YAML_TRUE or word in YAML_FALSE:
+        return word in YAML_TRUE
+    if YAML_INTEGER.match(text):
         return int(text, 16 if "x" in word else 10)
     if _FLOAT.match(text):
         return float(text.replace(".inf", "inf").replace(".nan", "nan").replace(".Inf", "inf").lower())
     return text
 
 
-def _shown(value: Scalar | tuple[Scalar, ...]) -> str:
+def _text_of(value: Scalar | tuple[Scalar, ...]) -> str:
     if isinstance(value, tuple):
         return f"a list of {len(value)}"
     return f"{_NAMES[type(value)]} ({str(value).lower() if isinstance(value, bool) else value!r})"

@@ -127,7 +127,7 @@ def find_class(plugin: str, parameters: NodeParameters) -> str:
         raise ConfigError(
             f"the plug-in '{plugin}' has no class: there is no parameter '{name}'",
             file=parameters.file,
-            line=parameter.place.line if parameter else None,
+            line=parameter.mark.line if parameter else None,
             hint=f'write below {plugin}: plugin: "cx::..."',
         )
     return text
@@ -165,7 +165,7 @@ def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin
     )
 
 
-def as_known(plugin: str, error: Exception) -> CxbridgeError:
+def with_place(plugin: str, error: Exception) -> CxbridgeError:
     """Return a plug-in's error; another exception becomes an error that names the plug-in, file and line."""
     if isinstance(error, CxbridgeError):
         return error

@@ -20,7 +20,7 @@ from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
 from cxbridge.run.program.plain_options import make_options
 from cxbridge_ros2cx.blackboard import ORIGINAL_FUNCTIONS
-from cxbridge_ros2cx.features import Ros2CxFeatureContext, make_features
+from cxbridge_ros2cx.features import make_features
 from cxbridge_ros2cx.parameters import FeatureEntry
 from tests.executive.conftest import Log
 from tests.support import ROS2CX_DIR, needs_ros2cx
@@ -61,8 +61,8 @@ class Bench:
         (library / "blackboard.clp").write_text(TEMPLATES)
         (tmp_path / "mode.yaml").write_text(f"ros2cx: {{mode: {mode}}}\n")
         config = Configuration.load(tmp_path / "mode.yaml")
-        context = Ros2CxFeatureContext(config, tmp_path, self.board, lambda: None)
-        features = make_features(context, [FeatureEntry("blackboard", "cx::BlackboardFeature")])
+        entries = [FeatureEntry("blackboard", "cx::BlackboardFeature")]
+        features = make_features(entries, config, tmp_path, self.board, lambda: None)
         self.manager = EnvironmentManager(self.bus, features, library)
         self.env = self.manager.create("executive")
         before = self.env.udfs.names

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import pytest
 
 from cxbridge.clock import VirtualClock
@@ -12,6 +14,7 @@ from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.planning.settings import PlannerSettings
 from cxbridge_ros2cx.plansys2 import Plansys2Feature
 from cxbridge_ros2cx.skill_execution import SkillExecutionFeature
+from cxbridge_ros2cx.skills import Ros2CxSkills
 from tests.executive.conftest import Log
 from tests.executive.features.test_skill_board import FakeExecutor, FakeSkills
 
@@ -57,7 +60,7 @@ class Bench:
         features = [
             parser,
             Plansys2Feature("plansys2", PlannerSettings(planner="pyperplan"), parser.domain_of, exact=exact),
-            SkillExecutionFeature("skill_execution", lambda: self.skills, self._remove),
+            SkillExecutionFeature(lambda: cast("Ros2CxSkills", self.skills), self._remove, "skill_execution"),
         ]
         self.manager = EnvironmentManager(self.bus, features)
         self.env = self.manager.create("executive")

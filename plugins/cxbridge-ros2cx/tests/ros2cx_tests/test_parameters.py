@@ -13,7 +13,7 @@ from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge_ros2cx.checkout import Ros2CxCheckout
 from cxbridge_ros2cx.confvals import ParametersFeature, scalar_type
-from cxbridge_ros2cx.features import Ros2CxFeatureContext, make_features
+from cxbridge_ros2cx.features import make_features
 from cxbridge_ros2cx.parameters import FeatureEntry, load_features, load_parameters, refresh_period_us
 from cxbridge_ros2cx.settings import Ros2CxMode, Ros2CxSettings
 from tests.executive.conftest import Log
@@ -162,11 +162,10 @@ def test_a_feature_without_a_plugin(tmp_path):
 
 
 def test_a_plugin_that_is_unknown(tmp_path):
-    context = Ros2CxFeatureContext(
-        Configuration(), tmp_path, LocalBlackBoard(InterfaceRegistry(), VirtualClock()), lambda: None
-    )
+    entries = [FeatureEntry("teleport", "cx::Teleport", "cx_params.yaml", 7)]
+    board = LocalBlackBoard(InterfaceRegistry(), VirtualClock())
     with pytest.raises(ConfigError, match="no plugin 'cx::Teleport'") as caught:
-        make_features(context, [FeatureEntry("teleport", "cx::Teleport", "cx_params.yaml", 7)])
+        make_features(entries, Configuration(), tmp_path, board, lambda: None)
     assert (str(caught.value.file), caught.value.line) == ("cx_params.yaml", 7)
     assert "cx::Plansys2Feature" in str(caught.value.hint)
 

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 CLASS: Final = "cx::ExecutivePlugin"
 _REFRESHED: Final = "clips_executive/refresh_agenda"
 _DEFAULT_HZ: Final = 10  # the original's default
-_MOST_HZ: Final = 10_000
+_MAX_HZ: Final = 10_000
 _SALIENCE: Final = "?*PRIORITY-TIME-RETRACT*"
+# the time fact is retracted last, so that each rule has seen it before
 _CONSTRUCTS: Final = (
     f"(defglobal {_SALIENCE} = -10000)",
     f"(defrule time-retract (declare (salience {_SALIENCE})) ?time <- (time $?) => (retract ?time))",
@@ -45,20 +46,23 @@ class ExecutivePlugin(CxPlugin):
             self._refreshed = self.context.ros.node.publisher(self.refreshed_topic, self.refreshed_type)
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define the time functions and the rule that retracts the time fact."""
-        if not isinstance(env, StockEnvironment):  # no rule fires in it
+        """Define the time functions, and what retracts the time facts."""
+        if isinstance(env, StockEnvironment):
+            for name in ("now", "now-systime"):
+                env.define(name, self._now_s)
+            self._init_times(env)
+        else:  # the environment of a look at the files, in which no rule fires
             env.time_of = lambda time_us: (time_us / MICROSECONDS,)
-            return
-        for name in ("now", "now-systime"):
-            env.define(name, self._now)
-        if env not in self._times:
+
+    def _init_times(self, env: StockEnvironment) -> None:
+        if env not in self._times:  # a plug-in that is loaded again defines its functions only
             for construct in _CONSTRUCTS:
                 env.build(construct)
             env.eval("(unwatch facts time)")
             env.eval("(unwatch rules time-retract)")
             self._times[env] = NumberFact(env.env, "time")
 
-    def _now(self) -> float:
+    def _now_s(self) -> float:
         return self.context.clock.now_us() / MICROSECONDS
 
     def tick(self) -> None:
@@ -68,7 +72,7 @@ class ExecutivePlugin(CxPlugin):
         for env, time in list(self._times.items()):
             with env.lock:
                 if self._asserts_time:
-                    time.add(self._now())
+                    time.add(self._now_s())
                 self.context.run_environment(env)
         if self._refreshed is not None:
             self._refreshed.publish({})
@@ -87,8 +91,8 @@ def period_us(plugin: str, parameters: NodeParameters) -> int:
     """
     name = f"{plugin}.refresh_rate"
     rate = parameters.get(name, _DEFAULT_HZ)
-    if not 0 < rate <= _MOST_HZ:
-        raise parameters.wrong(name, f"cannot be {rate}", f"Hz, from 1 to {_MOST_HZ}")
+    if not 0 < rate <= _MAX_HZ:
+        raise parameters.wrong(name, f"cannot be {rate}", f"Hz, from 1 to {_MAX_HZ}")
     return MICROSECONDS // rate
 
 

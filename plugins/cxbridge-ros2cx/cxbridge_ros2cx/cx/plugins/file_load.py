@@ -70,7 +70,7 @@ class FileLoadPlugin(CxPlugin):
         loaded_files = []
         for name, files in self._files.items():
             parameter = self.parameters.find(self.parameter(name))
-            mark = Mark(str(self.parameters.file)) if parameter is None else parameter.place
+            mark = Mark(str(self.parameters.file)) if parameter is None else parameter.mark
             loaded_files += [LoadedFile(file, name != "load", mark) for file in files]
         return loaded_files
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from clips._clips import ffi, lib
 
-from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ClipsError, Ros2Error
 from cxbridge.executive.host.capi import encode
 from cxbridge.executive.host.values import Symbol
@@ -52,33 +51,21 @@ class NewerExecutivePlugin(ExecutivePlugin):
 
     def _serve(self) -> None:
         node, prefix = self.context.ros.node, f"{self.parameters.name}/{self.name}"
-        triggers: Mapping[str, Callable[[], tuple[bool, str]]] = {
-            "pause": self._pause,
-            "resume": self._resume,
-            "tick_once": self._tick_once,
-        }
-        for name, trigger in triggers.items():
-
-            def answer(_request: Message, act: Callable[[], tuple[bool, str]] = trigger) -> Mapping[str, Any]:
-                success, message = act()
-                return {"success": success, "message": message}
-
-            node.serve(f"{prefix}/{name}", "std_srvs/srv/Trigger", answer, needs=Right.CONTROL)
-        try:
+        for name, trigger in (
+            ("pause", self._pause),
+            ("resume", self._resume),
+            ("tick_once", self._tick_once),
+        ):
+            node.serve(f"{prefix}/{name}", "std_srvs/srv/Trigger", trigger, needs=Right.CONTROL)
+        try:  # their messages are those of cx_msgs, which a run without a workspace lacks
             for name, command in (("eval", self._eval), ("build", self._build)):
                 node.serve(f"{prefix}/{name}", "cx_msgs/srv/ClipsCommand", command, needs=Right.PROGRAMS)
         except Ros2Error as error:
             self.log.warn(f"eval and build are not offered: {error.message}")
 
-    def init_context(self, env: ClipsEnvironment) -> None:
-        """Define the time functions, and disable the watch of time facts."""
-        if not isinstance(env, StockEnvironment):  # no rule fires in it
-            env.time_of = lambda time_us: (time_us / MICROSECONDS,)
-            return
-        for name in ("now", "now-systime"):
-            env.define(name, self._now)
+    def _init_times(self, env: StockEnvironment) -> None:
         # (unwatch facts time) needs the template, which the first fact creates
-        index = env.assert_string(f"(time {self._now()})")
+        index = env.assert_string(f"(time {self._now_s()})")
         env.eval("(unwatch facts time)")
         if index is not None:
             env.retract(index)
@@ -104,11 +91,11 @@ class NewerExecutivePlugin(ExecutivePlugin):
         """Run passes until no rule fires or the limit is reached."""
         stack, limit = self._stack(env), self.parameters.get(f"{env.name}.rule_limit", -1)
         env.call("set-current-module", Symbol(_MAIN))
-        time = env.assert_ordered("time", (self._now(),)) if self._asserts_time else None
+        time = env.assert_ordered("time", (self._now_s(),)) if self._asserts_time else None
         fired = 0
         while True:
             passed = self._pass(env, stack, limit)
-            if time is not None:
+            if time is not None:  # rules of later passes do not see it
                 env.retract(time)
                 time = None
             fired += passed
@@ -145,23 +132,22 @@ class NewerExecutivePlugin(ExecutivePlugin):
 
     # --- services -----------------------------------------------------------------------------------------
 
-    def _pause(self) -> tuple[bool, str]:
-        if self._is_paused:
-            return False, "executive already paused."
-        self._is_paused = True
-        self.log.info("executive paused.")
-        return True, "executive paused."
+    def _pause(self, _request: Message) -> Message:
+        return self._set_paused(True, "paused", "paused")
 
-    def _resume(self) -> tuple[bool, str]:
-        if not self._is_paused:
-            return False, "executive already running."
-        self._is_paused = False
-        self.log.info("executive resumed.")
-        return True, "executive resumed."
+    def _resume(self, _request: Message) -> Message:
+        return self._set_paused(False, "resumed", "running")
 
-    def _tick_once(self) -> tuple[bool, str]:
+    def _set_paused(self, paused: bool, change: str, state: str) -> Message:
+        if self._is_paused == paused:
+            return {"success": False, "message": f"executive already {state}."}
+        self._is_paused = paused
+        self.log.info(f"executive {change}.")
+        return {"success": True, "message": f"executive {change}."}
+
+    def _tick_once(self, _request: Message) -> Message:
         self._run_all()
-        return True, "Tick executed."
+        return {"success": True, "message": "Tick executed."}
 
     def _find(self, name: str) -> StockEnvironment:
         if not self._managed:
@@ -199,4 +185,4 @@ class NewerExecutivePlugin(ExecutivePlugin):
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Stop running the rules of the environment."""
-        self._managed = [each for each in self._managed if each is not env]
+        self._managed = [managed for managed in self._managed if managed is not env]

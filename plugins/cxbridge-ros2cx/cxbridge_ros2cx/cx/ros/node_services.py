@@ -10,15 +10,18 @@ from typing import TYPE_CHECKING, Any, Final
 from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError, Ros2Error
+from cxbridge.executive.host.loggers import ClipsLogger
 from cxbridge.executive.host.values import FALSE
 from cxbridge.rights import Right
 from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
 from cxbridge_ros2.parameters import Parameter, Parameters
 from cxbridge_ros2.rosout import Rosout
-from cxbridge_ros2cx.cx.ros.topic_logs import TopicLogs
+from cxbridge_ros2cx.cx.stock import StockOutput
 from cxbridge_ros2cx.refresh import RefreshTimer
 
 if TYPE_CHECKING:
+    from cxbridge.events import Level
+    from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge_ros2.messages import Message
     from cxbridge_ros2cx.cx.manager import CxManager
 
@@ -26,7 +29,8 @@ _PACKAGE: Final = "cx_msgs/srv"
 _BOND: Final = "bond"
 _BOND_TIMEOUT_S: Final = 4.0  # the original's heartbeat timeout, after which a peer considers the bond broken
 _LOGS: Final = "set_topic_logging"
-_KEPT: Final = ("list_envs", _LOGS)  # services that an inactive node keeps
+_LOGGER: Final = "topic"  # name of the logger that publishes an environment's lines
+_INACTIVE_SERVICES: Final = ("list_envs", _LOGS)  # services that an inactive node keeps
 
 Fields = Mapping[str, Any]
 
@@ -49,7 +53,7 @@ class NodeServices(Closing):
         self._bond = Bond.of(manager) if state is LifecycleState.ACTIVE else None
         self._serve()
         if context.is_newer:
-            self._ends[_LOGS] = TopicLogs(manager, f"/{self._name}").end
+            self._ends[_LOGS] = TopicLogs(manager).end
         report, clock = manager.log.error, context.clock
         transitions: dict[str, Callable[[], bool]] = {
             CONFIGURE: work[CONFIGURE],
@@ -59,7 +63,9 @@ class NodeServices(Closing):
         }
         self._lifecycle = Lifecycle(self._node, self._name, transitions, clock, report, state)
         declared = {
-            name: Parameter(_value(parameter.value), read_only=True) for name, parameter in context.parameters
+            # messages have lists for the tuples of parameter files
+            name: Parameter(list(value) if isinstance(value, tuple) else value, read_only=True)
+            for name, value in ((name, parameter.value) for name, parameter in context.parameters)
         }
         self._parameters = Parameters(self._node, self._name, declared, clock)
 
@@ -73,7 +79,7 @@ class NodeServices(Closing):
             ("list_plugins", "ListClipsPlugins", self._list_plugins),
         )
         for name, kind, handler in services:
-            if name in self._ends:
+            if name in self._ends:  # kept when the node was deactivated
                 continue
             try:
                 self._ends[name] = self._node.serve(
@@ -101,7 +107,8 @@ class NodeServices(Closing):
 
     # --- environments -------------------------------------------------------------------------------------
 
-    def _known(self, name: str, error: str) -> str:
+    def _environment_of(self, request: Message, error: str = "unknown environment") -> str:
+        name: str = request["env_name"]
         if name not in self._manager.environments:
             raise CxbridgeError(error)
         return name
@@ -116,7 +123,7 @@ class NodeServices(Closing):
         return {}
 
     def _destroy(self, request: Message) -> Fields:
-        name = self._known(request["env_name"], "unknown Environment name")
+        name = self._environment_of(request, "unknown Environment name")
         self._manager.log.warn(f"Deleting '{name}' --- Clips Environment...")
         self._manager.destroy(name)
         self._manager.log.warn(f"Deleted '{name}' --- Clips Environment!")
@@ -125,38 +132,35 @@ class NodeServices(Closing):
     # --- plug-ins -----------------------------------------------------------------------------------------
 
     def _load(self, request: Message) -> Fields:
-        name = self._known(request["env_name"], "unknown environment")
+        name = self._environment_of(request)
         if self._manager.request(name, request["plugin_name"]) == FALSE:
             raise CxbridgeError("error while loading plugin")
         return {}
 
     def _unload(self, request: Message) -> Fields:
-        name = self._known(request["env_name"], "unknown environment")
+        name = self._environment_of(request)
         if request["plugin_name"] not in self._manager.loaded_features(name):
             raise CxbridgeError("unknown plugin")
         self._manager.destroy_context(name, request["plugin_name"])
         return {}
 
     def _list_plugins(self, request: Message) -> Fields:
+        # the older original answers a request without an environment with an empty list
         if not request["env_name"] and not self._manager.context.is_newer:
             return {"plugins": []}
-        return {
-            "plugins": list(
-                self._manager.loaded_features(self._known(request["env_name"], "unknown environment"))
-            )
-        }
+        return {"plugins": list(self._manager.loaded_features(self._environment_of(request)))}
 
     # --- transitions --------------------------------------------------------------------------------------
 
     def _activate(self, activate: Callable[[], bool]) -> bool:
         succeeded = activate()
-        self._serve()
+        self._serve()  # what the deactivation has ended
         self._bond = Bond.of(self._manager)
         return succeeded
 
     def _deactivate(self, deactivate: Callable[[], bool]) -> bool:
         succeeded = deactivate()
-        for name in [name for name in self._ends if name not in _KEPT]:
+        for name in [name for name in self._ends if name not in _INACTIVE_SERVICES]:
             self._ends.pop(name)()
         self._break_bond()
         return succeeded
@@ -215,5 +219,36 @@ class Bond(Closing):
         self._topic.close()
 
 
-def _value(value: Any) -> Any:
-    return list(value) if isinstance(value, tuple) else value
+class TopicLogs:
+    """Publishes the log lines of the environments that a parameter or a peer has selected.
+
+    It is a service of pull request 33 (June 2026).
+    """
+
+    def __init__(self, manager: CxManager) -> None:
+        self._manager, node = manager, manager.context.ros.node
+        name = manager.context.parameters.name
+        self._publisher = node.publisher(f"{name}/clips_log", "cx_msgs/msg/Log")
+        self.end: Callable[[], None] = node.serve(
+            f"{name}/{_LOGS}", f"{_PACKAGE}/SetTopicLogging", self._set, needs=Right.CONTROL
+        )
+        for env in manager.environments:
+            if manager.context.parameters.get(f"{env}.log_clips_to_topic", default=False):
+                self._switch(env, on=True)
+
+    def _set(self, request: Message) -> Fields:
+        self._switch(request["env_name"], on=request["enabled"])
+        return {"success": True}
+
+    def _switch(self, name: str, *, on: bool) -> None:
+        env = self._manager.environments.get(name)
+        if env is None:  # the original too reports success for an unknown environment
+            return
+        if any(logger.name == _LOGGER for logger in env.loggers.loggers):
+            env.loggers.remove(_LOGGER)
+        if on:
+            env.loggers.add(ClipsLogger(_LOGGER, partial(self._publish, env), component=name))
+
+    def _publish(self, env: ClipsEnvironment, _level: Level, line: str) -> None:
+        logical_name = env.output.logical_name if isinstance(env.output, StockOutput) else ""
+        self._publisher.publish({"env_name": env.name, "logical_name": logical_name, "line": line})
