@@ -86,7 +86,7 @@ _TRANSITIONS: Final = tuple(
         (7, SHUTDOWN, "ACTIVE", "SHUTTINGDOWN", "FINALIZED"),
     )
 )
-# Number of the successful transition out of each transition state.
+# number of the successful transition out of each transition state.
 _END_NUMBERS: Final = {
     LifecycleState.CONFIGURING: 10,
     LifecycleState.CLEANINGUP: 20,
@@ -96,7 +96,7 @@ _END_NUMBERS: Final = {
     LifecycleState.ERRORPROCESSING: 60,
 }
 
-# Carries out a transition and returns its success. An exception is an error.
+# carries out a transition and returns its success. An exception is an error.
 Work = Callable[[], bool]
 
 
@@ -142,7 +142,7 @@ class Lifecycle(Closing):
 
     def change(self, name: str) -> bool:
         """Carry out a transition as on a client's request, and return its success."""
-        transition = next((each for each in self._available if each.name == name), None)
+        transition = next((item for item in self._available if item.name == name), None)
         if transition is None:
             return False
         self._move(transition.number, name, transition.during)
@@ -154,7 +154,7 @@ class Lifecycle(Closing):
 
     def follow(self, state: LifecycleState) -> None:
         """Report a transition that was carried out in another way than over lifecycle_msgs."""
-        transition = next((each for each in self._available if each.goal is state), None)
+        transition = next((item for item in self._available if item.goal is state), None)
         if transition is not None:
             self._move(transition.number, transition.name, transition.during)
             self._end_transition(TransitionOutcome.SUCCESS)
@@ -216,7 +216,7 @@ def _ends_of(during: LifecycleState) -> tuple[LifecycleState, LifecycleState, Li
     """Return the states after success, failure and an error in a transition state."""
     if during is LifecycleState.ERRORPROCESSING:
         return LifecycleState.UNCONFIGURED, LifecycleState.FINALIZED, LifecycleState.FINALIZED
-    transition = next(each for each in _TRANSITIONS if each.during is during)
+    transition = next(item for item in _TRANSITIONS if item.during is during)
     # a node that fails to shut down is finalized all the same
     is_final = transition.goal is LifecycleState.FINALIZED
     failed = LifecycleState.FINALIZED if is_final else transition.start

@@ -90,7 +90,7 @@ class RosSkills(RosExecutor):
                 definitions.fields(response)
             except Ros2Error as error:
                 yield _of_skill(name, error)
-                continue
+                continue  # without the type, nothing can be said about paths in it
             for message, path in (
                 (kind.derived("Feedback"), skill.feedback),
                 (response, skill.success),
@@ -188,7 +188,7 @@ class RosSkills(RosExecutor):
                     break
                 yield None
         finally:
-            client.forget(number)
+            client.forget(number)  # a response that comes later is for nobody
         if skill.success and value_at(responses[0], skill.success) is not True:
             reason = value_at(responses[0], skill.error)
             raise SkillFailedError(f"{skill.name}: {reason or f'{skill.success} is not true'}")
@@ -221,6 +221,7 @@ def fill(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -
     if name not in tables:
         return argument
     try:
+        # arguments may be numbers, and the keys of a table are texts
         return tables[name][str(argument)]
     except KeyError:
         raise SkillError(

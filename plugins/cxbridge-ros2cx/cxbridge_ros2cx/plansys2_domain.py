@@ -13,7 +13,7 @@ from typing import Final
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
 
-# Requirements that PlanSys2 knows, without the colon.
+# requirements that PlanSys2 knows, without the colon.
 REQUIREMENTS: Final = frozenset(
     {
         "action-cost",
@@ -33,7 +33,7 @@ REQUIREMENTS: Final = frozenset(
     }
 )
 
-# Keywords in formulas that PlanSys2 does not know.
+# keywords in formulas that PlanSys2 does not know.
 _UNKNOWN: Final = frozenset({"preference", "scale-down", "scale-up"})
 
 _KEYS: Final = {
@@ -64,24 +64,24 @@ def _reasons(items: tuple[Item, ...]) -> Iterator[tuple[Item, str]]:
             if isinstance(word, BracketWord) and word.text.removeprefix(":") not in REQUIREMENTS:
                 yield word, f"it knows no requirement {word.text}"
     typed = any(word.text == ":typing" for item in requirements for word in _words(item.items))
-    seen: set[str] = set()
+    heads: set[str] = set()  # of the sections before the present one
     for section in sections:
         if section.head == ":types" and not typed:
             yield section, "it needs the requirement :typing where there are types; :adl does not include it"
         if section.head in _KEYS:
-            if ":predicates" not in seen:
+            if ":predicates" not in heads:
                 yield section, "it needs predicates before the first action"
             yield from _action_reasons(section)
-        seen.add(section.head)
+        heads.add(section.head)
 
 
 def _action_reasons(action: Group) -> Iterator[tuple[Item, str]]:
     """Yield errors about an action: its keys have a fixed order, and only the condition is optional."""
     values = dict(zip(action.items[2::2], action.items[3::2], strict=False))
     keys = [word.text for word in values if isinstance(word, BracketWord)]
-    wanted = [key for key in _KEYS[action.head] if key in keys or key not in _OPTIONAL]
-    if keys != wanted:
-        yield action, f"an action must have {', '.join(wanted)}, in this order, and nothing else"
+    expected = [key for key in _KEYS[action.head] if key in keys or key not in _OPTIONAL]
+    if keys != expected:
+        yield action, f"an action must have {', '.join(expected)}, in this order, and nothing else"
         return
     for key, value in values.items():
         if isinstance(key, BracketWord) and isinstance(value, Group):
@@ -98,12 +98,12 @@ def _value_reasons(key: str, value: Group, *, durative: bool) -> Iterator[tuple[
             if group.head in _UNKNOWN:
                 yield group, f"it knows no '{group.head}'"
         if durative:
-            parts = _groups(value.items) if value.head == "and" else [value] * bool(value.items)
-            for part in parts:
-                words = [word.text for word in _words(part.items[:2])]
+            conjuncts = _groups(value.items) if value.head == "and" else [value] * bool(value.items)
+            for conjunct in conjuncts:
+                words = [word.text for word in _words(conjunct.items[:2])]
                 if tuple(words) not in _TIMES:
                     yield (
-                        part,
+                        conjunct,
                         "parts of a durative action are (at start ...), (over all ...), (at end ...)",
                     )
 
@@ -118,5 +118,5 @@ def _words(items: tuple[Item, ...]) -> list[BracketWord]:
 
 def _all(group: Group) -> Iterator[Group]:
     yield group
-    for part in _groups(group.items):
-        yield from _all(part)
+    for nested in _groups(group.items):
+        yield from _all(nested)

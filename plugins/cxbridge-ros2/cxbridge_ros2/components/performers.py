@@ -28,7 +28,7 @@ class Ros2Performers(Component):
         try:
             for key, settings in performers.items():
                 self._serve(key, settings)
-        except Exception:
+        except Exception:  # else the nodes that have joined would stay in the domain
             self.close()
             raise
 

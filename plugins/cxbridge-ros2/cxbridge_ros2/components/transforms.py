@@ -55,6 +55,7 @@ class Ros2Transforms(Component):
 
     def _take(self, message: Message, *, static: bool) -> None:
         for transform in message["transforms"]:
+            # as in tf2, a leading slash, which old nodes write, is no part of the frame's name
             child = transform["child_frame_id"].lstrip("/")
             if child in self._refused or (self._selected is not None and child not in self._selected):
                 continue
@@ -73,7 +74,7 @@ class Ros2Transforms(Component):
 
     def _refuse(self, child: str, reason: str) -> None:
         """Log once why a frame is left out."""
-        if len(self._refused) >= MAX_FRAMES:
+        if len(self._refused) >= MAX_FRAMES:  # else any number of names would fill the log and the memory
             return
         self._refused.add(child)
         self._log.warn(f"The frame '{child}' of ROS 2 is left out: {reason}")

@@ -80,7 +80,7 @@ def execute(client: ExpertClient, items: Sequence[Item]) -> Iterator[str]:
                     raise Ros2Error(f"the executor of {name} has vanished")
                 yield from _changes(_infos(sent.feedback), states)
         finally:
-            if not sent.is_over:
+            if not sent.is_over:  # the caller has closed this generator, or the executor has vanished
                 sent.cancel()
                 client.wait(lambda: sent.is_over, PATIENCE_S)
     if sent.is_accepted is False:

@@ -35,7 +35,7 @@ SECTION: Final = "/ros2/experts"
 _ALL: Final = "all"
 _COMPONENT: Final = "the settings of the experts"
 
-# Error text of PlanSys2's nodes before they are configured.
+# error text of PlanSys2's nodes before they are configured.
 INACTIVE: Final = "Requesting service in non-active state"
 
 _SERVICES: Final = {"problem": PROBLEM_SERVICES, "domain": DOMAIN_SERVICES}

@@ -14,6 +14,7 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.names import TypeName
 
 _DDS_TYPE: Final = re.compile(r"(\w+)::(msg|srv|action)::dds_::(\w+)_")
+# ends of the names of types that ROS derives from a service or an action
 _DERIVED: Final = re.compile(
     r"(_(SendGoal|GetResult))?_(Request|Response)$|_(SendGoal|GetResult|FeedbackMessage)$"
 )

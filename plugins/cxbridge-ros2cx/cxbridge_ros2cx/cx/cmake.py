@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import takewhile
 from pathlib import Path
 from typing import Final
 
@@ -14,6 +15,7 @@ _COMMAND: Final = re.compile(r"\b(\w+)\s*\(([^()]*(?:\([^()]*\)[^()]*)*)\)")
 _WORD: Final = re.compile(r'"((?:[^"\\]|\\.)*)"|([^\s"]+)')
 _VARIABLE: Final = re.compile(r"\$\{(\w+)\}")
 _KINDS: Final = ("DIRECTORY", "FILES", "PROGRAMS")
+# keywords after which a command names no more sources
 _ENDS: Final = frozenset(
     {
         *("DESTINATION", "PATTERN", "REGEX", "FILES_MATCHING", "PERMISSIONS", "OPTIONAL", "RENAME"),
@@ -48,8 +50,8 @@ def read_commands(file: Path) -> list[Command]:
     variables: dict[str, str] = {"CMAKE_CURRENT_SOURCE_DIR": str(file.parent)}
     variables["CMAKE_SOURCE_DIR"] = variables["PROJECT_SOURCE_DIR"] = str(file.parent)
     commands = []
-    for name, rest in _COMMAND.findall(text):
-        expanded = _VARIABLE.sub(lambda match: variables.get(match[1], ""), rest)
+    for name, arguments in _COMMAND.findall(text):
+        expanded = _VARIABLE.sub(lambda match: variables.get(match[1], ""), arguments)
         words = tuple(quoted or bare for quoted, bare in _WORD.findall(expanded))
         if name.lower() == "project" and words:
             variables["PROJECT_NAME"] = words[0]
@@ -67,16 +69,10 @@ def installed(commands: list[Command], folder: Path) -> Iterator[Installed]:
             continue
         target = words[words.index("DESTINATION") + 1].strip("/")
         renamed = words[words.index("RENAME") + 1] if "RENAME" in words else ""
-        for word in _until(words[1:]):
+        for word in takewhile(lambda word: word not in _ENDS, words[1:]):
             source = folder / word
+            # as in CMake, the slash means the content of the folder
             if words[0] == "DIRECTORY" and word.endswith("/"):
                 yield Installed(source, target)
             else:
                 yield Installed(source, f"{target}/{renamed or source.name}")
-
-
-def _until(words: tuple[str, ...]) -> Iterator[str]:
-    for word in words:
-        if word in _ENDS:
-            return
-        yield word

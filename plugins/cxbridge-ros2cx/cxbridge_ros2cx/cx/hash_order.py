@@ -21,8 +21,8 @@ def hash_order(names: Iterable[str]) -> tuple[str, ...]:
         if count >= size:
             size = next(buckets for buckets in _BUCKETS if buckets > count)
             old_order, order = order, []
-            for known_name in old_order:
-                _insert(order, known_name, size)
+            for moved_name in old_order:
+                _insert(order, moved_name, size)
         _insert(order, name, size)
     return tuple(order)
 
@@ -30,20 +30,20 @@ def hash_order(names: Iterable[str]) -> tuple[str, ...]:
 def _insert(order: list[str], name: str, size: int) -> None:
     """Insert a name before the names of its bucket, or at the front if the bucket is empty."""
     bucket = hash_of(name) % size
-    same = (index for index, other in enumerate(order) if hash_of(other) % size == bucket)
-    order.insert(next(same, 0), name)
+    indices = (index for index, placed in enumerate(order) if hash_of(placed) % size == bucket)
+    order.insert(next(indices, 0), name)
 
 
 def hash_of(text: str) -> int:
     """Return the result of ``std::hash<std::string>``: MurmurHash64A with the library's seed."""
     data = text.encode()
-    whole = len(data) & ~7
+    tail = len(data) & ~7  # start of the bytes that fill no word
     digest = _SEED ^ (len(data) * _FACTOR & _WORD)
-    for offset in range(0, whole, 8):
+    for offset in range(0, tail, 8):
         word = int.from_bytes(data[offset : offset + 8], "little")
         digest = (digest ^ (_mixed(word * _FACTOR & _WORD) * _FACTOR & _WORD)) * _FACTOR & _WORD
-    if data[whole:]:
-        digest = (digest ^ int.from_bytes(data[whole:], "little")) * _FACTOR & _WORD
+    if data[tail:]:
+        digest = (digest ^ int.from_bytes(data[tail:], "little")) * _FACTOR & _WORD
     return _mixed(_mixed(digest) * _FACTOR & _WORD)
 
 

@@ -36,11 +36,11 @@ class EnvironmentLog:
 
     def write(self, _level: Level, line: str) -> None:
         # the formatted stamp is kept for a second: formatting each line is slow
-        second, rest = divmod(self._clock.now_us(), MICROSECONDS)
+        second, microseconds = divmod(self._clock.now_us(), MICROSECONDS)
         if second != self._second:
-            parts = time.gmtime(second) if self._clock.is_virtual else time.localtime(second)
-            self._second, self._stamp = second, time.strftime("%Y-%m-%d %H:%M:%S", parts)
-        self._file.write(f"[{self._stamp}.{rest // 1000:03}] [{self._name}] [{_LEVEL}] {line}\n")
+            calendar = time.gmtime(second) if self._clock.is_virtual else time.localtime(second)
+            self._second, self._stamp = second, time.strftime("%Y-%m-%d %H:%M:%S", calendar)
+        self._file.write(f"[{self._stamp}.{microseconds // 1000:03}] [{self._name}] [{_LEVEL}] {line}\n")
 
     def flush(self) -> None:
         self._file.flush()

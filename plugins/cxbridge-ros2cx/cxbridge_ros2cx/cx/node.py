@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cxbridge_ros2cx.cx.ros.node_services import NodeServices
     from cxbridge_ros2cx.cx.stock import StockEnvironment
 
-# Transitions of a managed node.
+# transitions of a managed node
 CONFIGURE, ACTIVATE, DEACTIVATE, SHUTDOWN = "configure", "activate", "deactivate", "shutdown"
 
 
@@ -75,13 +75,13 @@ class CxNode(Executive):
         """Load the plug-ins of each environment, then reset and run each environment."""
         self.node.log.info(f"Activating [{self._title}]...")
         if self._was_active:  # plug-ins define their functions again
-            for each in self.names:
-                self.node.stock(each).clear()
+            for name in self.names:
+                self.node.stock(name).clear()
         self._is_active = self._was_active = True
-        for each in self.names:
-            self.node.load_plugins(each)
-        for each in self.names:
-            env = self.node.stock(each)
+        for name in self.names:
+            self.node.load_plugins(name)
+        # as in the original, no rule fires before all environments have their plug-ins
+        for env in map(self.node.stock, self.names):
             env.watcher.start()
             with env.lock:
                 env.reset()
@@ -115,12 +115,12 @@ class CxNode(Executive):
         """Run due plug-ins and return the number of fired rules: 0 while the debugger has stopped."""
         if self.control is not None and self.control.within_loop:
             return self.control.run()
-        self._take()
+        self._take()  # so that plug-ins see what has come since the last loop
         for plugin in self.node.tickers:
             self.node.attempt(plugin, plugin.tick)
         if self._services is not None:
             self._services.tick()
-        self._take()
+        self._take()  # what nodes of this process have sent meanwhile
         fired, self._fired = self._fired, 0
         return fired
 
@@ -162,8 +162,8 @@ class CxNode(Executive):
                         f"{MOST_FINAL_FIRINGS} rules fired after (executive-finalize): they have no end"
                     )
                 env.emit_settings()
-        for each in names:
-            self.node.unload_plugins(each)
+        for name in names:
+            self.node.unload_plugins(name)
         self.node.finalize_plugins()
         self.node.log.info(f"Deactivated [{self._title}]...")
         return True

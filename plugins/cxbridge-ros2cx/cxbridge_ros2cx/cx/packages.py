@@ -23,6 +23,7 @@ _INDEX: Final = "share/ament_index/resource_index"
 _PACKAGES: Final = "packages"
 _PLUGIN_RESOURCE: Final = "cx_plugin__pluginlib__plugin"
 _LINKED: Final = "cx_generate_linked_protobuf_plugin_from_proto"
+# package.xml is searched, not parsed: a folder with a broken one is no package
 _NAME: Final = re.compile(r"<name>\s*([\w-]+)\s*</name>")
 # folders that Python packages usually install
 _PLAIN: Final = ("clips", "config", "launch", "params", "pddl", "proto", "msg", "srv", "action", "resource")
@@ -55,11 +56,11 @@ class InstalledPrefix:
         self.path = path
 
     def resources(self, kind: str) -> Mapping[str, str]:
-        found = {}
-        with suppress(OSError):
+        contents = {}
+        with suppress(OSError):  # an index without resources of this kind has no folder for them
             for file in sorted((self.path / _INDEX / kind).iterdir()):
-                found[file.name] = file.read_text("utf-8", "replace")
-        return found
+                contents[file.name] = file.read_text("utf-8", "replace")
+        return contents
 
     def share(self, package: str) -> Path:
         return self.path / "share" / package
@@ -109,15 +110,15 @@ class SourceTree:
     def resources(self, kind: str) -> Mapping[str, str]:
         if kind == _PACKAGES:
             return dict.fromkeys(self.packages, "")
-        found = {}
+        contents = {}
         for package, commands in self._commands.items():
             for command in commands:
                 if command.name == "ament_vendor" and kind == "vendor_packages":
-                    found[package] = f"opt/{package}"
+                    contents[package] = f"opt/{package}"
                 elif command.name == "ament_index_register_resource" and command.words[:1] == (kind,):
                     name = _option(command, "PACKAGE_NAME") or package
-                    found[name] = _option(command, "CONTENT")
-        return found
+                    contents[name] = _option(command, "CONTENT")
+        return contents
 
     def share(self, package: str) -> Path:
         """Return the share folder of a package, with links to its installed files."""
@@ -160,19 +161,19 @@ class Packages:
         """Return the packages in checkouts, workspaces and prefixes, and those of a sourced ROS."""
         prefixes: list[Prefix] = []
         for folder in folders:
-            found = [InstalledPrefix(path) for path in _installed_prefixes(folder.resolve())]
-            prefixes += found or [SourceTree(folder)]
+            installed_prefixes = [InstalledPrefix(path) for path in _installed_prefixes(folder.resolve())]
+            prefixes += installed_prefixes or [SourceTree(folder)]
         sourced = environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-        prefixes += (InstalledPrefix(Path(each)) for each in sourced if each)
+        prefixes += (InstalledPrefix(Path(path)) for path in sourced if path)
         return cls(prefixes)
 
     def resources(self, kind: str) -> dict[str, tuple[str, Prefix]]:
         """Return contents and prefixes of the resources of a kind, sorted by name."""
-        found: dict[str, tuple[str, Prefix]] = {}
+        resources: dict[str, tuple[str, Prefix]] = {}
         # reversed: the first prefix is applied last and hides equal names
         for prefix in reversed(self.prefixes):
-            found.update({name: (text, prefix) for name, text in prefix.resources(kind).items()})
-        return dict(sorted(found.items()))
+            resources.update({name: (text, prefix) for name, text in prefix.resources(kind).items()})
+        return dict(sorted(resources.items()))
 
     @cached_property
     def prefix_of(self) -> dict[str, Prefix]:
@@ -184,8 +185,8 @@ class Packages:
         return None if prefix is None else prefix.share(package)
 
     def linked_protos(self, class_name: str) -> list[Path]:
-        found = (prefix.linked_protos(class_name) for prefix in self.prefixes)
-        return next(filter(None, found), [])
+        protos = (prefix.linked_protos(class_name) for prefix in self.prefixes)
+        return next(filter(None, protos), [])
 
     def has_file(self, package: str, name: str) -> bool:
         prefix = self.prefix_of.get(package)
@@ -239,11 +240,12 @@ def _link(source: Path, target: Path) -> None:
     if not source.is_file() or (target.is_symlink() and target.readlink() == source):
         return
     target.parent.mkdir(parents=True, exist_ok=True)
-    fresh = target.with_name(f".{target.name}.{os.getpid()}")
-    fresh.unlink(missing_ok=True)
-    fresh.symlink_to(source)
-    fresh.replace(target)  # another run may make the same link
+    # linked under another name, then renamed: another run may make the same link
+    new_link = target.with_name(f".{target.name}.{os.getpid()}")
+    new_link.unlink(missing_ok=True)
+    new_link.symlink_to(source)
+    new_link.replace(target)
 
 
 def package_folder(file: Path) -> Path | None:
-    return next((each for each in file.resolve().parents if (each / "package.xml").is_file()), None)
+    return next((folder for folder in file.resolve().parents if (folder / "package.xml").is_file()), None)

@@ -94,6 +94,7 @@ class PddlManager(GoalHandler, Closing):
             try:
                 return {"success": True, **handler(request)}
             except CxbridgeError as error:
+                # agents ask for instances that may not exist yet, so that is no error of the node
                 if error.message != _UNKNOWN:
                     self._log.error(str(error))
                 return {"success": False, "error": error.message}
@@ -111,8 +112,7 @@ class PddlManager(GoalHandler, Closing):
         folder, name = Path(request["directory"]), request["name"]
         if name in self._problems:
             self._log.warn(f"Overriding problem {name}")
-        texts = [_render(folder, request[key]) for key in ("domain_file", "problem_file")]
-        domain, problem = texts
+        domain, problem = (_render(folder, request[key]) for key in ("domain_file", "problem_file"))
         self._problems[name] = ManagedProblem(domain, problem, str(folder / request["domain_file"]))
         return {}
 
@@ -159,8 +159,8 @@ class PddlManager(GoalHandler, Closing):
 
     def _functions(self, request: Message) -> Fields:
         name = request["pddl_instance"]
-        found = self._problem(name).functions.items()
-        return {"functions": [{**_fluent(name, ground), "value": value} for ground, value in found]}
+        functions = self._problem(name).functions.items()
+        return {"functions": [{**_fluent(name, ground), "value": value} for ground, value in functions]}
 
     def _predicates(self, request: Message) -> Fields:
         name = request["pddl_instance"]
@@ -168,15 +168,15 @@ class PddlManager(GoalHandler, Closing):
             "predicates": [
                 {
                     "pddl_instance": name,
-                    "name": each.name,
+                    "name": predicate.name,
                     "param_types": [
                         group.types[0] if group.types else "object"
-                        for group in each.parameters
+                        for group in predicate.parameters
                         for _ in group.names
                     ],
-                    "param_names": [text for group in each.parameters for text in group.names],
+                    "param_names": [text for group in predicate.parameters for text in group.names],
                 }
-                for each in self._problem(name).domain.predicates
+                for predicate in self._problem(name).domain.predicates
             ]
         }
 
@@ -190,7 +190,7 @@ class PddlManager(GoalHandler, Closing):
 
     def _action_names(self, request: Message) -> Fields:
         return {
-            "action_names": [each.name for each in self._problem(request["pddl_instance"]).domain.actions]
+            "action_names": [action.name for action in self._problem(request["pddl_instance"]).domain.actions]
         }
 
     def _check_condition(self, request: Message) -> Fields:
@@ -202,19 +202,13 @@ class PddlManager(GoalHandler, Closing):
         action = request["action"]
         name = action["pddl_instance"]
         fluents, functions = [], []
-        for each in self._problem(name).changes(action["name"], action["args"]):
-            fluent = _fluent(name, each.ground)
-            if each.sign:
-                functions.append(
-                    {
-                        "function": fluent,
-                        "time_point": each.time_point,
-                        "operator_type": each.sign,
-                        "value": each.value,
-                    }
-                )
+        for change in self._problem(name).changes(action["name"], action["args"]):
+            fluent, time = _fluent(name, change.ground), {"time_point": change.time_point}
+            if change.sign:
+                value = {"operator_type": change.sign, "value": change.value}
+                functions.append({"function": fluent, **time, **value})
             else:
-                fluents.append({"fluent": fluent, "time_point": each.time_point, "value": bool(each.value)})
+                fluents.append({"fluent": fluent, **time, "value": bool(change.value)})
         return {"fluent_effects": fluents, "function_effects": functions}
 
     # --- goals --------------------------------------------------------------------------------------------

@@ -27,6 +27,7 @@ from cxbridge.executive.pddl.ast import (
     Term,
     TermComparison,
     Timed,
+    TypedList,
     Variable,
     names_of,
     pairs_of,
@@ -79,14 +80,16 @@ class ManagedProblem:
     def __init__(self, domain_text: str, problem_text: str = "", file: str = "") -> None:
         self.domain = domain = parse_domain(_lenient(domain_text), file)
         self.objects: dict[str, str] = dict(pairs_of(domain.constants))
-        self.fluents: dict[Ground, None] = {}
+        self.fluents: dict[Ground, None] = {}  # the true ones; a dict keeps their order
         self.functions: dict[Ground, float] = {}
         self.goals: dict[str, ManagedGoal] = {BASE: ManagedGoal()}
         self._parents = {name: parent or "object" for name, parent in pairs_of(domain.types)}
+        self._predicates = {predicate.name: predicate.parameters for predicate in domain.predicates}
+        self._functions = {function.name: function.parameters for function in domain.functions}
         if problem_text:
             problem = parse_problem(_COMMENT.sub("", problem_text).lower(), domain, file)
             self.objects.update((name, kind or "object") for name, kind in pairs_of(problem.objects))
-            self.fluents = dict.fromkeys((each.predicate, _names(each.arguments)) for each in problem.init)
+            self.fluents = dict.fromkeys((atom.predicate, _names(atom.arguments)) for atom in problem.init)
             self.functions = {
                 (call.function, _names(call.arguments)): value for call, value in problem.numbers
             }
@@ -104,7 +107,7 @@ class ManagedProblem:
 
         :raises PddlError: if the predicate or an object is unknown.
         """
-        self._check(name, arguments, {each.name: each.parameters for each in self.domain.predicates})
+        self._check(name, arguments, self._predicates)
         ground = self._ground(name, arguments)
         if value:
             self.fluents[ground] = None
@@ -116,14 +119,14 @@ class ManagedProblem:
 
         :raises PddlError: if the function or an object is unknown.
         """
-        self._check(name, arguments, {each.name: each.parameters for each in self.domain.functions})
+        self._check(name, arguments, self._functions)
         self.functions[self._ground(name, arguments)] = value
 
     @staticmethod
-    def _check(name: str, arguments: Sequence[str], declared: dict[str, object]) -> None:
+    def _check(name: str, arguments: Sequence[str], declared: dict[str, TypedList]) -> None:
         if name not in declared:
             raise PddlError(f"the domain has no '{name}'", hint=f"it has: {', '.join(declared)}")
-        count = len(names_of(declared[name]))  # type: ignore[arg-type]
+        count = len(names_of(declared[name]))
         if len(arguments) != count:
             raise PddlError(f"'{name}' has {count} arguments, not {len(arguments)}")
 
@@ -145,9 +148,9 @@ class ManagedProblem:
         return [name for name, kind in self.objects.items() if not kinds or self._is_one(kind, kinds)]
 
     def _is_one(self, kind: str, kinds: Sequence[str]) -> bool:
-        seen: set[str] = set()
-        while kind not in kinds and kind in self._parents and kind not in seen:
-            seen.add(kind)
+        visited: set[str] = set()  # types may inherit from each other in a circle
+        while kind not in kinds and kind in self._parents and kind not in visited:
+            visited.add(kind)
             kind = self._parents[kind]
         return kind in kinds
 
@@ -160,7 +163,7 @@ class ManagedProblem:
         self, action: str, arguments: Sequence[str]
     ) -> tuple[Formula | None, Formula | None, dict[str, str]]:
         """Return condition and effect of an action, and the values of its variables."""
-        action_definition = next((each for each in self.domain.actions if each.name == action), None)
+        action_definition = next((item for item in self.domain.actions if item.name == action), None)
         if action_definition is None:
             raise PddlError(f"the domain has no action '{action}'")
         variables = names_of(action_definition.parameters)
@@ -180,9 +183,9 @@ class ManagedProblem:
         condition, _, bound = self._bound(action, arguments)
         truth = KnownState(self.fluents, self.functions, self.instances_of)
         return [
-            _text(part, bound)
-            for time, part in _parts(condition)
-            if time == "START" and not part.holds(truth, bound)
+            _text(conjunct, bound)
+            for time, conjunct in _conjuncts(condition)
+            if time == "START" and not conjunct.holds(truth, bound)
         ]
 
     def changes(self, action: str, arguments: Sequence[str]) -> Iterator[Change]:
@@ -192,8 +195,8 @@ class ManagedProblem:
         """
         _, effect, bound = self._bound(action, arguments)
         truth = KnownState(self.fluents, self.functions, self.instances_of)
-        for time, part in _parts(effect):
-            match part:
+        for time, conjunct in _conjuncts(effect):
+            match conjunct:
                 case Atom(predicate=name, arguments=terms):
                     yield Change((name, _names(terms, bound)), time, "", 1.0)
                 case Not(part=Atom(predicate=name, arguments=terms)):
@@ -224,7 +227,7 @@ class ManagedProblem:
 
         :raises PddlError: if the goal, the predicate or an object is unknown.
         """
-        self._check(name, arguments, {each.name: each.parameters for each in self.domain.predicates})
+        self._check(name, arguments, self._predicates)
         ground = self._ground(name, arguments)
         self.goal(goal).formulas.append(Atom(name, tuple(map(Constant, ground[1]))))
 
@@ -233,7 +236,7 @@ class ManagedProblem:
 
         :raises PddlError: if the goal, the function or an object is unknown.
         """
-        self._check(name, arguments, {each.name: each.parameters for each in self.domain.functions})
+        self._check(name, arguments, self._functions)
         ground = self._ground(name, arguments)
         term = FunctionTerm(name, tuple(map(Constant, ground[1])))
         self.goal(goal).formulas.append(TermComparison("=", term, Constant(f"{value:g}")))
@@ -245,7 +248,7 @@ class ManagedProblem:
         actions = _filter(selected.actions)
         domain = self.domain
         if selected.actions:  # planners read the text, which has all actions
-            kept_actions = tuple(each for each in domain.actions if actions(each.name))
+            kept_actions = tuple(action for action in domain.actions if actions(action.name))
             domain = replace(domain, actions=kept_actions, text="")
 
         def is_kept(ground: Ground) -> bool:
@@ -253,11 +256,11 @@ class ManagedProblem:
 
         problem = problem_of_facts(
             domain,
-            [each for each in self.objects.items() if objects(each[0])],
-            [each for each in self.fluents if is_kept(each)],
+            [(name, kind) for name, kind in self.objects.items() if objects(name)],
+            [fluent for fluent in self.fluents if is_kept(fluent)],
             And(tuple(selected.formulas)),
             re.sub(r"\W", "_", name) or "problem",
-            [each for each in self.functions.items() if is_kept(each[0])],
+            [(ground, value) for ground, value in self.functions.items() if is_kept(ground)],
         )
         return domain, problem
 
@@ -282,16 +285,16 @@ def _names(terms: Sequence[Term], bound: dict[str, str] | None = None) -> tuple[
     return tuple(names)
 
 
-def _parts(formula: Formula | None, time: str = "START") -> Iterator[tuple[str, Formula]]:
-    """Yield the parts of a conjunction with their time points."""
+def _conjuncts(formula: Formula | None, time: str = "START") -> Iterator[tuple[str, Formula]]:
+    """Yield the formulas of a conjunction with their time points."""
     match formula:
         case None:
             return
-        case And(parts=parts):
-            for part in parts:
-                yield from _parts(part, time)
-        case Timed(when=when, part=part):
-            yield from _parts(part, _TIMES.get(when, "ALL"))
+        case And(parts=formulas):
+            for conjunct in formulas:
+                yield from _conjuncts(conjunct, time)
+        case Timed(when=when, part=timed):
+            yield from _conjuncts(timed, _TIMES.get(when, "ALL"))
         case _:
             yield time, formula
 
@@ -302,8 +305,8 @@ def _text(formula: Formula, bound: dict[str, str]) -> str:
         case Atom(predicate=name, arguments=terms):
             arguments = ", ".join(_names(terms, bound))
             return f"{name}({arguments})" if arguments else name
-        case Not(part=part):
-            return f"(not {_text(part, bound)})"
+        case Not(part=negated):
+            return f"(not {_text(negated, bound)})"
         case _:
             from cxbridge.executive.pddl.printer import format_formula  # noqa: PLC0415 - rare
 

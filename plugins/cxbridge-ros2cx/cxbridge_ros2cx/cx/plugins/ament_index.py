@@ -52,16 +52,16 @@ class AmentIndexPlugin(CxPlugin):
         return str(self.context.packages.share(package))
 
     def _packages(self) -> Value:
-        found = self.context.packages.prefix_of.items()
-        return tuple(text for name, prefix in found for text in (name, str(prefix.path)))
+        prefixes = self.context.packages.prefix_of.items()
+        return tuple(text for name, prefix in prefixes for text in (name, str(prefix.path)))
 
     def _resource(self, kind: str, name: str) -> Value:
         resource = self.context.packages.resources(kind).get(name)
         return FALSE if resource is None else (resource[0], str(resource[1].path))
 
     def _resources(self, kind: str) -> Value:
-        found = self.context.packages.resources(kind).items()
-        return tuple(text for name, (_, prefix) in found for text in (name, str(prefix.path)))
+        resources = self.context.packages.resources(kind).items()
+        return tuple(text for name, (_, prefix) in resources for text in (name, str(prefix.path)))
 
     def _search_paths(self) -> Value:
         return tuple(str(prefix.path) for prefix in self.context.packages.prefixes)

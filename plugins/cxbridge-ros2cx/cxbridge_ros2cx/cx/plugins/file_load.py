@@ -30,13 +30,13 @@ class FileLoadPlugin(CxPlugin):
         folders = [folder for package in packages if (folder := self._share(package)) is not None]
         for name in _LISTS:
             for file in self.parameters.get_strings(self.parameter(name)):
-                found = next((path for path in (folder / file for folder in folders) if path.is_file()), None)
-                if Path(file).is_absolute() and Path(file).is_file():
-                    found = Path(file)
-                if found is None:
+                # joined to any folder, an absolute path stays itself
+                candidates = [folder / file for folder in folders] or [Path(file)] * Path(file).is_absolute()
+                path = next((path for path in candidates if path.is_file()), None)
+                if path is None:
                     self.log.error(str(self._missing(name, file, folders)))
                 else:
-                    self._files[name].append(found.resolve())
+                    self._files[name].append(path.resolve())
 
     def _share(self, package: str) -> Path | None:
         folder = self.context.packages.share(package)

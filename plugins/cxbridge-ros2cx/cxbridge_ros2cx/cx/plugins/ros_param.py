@@ -12,7 +12,7 @@ from cxbridge_ros2cx.cx.plugin import CxPlugin
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-# The parameters that the node itself declares.
+# parameters that the node itself declares
 _DEFAULTS: Final[dict[str, Scalar]] = {"autostart_node": False, "bond_heartbeat_period": 0.0}
 
 _BOOLS: Final = frozenset({"TRUE", "FALSE"})
@@ -29,20 +29,20 @@ class RosParamPlugin(CxPlugin):
     def _get(self, name: str, default: Value) -> Value:
         """Return a parameter's value and declare it with the type of its default."""
         parameter = self.parameters.find(str(name))
-        wanted = _ros_value(default)
-        value = self._declared.get(str(name), wanted) if parameter is None else parameter.value
+        default_value = _ros_value(default)
+        value = self._declared.get(str(name), default_value) if parameter is None else parameter.value
         self._declared[str(name)] = value
-        if not _has_same_type(value, wanted):
+        if not _has_same_type(value, default_value):
             raise ClipsError(f"the parameter '{name}' is {value!r}: its type is not that of the default")
         return _clips_value(value)
 
 
 def _ros_value(value: Value) -> Scalar | tuple[Scalar, ...]:
     if isinstance(value, tuple):
-        kinds = {type(_ros_value(each)) for each in value}
+        kinds = {type(_ros_value(element)) for element in value}
         if len(kinds) > 1:
             raise ClipsError("the values of a list must be of one type")
-        return tuple(each for each in map(_ros_value, value) if not isinstance(each, tuple))
+        return tuple(element for element in map(_ros_value, value) if not isinstance(element, tuple))
     if isinstance(value, str):
         return value == "TRUE" if value in _BOOLS else str(value)
     if isinstance(value, int | float):
@@ -50,11 +50,11 @@ def _ros_value(value: Value) -> Scalar | tuple[Scalar, ...]:
     raise ClipsError(f"a parameter is not a {value!r}")
 
 
-def _has_same_type(value: Scalar | tuple[Scalar, ...], wanted: Scalar | tuple[Scalar, ...]) -> bool:
-    if isinstance(value, tuple) and isinstance(wanted, tuple):
-        wanted = wanted or ("",)
-        return not value or type(value[0]) is type(wanted[0])
-    return type(value) is type(wanted)
+def _has_same_type(value: Scalar | tuple[Scalar, ...], default: Scalar | tuple[Scalar, ...]) -> bool:
+    if isinstance(value, tuple) and isinstance(default, tuple):
+        default = default or ("",)  # as in the original, an empty list is one of strings
+        return not value or type(value[0]) is type(default[0])
+    return type(value) is type(default)
 
 
 def _clips_value(value: Scalar | tuple[Scalar, ...]) -> Value:

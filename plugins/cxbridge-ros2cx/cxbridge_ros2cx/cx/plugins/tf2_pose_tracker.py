@@ -62,10 +62,10 @@ class Tf2PoseTrackerPlugin(RosPlugin):
             self.ros.node.subscribe(topic, TRANSFORMS, take, PROFILES[profile], needs=Right.CONTROL)
 
     def _take(self, message: Message, *, static: bool) -> None:
-        for each in message["transforms"]:
+        for transform in message["transforms"]:
             try:
-                self._buffer.set_transform(stamped_transform(each), static=static)
-            except TransformError as error:
+                self._buffer.set_transform(stamped_transform(transform), static=static)
+            except TransformError as error:  # one wrong frame does not lose the others of its message
                 self.log.warn(f"a frame is left out: {error.message}")
 
     def init_context(self, env: ClipsEnvironment) -> None:

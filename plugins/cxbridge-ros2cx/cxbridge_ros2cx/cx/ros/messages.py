@@ -70,7 +70,7 @@ class MessageTable:
         self.definitions = definitions
         self._codec = Codec(definitions)
         self._views: dict[ExternalAddress, MessageView] = {}
-        self._parts: dict[ExternalAddress, list[ExternalAddress]] = {}
+        self._nested: dict[ExternalAddress, list[ExternalAddress]] = {}
         self._addresses = Addresses()
 
     def __len__(self) -> int:
@@ -82,6 +82,7 @@ class MessageTable:
 
         :raises Ros2Error: if the type is unknown, or a field does not fit.
         """
+        # encoded and decoded again: that checks the fields and adds the missing ones
         fields = self._codec.decode(kind, self._codec.encode(kind, field_values or {}))
         return self._add(MessageView(kind, fields))
 
@@ -92,7 +93,7 @@ class MessageTable:
         address = self._addresses.take()
         self._views[address] = view
         if view.parent is not None:
-            self._parts.setdefault(view.parent, []).append(address)
+            self._nested.setdefault(view.parent, []).append(address)
         return address
 
     def find(self, address: ExternalAddress) -> MessageView:
@@ -109,14 +110,14 @@ class MessageTable:
         """Remove a message and the addresses of its parts; unknown addresses are ignored."""
         if self._views.pop(address, None) is not None:
             self._addresses.free(address)
-        for part in self._parts.pop(address, ()):
-            self.destroy(part)
+        for nested in self._nested.pop(address, ()):
+            self.destroy(nested)
 
     def kind_of(self, view: MessageView, field: str) -> FieldType:
-        known = dict(self.definitions.fields(view.kind))
-        if field not in known:
-            raise FieldError(f"{view.kind} has no field '{field}'", hint=f"it has: {', '.join(known)}")
-        return known[field]
+        types = dict(self.definitions.fields(view.kind))
+        if field not in types:
+            raise FieldError(f"{view.kind} has no field '{field}'", hint=f"it has: {', '.join(types)}")
+        return types[field]
 
     def get(self, address: ExternalAddress, field: str) -> Value:
         """Return the value of a field.
@@ -124,20 +125,20 @@ class MessageTable:
         :raises ClipsError: if the message or field is unknown.
         """
         view = self.find(address)
-        node, rest = kind = self.kind_of(view, field)
+        node, details = kind = self.kind_of(view, field)
         value = view.fields[field]
         if node in (Nodetype.BASE, Nodetype.NAME):
             return self._read(address, kind, value)
-        return tuple(self._read(address, rest[0], each) for each in value)
+        return tuple(self._read(address, details[0], element) for element in value)
 
     def _read(self, address: ExternalAddress, kind: FieldType, value: Any) -> Value:
-        node, rest = kind
+        node, details = kind
         if node == Nodetype.NAME:
-            return self._add(MessageView(parse_type(rest), value, address))
-        if rest[0] == "bool":
+            return self._add(MessageView(parse_type(details), value, address))
+        if details[0] == "bool":
             return TRUE if value else FALSE
         # CLIPS has signed 64-bit integers only
-        if rest[0] == "uint64" and value >= 1 << 63:
+        if details[0] == "uint64" and value >= 1 << 63:
             return int(value) - (1 << 64)
         clips_value: Value = value
         return clips_value
@@ -148,47 +149,47 @@ class MessageTable:
         :raises ClipsError: if the message or field is unknown, or the value does not fit.
         """
         view = self.find(address)
-        node, rest = kind = self.kind_of(view, field)
+        node, details = kind = self.kind_of(view, field)
         if node in (Nodetype.BASE, Nodetype.NAME):
-            view.fields[field] = self._written(kind, value, field, view.fields[field])
+            view.fields[field] = self._converted(kind, value, field, view.fields[field])
             return
         if not isinstance(value, Sequence) or isinstance(value, str):
             raise FieldError("expected multifield value!")
-        element_type, max_length = rest
+        element_type, max_length = details
         if node == Nodetype.ARRAY and len(value) != max_length:
             raise FieldError(f"the field '{field}' takes {max_length} values, not {len(value)}")
         if node == Nodetype.SEQUENCE and max_length and len(value) > max_length:
             raise FieldError(f"the field '{field}' takes up to {max_length} values, not {len(value)}")
-        view.fields[field] = [self._written(element_type, each, field, None) for each in value]
+        view.fields[field] = [self._converted(element_type, element, field, None) for element in value]
 
-    def _written(self, kind: FieldType, value: Value, field: str, previous: Any) -> Any:
-        node, rest = kind
+    def _converted(self, kind: FieldType, value: Value, field: str, previous: Any) -> Any:
+        node, details = kind
         if node == Nodetype.NAME:
-            return self._moved(parse_type(rest), value, field, previous)
-        converted = _CONVERT[rest[0]](value, rest[0])
+            return self._taken_fields(parse_type(details), value, field, previous)
+        converted = _CONVERT[details[0]](value, details[0])
         if converted is None:
-            raise FieldError(f"the field '{field}' of type {rest[0]} takes no {_shown(value)}")
-        if isinstance(converted, str) and rest[1] and len(converted) > rest[1]:
-            raise FieldError(f"the field '{field}' takes up to {rest[1]} characters, not {len(converted)}")
+            raise FieldError(f"the field '{field}' of type {details[0]} takes no {_text_of(value)}")
+        if isinstance(converted, str) and details[1] and len(converted) > details[1]:
+            raise FieldError(f"the field '{field}' takes up to {details[1]} characters, not {len(converted)}")
         return converted
 
-    def _is_alike(self, first: TypeName, second: TypeName) -> bool:
+    def _fits(self, kind: TypeName, field_kind: TypeName) -> bool:
         """Return whether two types have the same fields.
 
         The original checks no types, and agents rely on that.
         """
         fields = self.definitions.fields
-        return first == second or list(fields(first)) == list(fields(second))
+        return kind == field_kind or list(fields(kind)) == list(fields(field_kind))
 
-    def _moved(self, kind: TypeName, value: Value, field: str, previous: Any) -> Fields:
+    def _taken_fields(self, kind: TypeName, value: Value, field: str, previous: Any) -> Fields:
         view = self._views.get(value) if isinstance(value, ExternalAddress) else None
         if view is None:
             raise FieldError(f"Failed to set unknown message: the field '{field}' takes a {kind}")
-        if not self._is_alike(view.kind, kind):
+        if not self._fits(view.kind, kind):
             raise FieldError(f"the field '{field}' takes a {kind}, not a {view.kind}")
         fields = dict(view.fields)
         _empty(view.fields)
-        if isinstance(previous, dict):  # views of the part stay views
+        if isinstance(previous, dict):  # the same mapping, so that addresses of nested messages stay valid
             previous.clear()
             previous.update(fields)
             return previous
@@ -205,7 +206,7 @@ def _empty(fields: Fields) -> None:
             _empty(fields[name])
 
 
-def _shown(value: Value) -> str:
+def _text_of(value: Value) -> str:
     return "external address" if isinstance(value, ExternalAddress) else repr(value)
 
 
