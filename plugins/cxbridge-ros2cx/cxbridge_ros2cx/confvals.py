@@ -18,6 +18,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge_ros2cx.parameters import EXECUTIVE_NODE, EXECUTIVE_TREE, YAML_FALSE, YAML_INTEGER, YAML_TRUE
 
+CONFIG_FEATURE = "config_feature"
 _SECTION = "ros__parameters"
 _FLOAT = re.compile(r"[+-]?(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?\Z")
 # a list element's position in the path of a value, e.g. /stages/0/name
@@ -32,7 +33,7 @@ class ParametersFeature(Feature):
     :param exact: turn TRUE and FALSE in lists of maps into strings, as the original does.
     """
 
-    name = "config_feature"
+    name = CONFIG_FEATURE
 
     def __init__(self, config: Configuration, folder: Path, *, exact: bool = False) -> None:
         self._config = config

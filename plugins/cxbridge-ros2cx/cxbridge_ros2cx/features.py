@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from cxbridge.executive.features.planning_base import MakeService
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-CONFIG_FEATURE = ParametersFeature.name
 REDEFINE_FEATURE = "redefine_warning_feature"
 
 

@@ -104,19 +104,15 @@ class _PlanSys2User(PlanningUser):
 
         :raises PddlError: if PlanSys2 would reject the domain.
         """
-        self._check(domain)
+        if domain is not self._checked:
+            self._checked, self._refusal = domain, why_refused(domain.file)
+            # cxbridge's planners may be more lenient
+            if self._refusal is not None and not self._exact:
+                self._log.warn(f"{self._refusal}")
         if self._refusal is not None and self._exact:
             raise self._refusal
         knowledge = self._problem.knowledge
         return list(knowledge.instances.items()), list(knowledge.predicates)
-
-    def _check(self, domain: Domain) -> None:
-        """Check whether PlanSys2 would accept the domain; cxbridge's planners may be more lenient."""
-        if domain is self._checked:
-            return
-        self._checked, self._refusal = domain, why_refused(domain.file)
-        if self._refusal is not None and not self._exact:
-            self._log.warn(f"{self._refusal}")
 
     # ---- results
 

@@ -7,7 +7,6 @@ from enum import StrEnum
 from msgspec import Struct
 
 from cxbridge.config import Configuration
-from cxbridge.errors import ConfigError
 
 TREE = "/ros2cx"
 _KEYS = ("mode", "removal-blocks", "unsensed")
@@ -45,19 +44,17 @@ class Ros2CxSettings(Struct, frozen=True):
         """
         for key in config.keys(TREE):
             if key not in _KEYS:
-                raise _error(config, f"{TREE}/{key}", f"there is no {TREE[1:]}/{key}", ", ".join(_KEYS))
+                hint = f"known: {', '.join(_KEYS)}"
+                raise config.error(f"{TREE}/{key}", f"there is no {TREE[1:]}/{key}", hint)
         text = config.get_str(f"{TREE}/mode", default=str(Ros2CxMode.SANE))
         try:
             mode = Ros2CxMode(text)
         except ValueError:
-            known = ", ".join(Ros2CxMode)
-            raise _error(config, f"{TREE}/mode", f"{TREE[1:]}/mode cannot be '{text}'", known) from None
+            hint = f"known: {', '.join(Ros2CxMode)}"
+            raise config.error(f"{TREE}/mode", f"{TREE[1:]}/mode cannot be '{text}'", hint) from None
         blocks = tuple(config.get_floats(f"{TREE}/removal-blocks", default=[]))
         if blocks and mode is not Ros2CxMode.ORIGINAL:
-            path = f"{TREE}/removal-blocks"
-            raise _error(config, path, "removal-blocks goes with mode: original only", "mode: original")
+            # in the mode sane no removal blocks, so the times would be ignored
+            message = "removal-blocks goes with mode: original only"
+            raise config.error(f"{TREE}/removal-blocks", message, "write mode: original")
         return cls(mode, blocks, tuple(config.get_strings(f"{TREE}/unsensed", default=[])))
-
-
-def _error(config: Configuration, path: str, message: str, known: str) -> ConfigError:
-    return config.error(path, message, f"known: {known}")

@@ -20,7 +20,8 @@ from cxbridge.run.source import Source
 from cxbridge.skiller.board.settings import BoardSettings
 from cxbridge_ros2cx.checkout import ROS2CX_CLIPS, ROS2CX_SANE_CLIPS, Ros2CxCheckout
 from cxbridge_ros2cx.checks import check_parameters
-from cxbridge_ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE, make_features
+from cxbridge_ros2cx.confvals import CONFIG_FEATURE
+from cxbridge_ros2cx.features import REDEFINE_FEATURE, make_features
 from cxbridge_ros2cx.original_board import board_class_of, with_idle_time
 from cxbridge_ros2cx.parameters import EXECUTIVE_FILE, load_features, load_parameters, refresh_period_us
 from cxbridge_ros2cx.refresh import RefreshTimer, nanoseconds_too

@@ -1,6 +1,6 @@
 """Reader of ROS 2 bags as recorded runs.
 
-A bag may be cut or damaged, and its types may be unknown: the reader notes what is left out, and goes on.
+A bag may be cut or damaged, and its types may be unknown: the reader notes each omission and continues.
 """
 
 from __future__ import annotations

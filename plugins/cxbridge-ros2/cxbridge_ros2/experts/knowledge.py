@@ -1,6 +1,6 @@
 """The knowledge about a problem, changed by the rules of PlanSys2's problem expert.
 
-:class:`ProblemExpert` has the rules: which names exist, what goes with a removed instance. Subclasses of
+:class:`ProblemExpert` has the rules: the existing names, and the knowledge that a removed instance takes along. Subclasses of
 :class:`Knowledge` store the knowledge in memory or as facts. Source: PlanSys2's ProblemExpert and its node.
 """
 

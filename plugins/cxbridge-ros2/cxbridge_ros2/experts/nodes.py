@@ -99,7 +99,7 @@ class NodeCodec:
         """Return the formula of a tree.
 
         :param effects: whether numeric changes are allowed.
-        :raises Ros2Error: if the tree is no formula.
+        :raises Ros2Error: if the tree is not a formula.
         """
         return _TreeReader(tree["nodes"], self._operators, self._kinds, effects=effects).formula()
 

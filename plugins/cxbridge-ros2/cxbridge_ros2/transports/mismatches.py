@@ -1,6 +1,6 @@
 """Texts about endpoints that do not fit together, for all transports.
 
-The topics and services of an action have types and names of their own in the graph. The texts name the
+The topics and services of an action have separate types and names in the graph. The texts name the
 action, as users know it.
 """
 

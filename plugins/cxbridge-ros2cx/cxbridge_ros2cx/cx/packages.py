@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 from cxbridge.file_access import walk
 from cxbridge_ros2cx.cx.cmake import Command, installed, read_commands
@@ -31,24 +31,6 @@ _NOT_SEARCHED: Final = frozenset({"build", "install", "log", "node_modules"})
 _IGNORED: Final = ("COLCON_IGNORE", "AMENT_IGNORE")
 
 
-class Prefix(Protocol):
-    """A folder with installed packages."""
-
-    @property
-    def path(self) -> Path: ...
-
-    def resources(self, kind: str) -> Mapping[str, str]:
-        """Return the resources of a kind by name; the kind ``packages`` lists the packages."""
-
-    def share(self, package: str) -> Path: ...
-
-    def file(self, package: str, name: str) -> Path:
-        """Return the path of a package's file, e.g. of a definition."""
-
-    def linked_protos(self, class_name: str) -> list[Path]:
-        """Return the .proto files of a protobuf plug-in with its own types; empty if unknown."""
-
-
 class InstalledPrefix:
     """A prefix with an ament index."""
 
@@ -56,6 +38,7 @@ class InstalledPrefix:
         self.path = path
 
     def resources(self, kind: str) -> Mapping[str, str]:
+        """Return the resources of a kind by name; the kind ``packages`` lists the packages."""
         contents = {}
         with suppress(OSError):  # an index without resources of this kind has no folder for them
             for file in sorted((self.path / _INDEX / kind).iterdir()):
@@ -66,6 +49,7 @@ class InstalledPrefix:
         return self.path / "share" / package
 
     def file(self, package: str, name: str) -> Path:
+        """Return the path of a package's file, e.g. of a definition."""
         return self.share(package) / name
 
     def linked_protos(self, class_name: str) -> list[Path]:
@@ -148,6 +132,9 @@ class SourceTree:
             if command.name == _LINKED and command.words[:1] == (name,)
             for file in command.words[1:]
         ]
+
+
+Prefix = InstalledPrefix | SourceTree
 
 
 class Packages:

@@ -220,14 +220,14 @@ class LearningAgent(Closing):
     # --- spaces and facts ----------------------------------------------------------------------------------
 
     def observables(self) -> list[str]:
-        known = self.ask("get_predefined_observables", "GetPredefinedObservables")["observables"]
+        predefined = self.ask("get_predefined_observables", "GetPredefinedObservables")["observables"]
         predicates = self.ask("get_observable_predicates", "GetObservablePredicates")
-        return [*map(text_of, known), *self._grounded(predicates["predicate_names"], predicates)]
+        return [*map(text_of, predefined), *self._grounded(predicates["predicate_names"], predicates)]
 
     def all_actions(self) -> list[str]:
-        known = self.ask("get_predefined_actions", "GetPredefinedActions")["actions"]
+        predefined = self.ask("get_predefined_actions", "GetPredefinedActions")["actions"]
         actions = self.ask("get_observable_actions", "GetObservableActions")
-        return [*map(text_of, known), *self._grounded(actions["action_names"], actions)]
+        return [*map(text_of, predefined), *self._grounded(actions["action_names"], actions)]
 
     def _grounded(self, names: Iterable[str], described: Message) -> Iterable[str]:
         """Yield predicates or actions with all objects of their types; empty without parameters."""
@@ -237,12 +237,12 @@ class LearningAgent(Closing):
             parameters = [next(kinds) for _ in range(count)]
             for kind in parameters:
                 if kind not in objects:
-                    object_names = self.ask("get_observable_objects", "GetObservableObjects", type=kind)[
-                        "objects"
-                    ]
-                    objects[kind] = [each for each in object_names if each != _NONE_OF_A_TYPE]
+                    response = self.ask("get_observable_objects", "GetObservableObjects", type=kind)
+                    # the agent's response for a type without objects
+                    objects[kind] = [text for text in response["objects"] if text != _NONE_OF_A_TYPE]
             if parameters:
-                yield from (name_of(name, each) for each in product(*(objects[kind] for kind in parameters)))
+                grounds = product(*(objects[kind] for kind in parameters))
+                yield from (name_of(name, arguments) for arguments in grounds)
 
     def observations(self) -> Iterable[str]:
         """Yield the names of the current observations."""
@@ -267,7 +267,8 @@ class LearningAgent(Closing):
         if not any(node == self._name and state == "DONE" for node, state in spaces):
             return
         slots = ("node", "assigned-to", "is-selected", "id", "name", "params")
-        waiting_robots = self._waiting_robots()
+        robots = self._env.columns("rl-robot", "node", "waiting", "name")
+        waiting_robots = {name for node, waits, name in robots if node == self._name and waits == "TRUE"}
         actions_of_robots: dict[str, dict[str, str]] = {}
         for node, robot, selected, number, name, parameters in self._env.columns("rl-action", *slots):
             if node == self._name and robot in waiting_robots and selected == "FALSE":
@@ -279,10 +280,6 @@ class LearningAgent(Closing):
             node == self._name for (node,) in self._env.columns("rl-episode-end", "node")
         ):
             yield Choice("", {})
-
-    def _waiting_robots(self) -> set[Value]:
-        robots = self._env.columns("rl-robot", "node", "waiting", "name")
-        return {robot for node, is_waiting, robot in robots if node == self._name and is_waiting == "TRUE"}
 
 
 def name_of(name: Value, parameters: Value) -> str:

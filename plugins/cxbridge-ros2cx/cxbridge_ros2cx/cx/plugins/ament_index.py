@@ -44,7 +44,9 @@ class AmentIndexPlugin(CxPlugin):
     def _package_prefix(self, package: str) -> Value:
         prefix = self.context.packages.prefix_of.get(package)
         if prefix is None:
-            raise LookupError(f"package '{package}' not found, searching: [{self._searched()}]")
+            raise LookupError(
+                f"package '{package}' not found, searching: [{', '.join(self._search_paths())}]"
+            )
         return str(prefix.path)
 
     def _package_share(self, package: str) -> Value:
@@ -63,14 +65,11 @@ class AmentIndexPlugin(CxPlugin):
         resources = self.context.packages.resources(kind).items()
         return tuple(text for name, (_, prefix) in resources for text in (name, str(prefix.path)))
 
-    def _search_paths(self) -> Value:
+    def _search_paths(self) -> tuple[str, ...]:
         return tuple(str(prefix.path) for prefix in self.context.packages.prefixes)
 
     def _has_resource(self, kind: str, name: str) -> Value:
         return TRUE if name in self.context.packages.resources(kind) else FALSE
-
-    def _searched(self) -> str:
-        return ", ".join(str(prefix.path) for prefix in self.context.packages.prefixes)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         self.log.info(f"Destroying plugin for environment {env.name}")

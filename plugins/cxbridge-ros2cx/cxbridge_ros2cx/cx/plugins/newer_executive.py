@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from clips._clips import ffi, lib
 
-from cxbridge.errors import ClipsError, Ros2Error
+from cxbridge.errors import Ros2Error
 from cxbridge.executive.host.capi import encode
 from cxbridge.executive.host.values import Symbol
 from cxbridge.rights import Right
@@ -149,14 +149,6 @@ class NewerExecutivePlugin(ExecutivePlugin):
         self._run_all()
         return {"success": True, "message": "Tick executed."}
 
-    def _find(self, name: str) -> StockEnvironment:
-        if not self._managed:
-            raise ClipsError("No environments available.")
-        environment = next((env for env in self._managed if name in ("", env.name)), None)
-        if environment is None:
-            raise ClipsError(f"Environment '{name}' not found.")
-        return environment
-
     def _command(
         self,
         request: Message,
@@ -164,10 +156,11 @@ class NewerExecutivePlugin(ExecutivePlugin):
         operation: str,
         errors: dict[str, str],
     ) -> Mapping[str, Any]:
-        try:
-            env = self._find(request["env_name"])
-        except ClipsError as error:
-            return {"success": False, "message": error.message}
+        name = request["env_name"]
+        env = next((env for env in self._managed if name in ("", env.name)), None)
+        if env is None:
+            error = f"Environment '{name}' not found." if self._managed else "No environments available."
+            return {"success": False, "message": error}
         with env.lock:
             code = act(env, encode(request["command"]))
             env.api.clear_halt()
@@ -175,10 +168,9 @@ class NewerExecutivePlugin(ExecutivePlugin):
         return {"success": not reason, "message": f"{operation} failed: {reason}" if reason else ""}
 
     def _eval(self, request: Message) -> Mapping[str, Any]:
-        def evaluate(env: StockEnvironment, text: bytes) -> int:
-            return int(lib.Eval(env.env, text, ffi.new("CLIPSValue *")))
-
-        return self._command(request, evaluate, "Eval", _EVAL)
+        return self._command(
+            request, lambda env, text: int(lib.Eval(env.env, text, ffi.new("CLIPSValue *"))), "Eval", _EVAL
+        )
 
     def _build(self, request: Message) -> Mapping[str, Any]:
         return self._command(request, lambda env, text: int(lib.Build(env.env, text)), "Build", _BUILD)

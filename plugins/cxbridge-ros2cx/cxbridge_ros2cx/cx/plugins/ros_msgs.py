@@ -9,7 +9,7 @@ from cxbridge.executive.host.values import FALSE, ExternalAddress, Symbol
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2cx.cx.ros.action_clients import ActionClients
 from cxbridge_ros2cx.cx.ros.messages import FieldError
-from cxbridge_ros2cx.cx.ros.plugin import RosPlugin
+from cxbridge_ros2cx.cx.ros.plugin import Definition, RosPlugin
 from cxbridge_ros2cx.cx.ros.services import ServiceClients, ServiceServers
 from cxbridge_ros2cx.cx.ros.topics import Topics
 
@@ -33,11 +33,13 @@ class RosMsgsPlugin(RosPlugin):
         )
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        create, messages = f"{PREFIX}create-message", self.messages
-        self.define(env, create, lambda text: messages.create(parse_type(text)), "sy")
-        self.define(env, f"{PREFIX}destroy-message", messages.destroy, "e")
-        self.define(env, f"{PREFIX}get-field", self._get, "e;sy")
-        self.define(env, f"{PREFIX}set-field", self._set, "e;sy;*")
+        functions: tuple[Definition, ...] = (
+            ("create-message", lambda text: self.messages.create(parse_type(text)), "sy"),
+            ("destroy-message", self.messages.destroy, "e"),
+            ("get-field", self._get, "e;sy"),
+            ("set-field", self._set, "e;sy;*"),
+        )
+        self.define_all(env, PREFIX, functions)
         self.define(env, f"{PREFIX}goal-uuid-to-string", self._uuid, "m", "y")
         for endpoints in self.endpoints:
             endpoints.define(env)

@@ -21,6 +21,7 @@ from cxbridge_ros2cx.cx.ros.plugin import (
     SYMBOL,
     ClientEndpoint,
     ClientEndpoints,
+    Definition,
     EndpointTable,
     Handles,
     RosPlugin,
@@ -94,24 +95,26 @@ class ActionClients(ClientEndpoints[ClientEndpoint]):
     def define(self, env: ClipsEnvironment) -> None:
         plugin, prefix, names = self.plugin, self.prefix, self._names
         self._define_templates(env)
-        types = "sy;sy" if self.kind is None else "sy"
-        plugin.define(env, f"{prefix}{names.create}", partial(self._create, env), types)
-        plugin.define(env, f"{prefix}{names.destroy}", partial(self.clients.end, env), "sy")
-        plugin.define(env, f"{prefix}{names.send}", partial(self.send, env), "e;sy")
-        plugin.define(env, f"{prefix}{names.cancel}", partial(self._cancel, env), "sy;e")
-        plugin.define(env, f"{prefix}{names.destroy_handle}", self.handles.destroy, "e")
+        functions: list[Definition] = [
+            (names.create, partial(self._create, env), "sy;sy" if self.kind is None else "sy"),
+            (names.destroy, partial(self.clients.end, env), "sy"),
+            (names.send, partial(self.send, env), "e;sy"),
+            (names.cancel, partial(self._cancel, env), "sy;e"),
+            (names.destroy_handle, self.handles.destroy, "e"),
+        ]
+        cancel = partial(self._cancel_until, env)
         if self.kind is None:
-            plugin.define(
-                env,
-                f"{prefix}create-goal-request",
-                lambda text: plugin.messages.create(self.type_of(text, "action").derived("Goal")),
-                "sy",
-            )
+            functions.append(("create-goal-request", self._create_goal, "sy"))
         else:
-            cancel = partial(self._cancel_until, env)
-            plugin.define(env, f"{prefix}client-cancel-all-goals", cancel, "sy")
-            plugin.define(env, f"{prefix}client-cancel-goals-before", cancel, "sy;dl")
+            functions += (
+                ("client-cancel-all-goals", cancel, "sy"),
+                ("client-cancel-goals-before", cancel, "sy;dl"),
+            )
+        plugin.define_all(env, prefix, functions)
         self._define_handles(env)
+
+    def _create_goal(self, text: str) -> ExternalAddress:
+        return self.plugin.messages.create(self.type_of(text, "action").derived("Goal"))
 
     def _define_templates(self, env: ClipsEnvironment) -> None:
         template, prefix, names = self.plugin.template, self.prefix, self._names
@@ -144,14 +147,14 @@ class ActionClients(ClientEndpoints[ClientEndpoint]):
             find(address)
             return TRUE
 
-        for name, function in (
-            ("get-goal-id", lambda address: self.id_of(find(address))),
-            ("get-goal-stamp", lambda address: find(address).stamp),
-            ("get-status", status),
-            ("is-feedback-aware", is_aware),
-            ("is-result-aware", is_aware),
-        ):
-            self.plugin.define(env, f"{self.prefix}client-goal-handle-{name}", function, "e")
+        functions: tuple[Definition, ...] = (
+            ("get-goal-id", lambda address: self.id_of(find(address)), "e"),
+            ("get-goal-stamp", lambda address: find(address).stamp, "e"),
+            ("get-status", status, "e"),
+            ("is-feedback-aware", is_aware, "e"),
+            ("is-result-aware", is_aware, "e"),
+        )
+        self.plugin.define_all(env, f"{self.prefix}client-goal-handle-", functions)
 
     def id_of(self, sent: SentGoal) -> str:
         """Return the id of a goal: a SYMBOL in the plug-in for all types, a STRING in generated ones."""

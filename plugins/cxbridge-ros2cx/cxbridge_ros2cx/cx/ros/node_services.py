@@ -63,9 +63,8 @@ class NodeServices(Closing):
         }
         self._lifecycle = Lifecycle(self._node, self._name, transitions, clock, report, state)
         declared = {
-            # messages have lists for the tuples of parameter files
-            name: Parameter(list(value) if isinstance(value, tuple) else value, read_only=True)
-            for name, value in ((name, parameter.value) for name, parameter in context.parameters)
+            name: Parameter(_with_lists(parameter.value), read_only=True)
+            for name, parameter in context.parameters
         }
         self._parameters = Parameters(self._node, self._name, declared, clock)
 
@@ -252,3 +251,8 @@ class TopicLogs:
     def _publish(self, env: ClipsEnvironment, _level: Level, line: str) -> None:
         logical_name = env.output.logical_name if isinstance(env.output, StockOutput) else ""
         self._publisher.publish({"env_name": env.name, "logical_name": logical_name, "line": line})
+
+
+def _with_lists(value: Any) -> Any:
+    """Return a parameter's value for messages, which have lists in place of tuples."""
+    return list(value) if isinstance(value, tuple) else value

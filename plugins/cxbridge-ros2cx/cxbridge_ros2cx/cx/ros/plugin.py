@@ -8,7 +8,7 @@ lines are those of the original.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from copy import deepcopy
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
@@ -31,6 +31,9 @@ ADDRESS: Final = "(type EXTERNAL-ADDRESS)"
 INTEGER: Final = "(type INTEGER)"
 SYMBOL: Final = "(type SYMBOL)"
 FLOAT: Final = "(type FLOAT)"
+
+# name, function, and the types of its arguments, separated by ``;``
+Definition = tuple[str, Callable[..., Value], str]
 
 T = TypeVar("T")
 
@@ -120,6 +123,11 @@ class RosPlugin(CxPlugin):
         count = len(types.split(";")) if types else 0
         env.define(name, call, count, types=f"{result};{types}" if types else result)
 
+    def define_all(self, env: ClipsEnvironment, prefix: str, functions: Iterable[Definition]) -> None:
+        """Define functions whose names begin with a prefix."""
+        for name, function, types in functions:
+            self.define(env, f"{prefix}{name}", function, types)
+
     # --- messages -----------------------------------------------------------------------------------------
 
     def define_message(
@@ -131,8 +139,6 @@ class RosPlugin(CxPlugin):
         destroy: str,
     ) -> None:
         """Define the message functions of a generated plug-in."""
-        self.define(env, f"{prefix}{create}", lambda: self.messages.create(kind), "")
-        self.define(env, f"{prefix}{destroy}", self.messages.destroy, "e")
 
         def get(address: ExternalAddress, field: str) -> Value:
             try:
@@ -140,8 +146,13 @@ class RosPlugin(CxPlugin):
             except FieldError:
                 raise ClipsError(f"cannot retrieve unknown slot name {field}") from None
 
-        self.define(env, f"{prefix}get-field", get, "e;sy")
-        self.define(env, f"{prefix}set-field", self.messages.set, "e;sy;*")
+        functions: tuple[Definition, ...] = (
+            (create, lambda: self.messages.create(kind), ""),
+            (destroy, self.messages.destroy, "e"),
+            ("get-field", get, "e;sy"),
+            ("set-field", self.messages.set, "e;sy;*"),
+        )
+        self.define_all(env, prefix, functions)
 
 
 # --- endpoints ----------------------------------------------------------------------------------------------

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import ExternalAddress
 from cxbridge.rights import Right
-from cxbridge_ros2cx.cx.ros.plugin import ADDRESS, STRING, Endpoint, Endpoints, EndpointTable, RosPlugin
+from cxbridge_ros2cx.cx.ros.plugin import (
+    ADDRESS,
+    STRING,
+    Definition,
+    Endpoint,
+    Endpoints,
+    EndpointTable,
+    RosPlugin,
+)
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -42,11 +50,14 @@ class Topics(Endpoints):
         plugin.template(env, f"{prefix}publisher", **slots)
         plugin.template(env, f"{prefix}subscription", **slots)
         plugin.template(env, f"{prefix}message", topic=STRING, msg_ptr=ADDRESS)
-        plugin.define(env, f"{prefix}create-publisher", partial(self._create_publisher, env), types)
-        plugin.define(env, f"{prefix}destroy-publisher", partial(self._publishers.end, env), "sy")
-        plugin.define(env, f"{prefix}publish", partial(self._publish, env), "e;sy")
-        plugin.define(env, f"{prefix}create-subscription", partial(self._subscribe, env), types)
-        plugin.define(env, f"{prefix}destroy-subscription", partial(self._subscriptions.end, env), "sy")
+        functions: tuple[Definition, ...] = (
+            ("create-publisher", partial(self._create_publisher, env), types),
+            ("destroy-publisher", partial(self._publishers.end, env), "sy"),
+            ("publish", partial(self._publish, env), "e;sy"),
+            ("create-subscription", partial(self._subscribe, env), types),
+            ("destroy-subscription", partial(self._subscriptions.end, env), "sy"),
+        )
+        plugin.define_all(env, prefix, functions)
 
     def _create_publisher(self, env: ClipsEnvironment, topic: str, text: str | None = None) -> None:
         kind, previous = self.type_of(text), self._publishers.get(env, topic)
