@@ -1,7 +1,8 @@
 """The settings of nodes in a configuration: in sections such as ``/ros2/node``, and of skill executors.
 
 The settings of a node are the same in each of these places: packages, distribution, transport, and the
-keys of the transport. A section may also have keys of its component, and keys of Fawkes' plug-ins of the same name.
+keys of the transport. A section may also have keys of its component, and keys of Fawkes' plug-ins of the
+same name.
 """
 
 from __future__ import annotations

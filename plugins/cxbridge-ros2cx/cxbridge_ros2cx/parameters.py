@@ -109,5 +109,4 @@ def refresh_period_us(config: Configuration) -> int:
     rate = config.get_float(REFRESH_RATE, default=float(_DEFAULT_REFRESH_RATE))
     if 0 < rate <= _MAX_HZ:
         return round(1_000_000 / rate)
-    hint = f"Hz, more than 0, up to {_MAX_HZ}"
-    raise config.error(REFRESH_RATE, f"refresh-rate cannot be {rate:g}", hint)
+    raise config.error(REFRESH_RATE, f"refresh-rate cannot be {rate:g}", f"Hz, more than 0, up to {_MAX_HZ}")

@@ -1,7 +1,8 @@
 """The knowledge about a problem, changed by the rules of PlanSys2's problem expert.
 
-:class:`ProblemExpert` has the rules: the existing names, and the knowledge that a removed instance takes along. Subclasses of
-:class:`Knowledge` store the knowledge in memory or as facts. Source: PlanSys2's ProblemExpert and its node.
+:class:`ProblemExpert` has the rules: the existing names, and the knowledge that a removed instance takes
+along. Subclasses of :class:`Knowledge` store the knowledge in memory or as facts. Source: PlanSys2's
+ProblemExpert and its node.
 """
 
 from __future__ import annotations

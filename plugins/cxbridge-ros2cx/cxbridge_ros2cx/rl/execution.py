@@ -46,8 +46,7 @@ def execute(
         spaces = Spaces.of(agent)
 
         def choose(request: Mapping[str, Any]) -> Mapping[str, Any]:
-            names = map(text_of, request["actions"])
-            executable = dict(zip(names, request["action_ids"], strict=True))
+            executable = dict(zip(map(text_of, request["actions"]), request["action_ids"], strict=True))
             if executable.keys().isdisjoint(spaces.numbers):
                 return {"action_id": NO_OP}
             observed = map(text_of, request["observations"])

@@ -37,6 +37,25 @@ _GROUP_S: Final = 0.1  # seconds within which actions of one class start
 _MARKS: Final = ("{{", "{%", "{#")
 
 Fields = Mapping[str, Any]
+Change = Callable[[ManagedProblem, Fields], None]  # changes a problem for an item of a request
+
+# fields of the items of requests, each with its change of a problem
+_CHANGES: Final[dict[str, tuple[str, Change]]] = {
+    "AddFluents": (
+        "fluents",
+        lambda problem, item: problem.set_fluent(item["name"], item["args"], value=True),
+    ),
+    "RemoveFluents": (
+        "fluents",
+        lambda problem, item: problem.set_fluent(item["name"], item["args"], value=False),
+    ),
+    "AddObjects": ("objects", lambda problem, item: problem.add_object(item["name"], item["type"])),
+    "RemoveObjects": ("objects", lambda problem, item: problem.remove_object(item["name"])),
+    "SetFunctions": (
+        "functions",
+        lambda problem, item: problem.set_function(item["name"], item["args"], item["value"]),
+    ),
+}
 
 
 class PddlManager(GoalHandler, Closing):
@@ -60,8 +79,7 @@ class PddlManager(GoalHandler, Closing):
                     needs=Right.CONTROL,
                 )
         self._updates = node.publisher(f"{NAME}/instance_update", "std_msgs/msg/String")
-        action = f"{package}/action/PlanTemporal"
-        self._server = GoalServer(node, f"{NAME}/temp_plan", action, self, clock)
+        self._server = GoalServer(node, f"{NAME}/temp_plan", f"{package}/action/PlanTemporal", self, clock)
 
     def _services(self) -> dict[str, tuple[str, Callable[[Message], Fields]]]:
         return {
@@ -71,11 +89,11 @@ class PddlManager(GoalHandler, Closing):
             "get_action_effects": ("GetActionEffects", self._effects),
             "get_action_names": ("GetActionNames", self._action_names),
             "get_fluents": ("GetFluents", self._fluents),
-            "add_fluents": ("AddFluents", lambda request: self._set_fluents(request, value=True)),
-            "rm_fluents": ("RemoveFluents", lambda request: self._set_fluents(request, value=False)),
-            "add_objects": ("AddObjects", self._add_objects),
-            "rm_objects": ("RemoveObjects", self._remove_objects),
-            "set_functions": ("SetFunctions", self._set_functions),
+            "add_fluents": ("AddFluents", self._changer(*_CHANGES["AddFluents"])),
+            "rm_fluents": ("RemoveFluents", self._changer(*_CHANGES["RemoveFluents"])),
+            "add_objects": ("AddObjects", self._changer(*_CHANGES["AddObjects"])),
+            "rm_objects": ("RemoveObjects", self._changer(*_CHANGES["RemoveObjects"])),
+            "set_functions": ("SetFunctions", self._changer(*_CHANGES["SetFunctions"])),
             "get_functions": ("GetFunctions", self._functions),
             "set_goals": ("SetGoals", self._set_goals),
             "clear_goals": ("ClearGoals", self._clear_goals),
@@ -116,42 +134,25 @@ class PddlManager(GoalHandler, Closing):
         self._problems[name] = ManagedProblem(domain, problem, str(folder / request["domain_file"]))
         return {}
 
-    def _change_each(
-        self, items: Iterable[Message], change: Callable[[ManagedProblem, Message], None]
-    ) -> Fields:
-        """Change a problem for each item; a failed item does not stop the following ones."""
-        errors, name = [], ""
-        for item in items:
-            name = item["pddl_instance"]
-            try:
-                change(self._problem(name), item)
-            except PddlError as error:
-                errors.append(error.message)
-        if name:
-            self._updates.publish({"data": name})
-        return {"success": not errors, "error": " ".join(errors)}
+    def _changer(self, field: str, change: Change) -> Callable[[Message], Fields]:
+        """Return a service that changes a problem for each item of a field.
 
-    def _set_fluents(self, request: Message, *, value: bool) -> Fields:
-        return self._change_each(
-            request["fluents"],
-            lambda problem, item: problem.set_fluent(item["name"], item["args"], value=value),
-        )
+        A failed item does not stop the following ones.
+        """
 
-    def _set_functions(self, request: Message) -> Fields:
-        return self._change_each(
-            request["functions"],
-            lambda problem, item: problem.set_function(item["name"], item["args"], item["value"]),
-        )
+        def respond(request: Message) -> Fields:
+            errors, name = [], ""
+            for item in request[field]:
+                name = item["pddl_instance"]
+                try:
+                    change(self._problem(name), item)
+                except PddlError as error:
+                    errors.append(error.message)
+            if name:
+                self._updates.publish({"data": name})
+            return {"success": not errors, "error": " ".join(errors)}
 
-    def _add_objects(self, request: Message) -> Fields:
-        return self._change_each(
-            request["objects"], lambda problem, item: problem.add_object(item["name"], item["type"])
-        )
-
-    def _remove_objects(self, request: Message) -> Fields:
-        return self._change_each(
-            request["objects"], lambda problem, item: problem.remove_object(item["name"])
-        )
+        return respond
 
     def _fluents(self, request: Message) -> Fields:
         name = request["pddl_instance"]
@@ -311,13 +312,15 @@ def _render(folder: Path, name: str) -> str:
         from jinja2 import FileSystemLoader, TemplateError  # noqa: PLC0415 - few domains are templates
         from jinja2.sandbox import SandboxedEnvironment  # noqa: PLC0415
     except ModuleNotFoundError:
-        hint = "install it: pip install jinja2"
         raise PddlError(
-            "the file is a jinja2 template, and jinja2 is not installed", file=file, hint=hint
+            "the file is a jinja2 template, and jinja2 is not installed",
+            file=file,
+            hint="install it: pip install jinja2",
         ) from None
     try:
         environment = SandboxedEnvironment(loader=FileSystemLoader(folder))
         return str(environment.get_template(name).render())
     except TemplateError as error:
-        line = getattr(error, "lineno", None)
-        raise PddlError(f"the template is wrong: {error}", file=file, line=line) from None
+        raise PddlError(
+            f"the template is wrong: {error}", file=file, line=getattr(error, "lineno", None)
+        ) from None

@@ -124,8 +124,7 @@ class NewerExecutivePlugin(ExecutivePlugin):
         modules = []
         for module in self.parameters.get_strings(name):
             if lib.FindDefmodule(env.env, encode(module)) == ffi.NULL:
-                text = f"Focus stack entry '{module}' is not a valid module, removing from stack."
-                self.log.error(text)
+                self.log.error(f"Focus stack entry '{module}' is not a valid module, removing from stack.")
             else:
                 modules.append(module)
         return modules
