@@ -62,7 +62,7 @@ class PlanServer(Closing):
         """Send the finished plans."""
         for call, reply in list(self._calls):
             result = call.result
-            if result is None:
+            if result is None:  # the planner is still at work
                 continue
             self._calls.remove((call, reply))
             if result.status.value == "PLANNED":

@@ -142,7 +142,7 @@ class ExpertServer(Closing):
             self._publish(env)
 
     def _publish(self, env: ClipsEnvironment) -> None:
-        with env.lock:
+        with env.lock:  # the message is a snapshot: rules may fire while it is sent
             message = knowledge_message(self._feature.expert(env))
         self._updates.publish(_NOTHING)
         self._knowledge.publish(message)

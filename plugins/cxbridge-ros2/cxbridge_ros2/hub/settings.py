@@ -71,7 +71,7 @@ def _performer(
     if "agent-id" in values and not protocol.has_agents:
         raise ConfigError(f"{component} has no setting 'agent-id': messages of {protocol_name} name no robot")
     actions = values.get("actions", [])
-    if not isinstance(actions, Mapping):
+    if not isinstance(actions, Mapping):  # a list of names, without settings for each
         actions = {str(name): {} for name in as_list(actions)}
     if not actions:
         raise ConfigError(f"{component} has no actions", hint="name them: actions: [move]")

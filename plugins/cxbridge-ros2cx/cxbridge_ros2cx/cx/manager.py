@@ -60,12 +60,12 @@ class CxManager(EnvironmentManager):
         env = self._environment(name, self.bus, log_component or name)
         self.add_environment(env)
         self._loaded[name] = []
-        self._logs.begin(env)
+        self._logs.begin(env)  # before the plug-ins, whose output belongs to the file
         if not isinstance(env, StockEnvironment):
             return env
         try:
             env.watch_items(items)
-        except ClipsError as error:
+        except ClipsError as error:  # about an item, which the error below locates in the parameter file
             self.destroy(name)
             raise parameters.wrong(f"{name}.watch", f"has an {error.message}", error.hint) from None
         if to_debug:

@@ -71,6 +71,7 @@ class NodeParameters:
             managers = [pattern for pattern, node in sections if _names_environments(node)]
             if not any(_matches(pattern, name) for pattern in managers):
                 name = next((pattern for pattern in managers if "*" not in pattern), name)
+        # later sections of a file override earlier ones
         parameters: dict[str, Parameter] = {}
         for pattern, node in sections:
             if _matches(pattern, name):

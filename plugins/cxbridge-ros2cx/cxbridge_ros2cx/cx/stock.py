@@ -19,7 +19,7 @@ from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.shims import OldFunctions
 from cxbridge.executive.host.values import Value, to_python
 
-# The items that an environment can watch from its start.
+# the items that an environment can watch from its start.
 WATCH_ITEMS: Final = frozenset(
     {
         *("all", "facts", "instances", "slots", "rules", "activations", "messages", "message_handlers"),
@@ -27,7 +27,7 @@ WATCH_ITEMS: Final = frozenset(
     }
 )
 
-# Firings between two checks for endless rules: CLIPS restarts its count for each part.
+# firings between two checks for endless rules: CLIPS restarts its count for each part.
 _CHUNK: Final = 10_000
 
 _COLOURS: Final = (b"red", b"green", b"blue", b"yellow", b"magenta", b"cyan", b"white", b"bold")

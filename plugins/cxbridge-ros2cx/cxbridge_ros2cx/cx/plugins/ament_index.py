@@ -50,7 +50,7 @@ class AmentIndexPlugin(CxPlugin):
         return str(prefix.path)
 
     def _package_share(self, package: str) -> Value:
-        self._package_prefix(package)
+        self._package_prefix(package)  # it raises the error about an unknown package
         return str(self.context.packages.share(package))
 
     def _packages(self) -> Value:
@@ -59,6 +59,7 @@ class AmentIndexPlugin(CxPlugin):
 
     def _resource(self, kind: str, name: str) -> Value:
         resource = self.context.packages.resources(kind).get(name)
+        # content and prefix, in the original's order
         return FALSE if resource is None else (resource[0], str(resource[1].path))
 
     def _resources(self, kind: str) -> Value:

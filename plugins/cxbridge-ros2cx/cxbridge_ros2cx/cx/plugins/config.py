@@ -23,6 +23,7 @@ _TEMPLATE: Final = (
     " (slot is-list (type SYMBOL) (allowed-values TRUE FALSE) (default FALSE)) (multislot list-value))"
 )
 
+# a quoted or a plain key; a quoted one may contain slashes
 _SEGMENT: Final = re.compile(r"'([^']*)'|([^/']+)")
 
 Slots = dict[str, Value]
@@ -101,6 +102,7 @@ def _facts(node: YamlNode | None, path: str, *, in_list: bool = False) -> Iterat
             raise value.mark.error("NULL YAML KEY")
         else:
             slots = _scalar(value)
+            # the type stays that of the scalar, only the value is text
             yield {"path": f"{path}/{name}", **slots, **({"value": value.text} if in_list else {})}
 
 
@@ -109,6 +111,7 @@ def _list_facts(node: YamlList, path: str) -> Iterator[Slots]:
     scalars = tuple(item.text for item in node.items if isinstance(item, YamlScalar))
     if scalars:
         yield {"path": path, "type": Symbol("STRING"), "is-list": TRUE, "list-value": scalars}
+    # scalars have no index, so they do not count
     nested = [item for item in node.items if not isinstance(item, YamlScalar)]
     for index, item in enumerate(nested):
         if isinstance(item, YamlList):

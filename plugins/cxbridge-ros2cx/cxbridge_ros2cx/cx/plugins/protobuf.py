@@ -35,6 +35,7 @@ _CLEANUPS: Final = {
     "server-receive-failed": ("(protobuf-server-receive-failed)", ""),
     "message": ("(protobuf-msg (ptr ?message))", "(pb-destroy ?message)"),
 }
+# the low salience lets the rules of agents see a message before it is destroyed
 _RULE: Final = "(defrule protobuf-cleanup-{} (declare (salience -10000)) ?fact <- {} => {} (retract ?fact))"
 
 
@@ -81,6 +82,7 @@ class ProtobufPlugin(CxPlugin):
         ]
         folders = [file.parent for file in self._linked]
         for text in self.parameters.get_strings(self.parameter("proto_paths")):
+            # an absolute path stays itself below any share folder
             folder_path = next(
                 (folder for share in (Path("/"), *shares) if (folder := share / text).is_dir()), None
             )
@@ -95,6 +97,7 @@ class ProtobufPlugin(CxPlugin):
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define functions, templates and rules."""
         self._feature.init_context(env)
+        # after the functions, which the clean-up rules call
         for name, slots in _TEMPLATES.items():
             if not env.has_template(name):
                 env.build(f"(deftemplate {name} {slots})")

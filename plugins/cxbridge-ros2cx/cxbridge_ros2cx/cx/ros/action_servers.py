@@ -154,7 +154,7 @@ class _Handler(GoalHandler):
             self._plugin.log.error(str(error))
             return 1  # REJECT
         finally:
-            messages.destroy(goal)
+            messages.destroy(goal)  # the message is the deffunction's for the call only
 
     def respond(self, served: ServedGoal) -> GoalResponse:
         """Let the deffunction decide about a goal; without a deffunction, accept and execute."""
@@ -167,6 +167,7 @@ class _Handler(GoalHandler):
         return GoalResponse.REJECT
 
     def begin(self, served: ServedGoal) -> None:
+        # the address is kept: a later cancel request names the goal by its id
         address = self._addresses[served.goal_id] = self._servers.handles.add(served)
         slots = {"server": self._server, "server-goal-handle-ptr": address}
         self._plugin.add_fact(self._env, f"{self._prefix}accepted-goal", slots)

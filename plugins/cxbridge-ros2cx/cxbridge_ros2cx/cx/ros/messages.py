@@ -27,6 +27,7 @@ _BITS: Final = {f"{sign}int{bits}": bits for bits in (8, 16, 32, 64) for sign in
     "char": 8,
     "octet": 8,
 }
+# CLIPS prints addresses; those of a run are the same each time
 _FIRST_ADDRESS: Final = 0x5000_0000_1000
 _STEP: Final = 0x40
 
