@@ -108,7 +108,9 @@ def read_clips(path: str, text: str, previous: SourceFile | None = None) -> Sour
     pieces = {} if previous is None else {placed.piece.text: placed.piece for placed in previous.pieces}
     lists = top_level_lists(text)
     return SourceFile(
-        path, text, tuple(PlacedPiece(each.start, _piece(each, pieces.get(each.text))) for each in lists)
+        path,
+        text,
+        tuple(PlacedPiece(top_list.start, _piece(top_list, pieces.get(top_list.text))) for top_list in lists),
     )
 
 

@@ -18,6 +18,7 @@ from cxbridge_studio.agent.names import (
 
 def read_interface(path: str, text: str) -> SourceFile:
     """Read an interface definition. Other or broken XML files have no names."""
+    # Parsing is slow, and most XML files of a checkout define no interface.
     if "<interface" not in text:
         return SourceFile(path, text, ())
     try:
@@ -32,6 +33,7 @@ def read_interface(path: str, text: str) -> SourceFile:
 
     def add_definition(element: Element, kind: NameKind, owner_name: str) -> None:
         name = element.attributes.get("name", "")
+        # The tree has the position of the attribute, and its value follows.
         start = text.find(name, lines.place(*element.place_of("name")) + len("name")) if name else -1
         if start >= 0:
             mentions.append(Mention(Name(kind, name, owner_name), Use.DEFINED, start, start + len(name)))

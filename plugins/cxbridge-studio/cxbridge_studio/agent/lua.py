@@ -36,6 +36,7 @@ def read_lua(path: str, text: str) -> SourceFile:
         add_mention(NameKind.INTERFACE, Use.NAMED, match)
     for match in _CALLED.finditer(text):
         add_mention(NameKind.SKILL, Use.CALLED, match)
+    # Lua declares no arguments of a skill: only its documentation names them.
     documentation = _DOCUMENTATION.search(text)
     if documentation and skill:
         for match in _ARGUMENT.finditer(text, *documentation.span(2)):

@@ -97,7 +97,7 @@ class AgentModel:
         """
         names = same_as(name)
         for file in self._files.values():
-            positions = [position for each in names for position in file.by_name.get(each, ())]
+            positions = [position for spelling in names for position in file.by_name.get(spelling, ())]
             if len(names) > 1:
                 positions.sort(key=lambda position: position[0])  # by the start of the piece
             for start, mention in positions:

@@ -44,9 +44,9 @@ def top_level_lists(text: str) -> tuple[TopLevelList, ...]:
 
 def _is_balanced(text: str, code: str, lists: list[TopLevelList]) -> bool:
     """Return whether all lists are closed and no construct begins inside another construct."""
-    if any(not each.closed for each in lists) or code.count("(") != code.count(")"):
+    if any(not top_list.closed for top_list in lists) or code.count("(") != code.count(")"):
         return False
-    starts = {each.start for each in lists}
+    starts = {top_list.start for top_list in lists}
     if any(match.start(1) not in starts for match in _BEGIN.finditer(code)):
         return False
     return not any(match["unclosed"] for match in HIDDEN.finditer(text))

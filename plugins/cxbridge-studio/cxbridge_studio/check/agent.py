@@ -188,7 +188,7 @@ class Agent(Closing):
     @cached_property
     def own_constructs(self) -> list[Construct]:
         """The constructs that belong neither to the built-in core nor to Fawkes' core."""
-        return [each for each in self.usage.constructs if not self.is_of_core(each.file.path)]
+        return [construct for construct in self.usage.constructs if not self.is_of_core(construct.file.path)]
 
     def facts_of_agent(self, template: str) -> list[FactUse]:
         """Return the facts of a template that the agent's own constructs assert."""
@@ -209,7 +209,7 @@ class Agent(Closing):
         """The uses of all constructs."""
         values = list(self.config.walk("/"))
         words = {word for value in values for text in (value.text, *value.items) for word in text.split()}
-        functions = (each.mention.name.text for each in self.model.defined(NameKind.FUNCTION))
+        functions = (definition.mention.name.text for definition in self.model.defined(NameKind.FUNCTION))
         words.update(filter(self.context.source.calls, functions))
         core_templates = frozenset(
             mention.name.text
@@ -388,7 +388,9 @@ class Agent(Closing):
         diagnostics = loader.diagnostics[diagnostic_count:]
         new_paths = dict.fromkeys((path, *loader.files[file_count:]))  # a batch file loads further files
         new_files = [
-            self._add_file(new_path, tuple(each for each in diagnostics if each.file == str(new_path)))
+            self._add_file(
+                new_path, tuple(diagnostic for diagnostic in diagnostics if diagnostic.file == str(new_path))
+            )
             for new_path in new_paths
             if all(file.path != new_path for file in self.files)
         ]

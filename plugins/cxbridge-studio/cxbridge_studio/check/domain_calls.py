@@ -50,6 +50,7 @@ def domain_calls(agent: Agent) -> Iterator[DomainCall]:
                         call.path, fawkes_compat=fawkes_compat, warn=call.warnings.append
                     )
                 except CxbridgeError as error:
+                    # Kept for one check alone: the others skip a domain that cannot be read.
                     call.error = error
             yield call
 

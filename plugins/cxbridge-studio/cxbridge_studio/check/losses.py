@@ -67,10 +67,12 @@ class LossFinder:
     def swallowed(self, file: str, start: int) -> Losses:
         """Return the losses of an unclosed construct, including all constructs after it."""
         dropped = [
-            each for each in self._usage.constructs if each.file.path == file and each.placed.start >= start
+            construct
+            for construct in self._usage.constructs
+            if construct.file.path == file and construct.placed.start >= start
         ]
         losses = self.of(dropped)
-        losses.constructs[:0] = [each.name for each in dropped[1:] if each.name]
+        losses.constructs[:0] = [construct.name for construct in dropped[1:] if construct.name]
         return losses
 
     def of(self, dropped: Sequence[Construct]) -> Losses:
@@ -113,7 +115,7 @@ class LossFinder:
     def _names_of(self, dead: dict[int, Construct]) -> set[tuple[NameKind, str]]:
         """Return the functions and templates that no remaining construct defines."""
         names = _needed_names(dead.values())
-        alive = (each for each in self._usage.constructs if id(each) not in dead)
+        alive = (construct for construct in self._usage.constructs if id(construct) not in dead)
         return names - _needed_names(alive) if names else names
 
     def _facts_of(self, dead: dict[int, Construct]) -> set[str]:
@@ -144,7 +146,11 @@ class LossFinder:
 
 
 def _needed_names(constructs: Iterable[Construct]) -> set[tuple[NameKind, str]]:
-    return {(_NEEDED_KINDS[each.keyword], each.name) for each in constructs if each.keyword in _NEEDED_KINDS}
+    return {
+        (_NEEDED_KINDS[construct.keyword], construct.name)
+        for construct in constructs
+        if construct.keyword in _NEEDED_KINDS
+    }
 
 
 def _planned_actions(construct: Construct) -> set[str]:

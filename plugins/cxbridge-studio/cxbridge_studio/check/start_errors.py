@@ -10,14 +10,14 @@ from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.run.mistakes import names_any
 from cxbridge.run.options import RunOptions
 from cxbridge.run.source import source_of
+from cxbridge_studio.check.checks.constructs import FUNCTION, GLOBAL, SLOT, TEMPLATE
+from cxbridge_studio.check.checks.files import MISSING
 from cxbridge_studio.check.findings import Finding, Severity
 from cxbridge_studio.check.run import check
 
-_MISSING_FILE: Final = "CX102"
-_FUNCTION: Final = "CX204"
 _TEMPLATE: Final = re.compile(r"deftemplate ([^\s:]+)")
 # Findings about names that a missing file may define.
-_UNKNOWN_NAMES: Final = frozenset({"CX202", "CX203", "CX204", "CX205"})
+_UNKNOWN_NAMES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL})
 
 
 def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
@@ -33,18 +33,18 @@ def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentEr
     except CxbridgeError:
         return error
     findings = [finding for finding in findings if finding.code.severity is Severity.ERROR]
-    if any(finding.code.name == _MISSING_FILE for finding in findings):
-        findings = [finding for finding in findings if finding.code.name not in _UNKNOWN_NAMES]
+    if any(finding.code is MISSING for finding in findings):
+        findings = [finding for finding in findings if finding.code not in _UNKNOWN_NAMES]
     dropped_templates = {match[1] for finding in findings if (match := _TEMPLATE.match(finding.message))}
     # Without its deftemplate, CLIPS takes the slots of a pattern for calls of functions.
     findings = [
         finding
         for finding in findings
-        if finding.code.name != _FUNCTION
+        if finding.code is not FUNCTION
         or not names_any(finding.place.file, finding.place.line, dropped_templates)
     ]
     files = {finding.place.file for finding in findings}
-    mistakes = [*map(_error, findings), *(each for each in error.mistakes if each.file not in files)]
+    mistakes = [*map(_error, findings), *(mistake for mistake in error.mistakes if mistake.file not in files)]
     return BrokenAgentError(mistakes, started=error.started)
 
 

@@ -9,7 +9,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
 from cxbridge.cli.command_lines import CommandLines
-from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.operations.operation import OperationContext
 from cxbridge.daemon.operations.table import carry_out, operations
@@ -22,6 +21,7 @@ from cxbridge.rights import EVERYTHING
 from cxbridge.run.servers import RunServer
 from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop, parse_breakpoint
 from cxbridge_studio.debugger.debugger import STEPS, debugger_of
+from cxbridge_studio.debugger.fact_words import changed_fact, number_of
 from cxbridge_studio.debugger.names import MetNames, Mistakes
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.evidence import History
@@ -130,8 +130,8 @@ class DebugPrompt(RunServer):
 
     def _detach(self, agent: _Agent) -> None:
         """Resume and never stop again: the input has ended."""
-        for each in self._agents:
-            each.debugger.clear()
+        for member in self._agents:
+            member.debugger.clear()
         agent.debugger.go_on()
 
     def _say(self, *lines: str) -> None:
@@ -218,7 +218,7 @@ class _Agent:
 
     def _delete(self, numbers: str) -> None:
         for word in numbers.split():
-            self._ask("break-remove", numbers=[_number(word)])
+            self._ask("break-remove", numbers=[number_of(word)])
 
     def _facts(self, template: str) -> None:
         facts = self._ask("facts", template=template, limit=_MAX_ROWS + 1)
@@ -254,19 +254,11 @@ class _Agent:
 
     def _retract(self, indices: str) -> None:
         for word in indices.split():
-            self._ask("retract", index=_number(word.removeprefix("f-")))
+            self._ask("retract", index=number_of(word))
 
     def _modify(self, arguments: str) -> None:
-        word, _, slots = arguments.partition(" ")
-        try:
-            _, values = parse_fact(f"(fact {slots.strip()})")
-        except FactSyntaxError:
-            raise CxbridgeError(
-                f"'{slots}' names no slots",
-                hint="modify INDEX (SLOT VALUE)..., e.g. modify 12 (mode FINISHED)",
-            ) from None
-        index = _number(word.removeprefix("f-"))
-        self._say(f"f-{self._ask('modify', index=index, slots=values)}")
+        index, slots = changed_fact(arguments)
+        self._say(f"f-{self._ask('modify', index=index, slots=slots)}")
 
 
 def _unreached(item: Breakpoint, hits: int, true_hits: int) -> str:
@@ -285,9 +277,3 @@ def _unreached(item: Breakpoint, hits: int, true_hits: int) -> str:
 
 def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
-
-
-def _number(word: str) -> int:
-    if not word.isdecimal():
-        raise CxbridgeError(f"'{word}' is not a number")
-    return int(word)

@@ -10,9 +10,9 @@ import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect, ask_daemon
 from cxbridge.cli.console import say, say_json, say_text
-from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.loggers import ABOVE
 from cxbridge.printing import indented
+from cxbridge_studio.debugger.fact_words import number_of
 
 app = typer.Typer(name="env", help="The CLIPS environments of a daemon.", no_args_is_help=True)
 
@@ -311,7 +311,7 @@ def retract(
     Example: cxbridge env retract executive f-12
     """
     for word in indices:
-        ask_daemon(url, "retract", env=env, index=fact_index(word))
+        ask_daemon(url, "retract", env=env, index=number_of(word))
 
 
 @app.command()
@@ -331,15 +331,4 @@ def modify(
         if not slot or not equals:
             raise typer.BadParameter(f"'{word}' is not SLOT=VALUE", param_hint="SLOT=VALUE...")
         changes[slot] = value
-    say(f"f-{ask_daemon(url, 'modify', env=env, index=fact_index(index), slots=changes)}")
-
-
-def fact_index(word: str) -> int:
-    """Return a fact's index, written with or without ``f-``.
-
-    :raises CxbridgeError: when it is not a number.
-    """
-    digits = word.removeprefix("f-")
-    if not digits.isdecimal():
-        raise CxbridgeError(f"'{word}' is not a fact", hint="use an index, e.g. f-12 or 12")
-    return int(digits)
+    say(f"f-{ask_daemon(url, 'modify', env=env, index=number_of(index), slots=changes)}")

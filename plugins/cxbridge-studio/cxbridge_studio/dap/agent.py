@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
@@ -132,10 +133,7 @@ class LiveMoment(StoppedEnvironment):
         return take(self._env, rule, max_facts=0)
 
     def templates(self) -> Mapping[str, int]:
-        counts: dict[str, int] = {}
-        for _, name, _ in self._env.facts():
-            counts[name] = counts.get(name, 0) + 1
-        return counts
+        return Counter(name for _, name, _ in self._env.facts())
 
     def template(self, name: str) -> FactTemplate | None:
         pointer = lib.FindDeftemplate(self._env.env, encode(name))

@@ -129,7 +129,7 @@ def matching(bare: Snapshot, pattern: str, facts: Mapping[str, Sequence[FactChan
     :param facts: the facts of that deftemplate, by its name.
     :raises ClipsError: if the text is not a pattern.
     """
-    changes = [change for each in facts.values() for change in each]
+    changes = [change for group in facts.values() for change in group]
     templates, rows = rows_of(changes, bare.templates)
     with Matcher(replace(bare, templates=templates, facts=tuple(rows))) as matcher:
         matches = matcher.note([f"?{_FACT}0 <- {pattern}"], [f"{_FACT}0"], len(changes) + 1)

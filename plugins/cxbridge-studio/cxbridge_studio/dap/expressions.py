@@ -53,7 +53,7 @@ def evaluate(moment: StoppedEnvironment, text: str) -> ExpressionResult:
         if name in variables:
             return ExpressionResult(show_alone(variables[name]))
         if ":" not in name:  # ?fact:slot is an expression
-            names = ", ".join(f"?{each}" for each in variables) or "none"
+            names = ", ".join(f"?{name}" for name in variables) or "none"
             raise ClipsError(f"there is no variable {text} here", hint=f"there are: {names}")
     head = nodes[0].head if len(nodes) == 1 else ""
     is_template = bool(head) and moment.template(head) is not None
@@ -127,6 +127,6 @@ def _as_clips(value: Value, slot: str, fact_expression: Callable[[int], str]) ->
         fact = fact_expression(value.index)
         return f"(fact-slot-value {fact} {slot})" if slot else fact
     if isinstance(value, tuple):
-        return f"(create$ {' '.join(_as_clips(each, '', fact_expression) for each in value)})"
+        return f"(create$ {' '.join(_as_clips(field, '', fact_expression) for field in value)})"
     # A symbol is a subclass of str.
     return quoted(value) if type(value) is str else show(value)

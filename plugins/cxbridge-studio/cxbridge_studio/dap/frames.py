@@ -60,13 +60,12 @@ def _rule_frame(moment: StoppedEnvironment) -> Iterator[CallFrame]:
 
 def _goal_frames(moment: StoppedEnvironment) -> Iterator[CallFrame]:
     """Yield the frames of the plan-action, the goal and its parents, if known."""
-    goals = {slots_of(fact).get("id", ""): fact for fact in moment.facts(GOAL)}
+    goals, forest = goals_of(moment)
     action, goal = _subject(moment)
     if action is not None:
         slots = slots_of(action)
         text = " ".join((slots.get("action-name", ""), *slots.get("param-values", "").split()))
         yield CallFrame(ACTION, f"action {text}: {slots.get('state', '')}", fact=action)
-    forest = Forest({name: parent_id(slots_of(fact).get("parent", "")) for name, fact in goals.items()})
     goal_id = goal if goal in goals else None
     while goal_id is not None:
         slots = slots_of(goals[goal_id])
@@ -75,6 +74,12 @@ def _goal_frames(moment: StoppedEnvironment) -> Iterator[CallFrame]:
         title = goal_title(goal_id, slots.get("class", ""))
         yield CallFrame(GOAL, f"goal {title}: {state}", fact=goals[goal_id])
         goal_id = forest.parents[goal_id]
+
+
+def goals_of(moment: StoppedEnvironment) -> tuple[dict[str, FactChange], Forest[str]]:
+    """Return the facts of the goals by goal id, and the goals as trees."""
+    goals = {slots_of(fact).get("id", ""): fact for fact in moment.facts(GOAL)}
+    return goals, Forest({name: parent_id(slots_of(fact).get("parent", "")) for name, fact in goals.items()})
 
 
 def _subject(moment: StoppedEnvironment) -> tuple[FactChange | None, str]:
@@ -89,8 +94,8 @@ def _subject(moment: StoppedEnvironment) -> tuple[FactChange | None, str]:
     facts = [fact for fact in map(moment.fact, basis) if fact is not None]
     action = next((fact for fact in facts if fact.template == ACTION), None)
     if action is not None:
-        slots = slots_of(action)
-        key = slots.get("goal-id", ""), slots.get("plan-id", ""), slots.get("id", "")
+        key = _key_of(action)
+        # The rule may have modified the fact since it fired.
         return _plan_action(moment, key) or action, key[0]
     # A rule often matches a goal and its parent: the rule acts on the deepest, so sub-goals come first.
     ids = [slots_of(fact).get("id", "") for fact in facts if fact.template == GOAL]
@@ -101,8 +106,9 @@ def _subject(moment: StoppedEnvironment) -> tuple[FactChange | None, str]:
 
 
 def _plan_action(moment: StoppedEnvironment, key: tuple[str, str, str]) -> FactChange | None:
-    for fact in moment.facts(ACTION):
-        slots = slots_of(fact)
-        if (slots.get("goal-id"), slots.get("plan-id"), slots.get("id")) == key:
-            return fact
-    return None
+    return next((fact for fact in moment.facts(ACTION) if _key_of(fact) == key), None)
+
+
+def _key_of(action: FactChange) -> tuple[str, str, str]:
+    slots = slots_of(action)
+    return slots.get("goal-id", ""), slots.get("plan-id", ""), slots.get("id", "")

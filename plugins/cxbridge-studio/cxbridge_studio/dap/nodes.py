@@ -13,12 +13,12 @@ from typing import Final
 from cxbridge.clipstext.values import FactRef, Symbol, Value, show, show_alone
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import FactChange
-from cxbridge.history.forest import Forest, parent_id
 from cxbridge_studio.dap.expressions import variables_of
-from cxbridge_studio.dap.frames import ACTION, GOAL, CallFrame, slots_of
+from cxbridge_studio.dap.frames import ACTION, GOAL, CallFrame, goals_of, slots_of
 from cxbridge_studio.dap.target import StoppedEnvironment
 
-MAX_ROWS: Final = 1000  # limit of shown activations, and of shown facts of a deftemplate
+# The limit of shown activations, and of shown facts of a deftemplate: a client asks for all children at once.
+MAX_ROWS: Final = 1000
 
 _TYPES: Final[Mapping[type, str]] = {int: "INTEGER", float: "FLOAT", str: "STRING", Symbol: "SYMBOL"}
 
@@ -113,15 +113,14 @@ def _variable(moment: StoppedEnvironment, name: str, value: Value) -> VariableNo
         text = f"f-{fact.index} {fact.text}"
         return VariableNode(name, text, fact.template, _Fact(moment, fact).nodes, None, name)
     if isinstance(value, tuple):
-        items = [VariableNode(str(number), show(each)) for number, each in enumerate(value, start=1)]
+        items = [VariableNode(str(number), show(field)) for number, field in enumerate(value, start=1)]
         children = (lambda: items) if items else None
         return VariableNode(name, show_alone(value), "MULTIFIELD", children, None, name)
     return VariableNode(name, show_alone(value), _TYPES.get(type(value), ""), None, None, name)
 
 
 def _goals(moment: StoppedEnvironment) -> list[VariableNode]:
-    facts = {slots_of(fact).get("id", ""): fact for fact in moment.facts(GOAL)}
-    forest = Forest({name: parent_id(slots_of(fact).get("parent", "")) for name, fact in facts.items()})
+    facts, forest = goals_of(moment)
 
     def goal_node(name: str) -> VariableNode:
         slots = slots_of(facts[name])

@@ -95,10 +95,7 @@ class RecordedMoment(StoppedEnvironment):
         return self._sources.constructs.snapshot(rule, self.agent, 0)
 
     def templates(self) -> Mapping[str, int]:
-        counts: dict[str, int] = {}
-        for fact in self._facts.values():
-            counts[fact.template] = counts.get(fact.template, 0) + 1
-        return counts
+        return Counter(fact.template for fact in self._facts.values())
 
     def template(self, name: str) -> FactTemplate | None:
         """Return a deftemplate, derived from its facts if the sources lack it."""
@@ -140,7 +137,7 @@ class RecordedRun(Target):
     def __init__(self, run: Run, env: str | None = None) -> None:
         self._scrubber = scrubber = Scrubber(run)
         scrubber.load(_FOREVER_S)
-        names = list(dict.fromkeys(each.env for each in scrubber.events if isinstance(each, _STOP_TYPES)))
+        names = list(dict.fromkeys(event.env for event in scrubber.events if isinstance(event, _STOP_TYPES)))
         if not names or env not in (None, *names):
             raise CxbridgeError(
                 f"{run.path} has no rules or transitions" + (f" of '{env}'" if env else ""),
@@ -166,8 +163,7 @@ class RecordedRun(Target):
         client.send_event("thread", {"reason": "started", "threadId": 1})
         self._next_move = "entry"
         while not self._is_over.is_set():
-            stopped = self._move(client)
-            if stopped is None:
+            if (stopped := self._move(client)) is None:
                 break
             self._next_move = ""
             client.serve_stop(stopped, lambda: bool(self._next_move) or self._is_over.is_set())
@@ -227,8 +223,7 @@ class RecordedRun(Target):
         # A stop at an event is the moment after it: the scrubber is one ahead of the event.
         number = self._scrubber.at - 1 + direction
         while 0 <= number < len(events) and not self._is_over.is_set():
-            stop = self._stop_at(number, client) if self._is_of_env(events[number]) else None
-            if stop is not None:
+            if self._is_of_env(events[number]) and (stop := self._stop_at(number, client)):
                 return stop
             number += direction
         if self._is_backwards:
@@ -253,8 +248,7 @@ class RecordedRun(Target):
         is_change = isinstance(event, RuleFired) or self._is_change(number)
         for breakpoints in self._groups.values() if is_change else ():
             for client_number, item in breakpoints.items():
-                stop = self._hit(client_number, item, number, client) if _reaches(item, event) else None
-                if stop is not None:
+                if _reaches(item, event) and (stop := self._hit(client_number, item, number, client)):
                     return stop
         if self._is_step(event, number):
             self._scrubber.go(number + 1)

@@ -125,7 +125,7 @@ def _names_after(node: SyntaxNode, names: tuple[str, ...]) -> tuple[str, ...]:
     name = _variable(node.arguments[0]) if node.head == "bind" and node.arguments else ""
     if not name or name.startswith("*"):  # ?*NAME*: a global variable
         return names
-    others = tuple(each for each in names if each != name)
+    others = tuple(other_name for other_name in names if other_name != name)
     return (*others, name) if len(node.arguments) > 1 else others  # (bind ?x) unbinds
 
 
@@ -167,7 +167,7 @@ class FileLines:
         rule = self._rules[number]
         action_lines = [action.line for action in rule.actions] if self._actions else []
         if action_lines and line >= min(action_lines):
-            action_line = max(each for each in action_lines if each <= line)
+            action_line = max(candidate for candidate in action_lines if candidate <= line)
             return RulePosition(rule.name, action_line, action=True)
         return RulePosition(rule.name, rule.first, action=False)
 

@@ -164,7 +164,7 @@ class EnvironmentService:
         with env.lock:
             names_of = {"facts": template_names, "rules": rule_names}.get(item)
             defined = names if names_of is None else names_of(env)
-            unknown = [each for each in names if each not in defined]
+            unknown = [word for word in names if word not in defined]
             if unknown:
                 construct = "deftemplate" if item == "facts" else "defrule"
                 # The text is that of CLIPS.
@@ -226,14 +226,14 @@ class EnvironmentService:
         """
         return [
             LoggerInfo(
-                each.name,
-                each.priority,
-                each.level.name.lower(),
-                each.contains,
-                each.replaces,
-                each.component,
+                logger.name,
+                logger.priority,
+                logger.level.name.lower(),
+                logger.contains,
+                logger.replaces,
+                logger.component,
             )
-            for each in self._manager.find(name).loggers.loggers
+            for logger in self._manager.find(name).loggers.loggers
         ]
 
     def add_logger(

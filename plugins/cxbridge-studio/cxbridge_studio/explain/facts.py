@@ -64,6 +64,7 @@ def explain_fact(evidence: Evidence, name: str) -> FactStory:
         )
     life = history.lives.get(int(match[1]))
     if life is None:
+        # The history drops the oldest facts of a long run, so the first known index may be high.
         hint = f"those from f-{min(history.lives)} to f-{max(history.lives)} are known"
         raise CxbridgeError(f"there is no fact f-{match[1]} up to here", hint=hint)
     previous = history.lives.get(life.instead_of)

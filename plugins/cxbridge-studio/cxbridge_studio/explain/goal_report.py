@@ -132,8 +132,7 @@ def lines(stories: Sequence[GoalStory], evidence: Evidence, rules: int = 1) -> I
         yield from (f"{story.label}  {story.cause.text}" for story in stories)
         return
     yield from _story(stories[0], evidence, rules)
-    for note in evidence.notes:
-        yield f"note: {note}"
+    yield from (f"note: {note}" for note in evidence.notes)
 
 
 def _story(story: GoalStory, evidence: Evidence, rules: int) -> Iterator[str]:

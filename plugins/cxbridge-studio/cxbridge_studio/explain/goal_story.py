@@ -255,7 +255,7 @@ class GoalReporter:
             return
         # The most certain causes first: goals that the error names, failed actions, then the last sub-goal
         # that failed before.
-        culprits = [each for each in self._goals.named_in(change, goal) if each.name not in reported]
+        culprits = [culprit for culprit in self._goals.named_in(change, goal) if culprit.name not in reported]
         causes = [
             Cause(self._outcome(culprit), self._further(culprit, reported))
             for culprit in culprits

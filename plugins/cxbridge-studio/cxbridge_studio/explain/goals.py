@@ -129,7 +129,7 @@ class Goals:
         The core writes ``SUB-GOAL-FAILED ID`` into the error of a parent.
         """
         # An id may be used again, so the latest goal at the time of the change counts.
-        goals_by_id = {each.id: each for each in self.all if each.changes[0].seq <= change.seq}
+        goals_by_id = {record.id: record for record in self.all if record.changes[0].seq <= change.seq}
         words = change.error.split()
         return [goals_by_id[word] for word in words if word in goals_by_id and word != goal.id]
 

@@ -145,7 +145,11 @@ def _has_failed(goal: GoalRecord) -> bool:
 
 def _without_missing_firings(cause: Cause) -> Cause:
     """Return a cause without inner causes that say only that firings are missing: the story says so once."""
-    inner = tuple(_without_missing_firings(each) for each in cause.because if each.text != NOT_RECORDED)
+    inner = tuple(
+        _without_missing_firings(inner_cause)
+        for inner_cause in cause.because
+        if inner_cause.text != NOT_RECORDED
+    )
     return replace(cause, because=inner)
 
 
@@ -178,5 +182,4 @@ def lines(story: RunStory) -> Iterator[str]:
         yield ""
         yield "Not known"
         yield from (f"  {text}" for text in story.unknown)
-    for note in story.notes:
-        yield f"note: {note}"
+    yield from (f"note: {note}" for note in story.notes)

@@ -45,15 +45,15 @@ def complete(session: Session, file: SourceFile, offset: int) -> list[Proposal]:
         proposals = _lua(session, file, offset)
     else:
         proposals = ()
-    return sorted({each.text: each for each in proposals if each.text}.values())
+    return sorted({proposal.text: proposal for proposal in proposals if proposal.text}.values())
 
 
 def _defined(
     session: Session, file: SourceFile, kind: NameKind, owner: str | None = None
 ) -> Iterator[Proposal]:
     definitions = session.preferred(session.model.defined(kind, owner), file.path)
-    for each in definitions:
-        yield Proposal(each.mention.name.text, kind, f"{kind.value} {each.mention.name.owner}".rstrip())
+    for _, mention in definitions:
+        yield Proposal(mention.name.text, kind, f"{kind.value} {mention.name.owner}".rstrip())
 
 
 # ---- CLIPS
@@ -198,8 +198,8 @@ def _pddl(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]
     if re.search(r"\s-\s+[\w-]*\Z", preceding_text):
         yield from _defined(session, file, NameKind.OBJECT_TYPE)
     elif re.search(r"\?[\w-]*\Z", preceding_text) and placed and placed.piece.name:
-        for each in _defined(session, file, NameKind.PARAMETER, placed.piece.name.text):
-            yield Proposal(f"?{each.text}", each.kind, each.detail)
+        for proposal in _defined(session, file, NameKind.PARAMETER, placed.piece.name.text):
+            yield Proposal(f"?{proposal.text}", proposal.kind, proposal.detail)
     elif re.search(r"\(\s*[\w-]*\Z", preceding_text):
         yield from _defined(session, file, NameKind.PREDICATE)
         yield from (Proposal(word, None) for word in ("and", "or", "not", "forall", "exists", "when"))

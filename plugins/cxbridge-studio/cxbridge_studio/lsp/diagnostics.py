@@ -6,7 +6,7 @@ replace those of the check that need only the text; their codes are the same.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path, PurePath
 from typing import Final
 
@@ -15,23 +15,18 @@ from msgspec import Struct
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge_studio.agent.unclosed import describe_unclosed
+from cxbridge_studio.check.checks import changes
+from cxbridge_studio.check.checks.constructs import FUNCTION, GLOBAL, SLOT, TEMPLATE, UNCLOSED
 from cxbridge_studio.check.checks.domain import DOMAIN, DUBIOUS
 from cxbridge_studio.check.doubts import EFFECT, OBJECT
-from cxbridge_studio.check.findings import Severity
+from cxbridge_studio.check.findings import INPUT, Code
 from cxbridge_studio.check.pddl_files import findings_of
 from cxbridge_studio.lsp.session import AgentDefinitions, Session
 
-UNREADABLE: Final = "CX101"
-UNCLOSED: Final = "CX201"
-TEMPLATE: Final = "CX202"
-SLOT: Final = "CX203"
-FUNCTION: Final = "CX204"
-GLOBAL: Final = "CX205"
-SLOT_OF_VARIABLE: Final = "CX210"
-UNKNOWN_NAMES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL, SLOT_OF_VARIABLE})
-# The codes of `cxbridge check` that need only the text of the files.
-LIVE: Final = UNKNOWN_NAMES.union(
-    {UNREADABLE, UNCLOSED}, (code.name for code in (DOMAIN, DUBIOUS, EFFECT, OBJECT))
+UNKNOWN_NAMES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL, changes.SLOT})
+# The names of the codes of `cxbridge check` that need only the text of the files.
+LIVE: Final = frozenset(
+    code.name for code in (*UNKNOWN_NAMES, INPUT, UNCLOSED, DOMAIN, DUBIOUS, EFFECT, OBJECT)
 )
 
 _OF_VARIABLES: Final = (Use.CHANGED, Use.QUERIED)
@@ -41,12 +36,11 @@ _FACT_USES: Final = (Use.MATCHED, Use.ASSERTED, Use.QUERIED)
 class LiveFinding(Struct, frozen=True):
     """A mistake between two offsets of its file."""
 
-    code: str
+    code: Code
     start: int
     end: int
     message: str
     hint: str = ""
-    severity: str = Severity.ERROR.value
 
 
 def live_findings(session: Session, file: SourceFile) -> list[LiveFinding]:
@@ -58,7 +52,7 @@ def live_findings(session: Session, file: SourceFile) -> list[LiveFinding]:
     if file.problem is None or PurePath(file.path).suffix == ".lua":
         return []
     offset = file.lines.place(file.problem.line, file.problem.column)
-    return [LiveFinding(UNREADABLE, offset, _word_end(file, offset), file.problem.message, file.problem.hint)]
+    return [LiveFinding(INPUT, offset, _word_end(file, offset), file.problem.message, file.problem.hint)]
 
 
 def _unclosed(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
@@ -82,13 +76,16 @@ def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
         if not placed.piece.closed:
             continue  # the nesting of lists is ambiguous
         for number, mention in enumerate(placed.piece.mentions):
-            problem = None
+            problem, name = None, mention.name.text
             if mention.name.kind is NameKind.SLOT:
                 problem = _slot_problem(session, definitions, mention)
             elif mention.name.kind is NameKind.FUNCTION and mention.use is Use.CALLED:
-                problem = _function_problem(session, definitions, mention)
+                functions = definitions.names(NameKind.FUNCTION) | session.knowledge.functions.keys()
+                problem = _unknown(FUNCTION, f"function '{name}'", name, functions)
             elif mention.name.kind is NameKind.GLOBAL and mention.use is not Use.DEFINED:
-                problem = _global_problem(definitions, mention)
+                problem = _unknown(
+                    GLOBAL, f"global variable ?*{name}*", name, definitions.names(NameKind.GLOBAL)
+                )
             elif mention.name.kind is NameKind.TEMPLATE and mention.use in _FACT_USES:
                 problem = _template_problem(session, definitions, placed, number)
             if problem is not None:
@@ -97,7 +94,7 @@ def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
                 yield LiveFinding(code, start, end, message, hint)
 
 
-_Problem = tuple[str, str, str]  # code, message and hint
+_Problem = tuple[Code, str, str]  # code, message and hint
 
 
 def _template_problem(
@@ -108,7 +105,9 @@ def _template_problem(
     if name in definitions.slots or name in session.knowledge.templates or name == "object":
         return None
     following = placed.piece.mentions[number + 1 : number + 2]
-    slots = [each for each in following if each.name.kind is NameKind.SLOT and each.name.owner == name]
+    slots = [
+        mention for mention in following if mention.name.kind is NameKind.SLOT and mention.name.owner == name
+    ]
     if not slots or mention.use is Use.QUERIED:
         return None  # an ordered fact needs no deftemplate, and CLIPS accepts any name in a query
     if slots[0].name.text in session.knowledge.functions.keys() | definitions.names(NameKind.FUNCTION):
@@ -122,24 +121,16 @@ def _slot_problem(session: Session, definitions: AgentDefinitions, mention: Ment
     if not slots or name in slots or mention.use is Use.DEFINED:
         return None
     hint = did_you_mean(name, slots) or f"it has: {', '.join(sorted(slots))}"
-    code = SLOT_OF_VARIABLE if mention.use in _OF_VARIABLES else SLOT
+    code = changes.SLOT if mention.use in _OF_VARIABLES else SLOT
     return code, f"the deftemplate '{owner}' has no slot '{name}'", hint
 
 
-def _function_problem(session: Session, definitions: AgentDefinitions, mention: Mention) -> _Problem | None:
-    name = mention.name.text
-    functions = definitions.names(NameKind.FUNCTION) | session.knowledge.functions.keys()
-    if name in functions:
-        return None
-    return FUNCTION, f"there is no function '{name}'", did_you_mean(name, functions)
+def _unknown(code: Code, named: str, name: str, known_names: Collection[str]) -> _Problem | None:
+    """Return the problem of an undefined name; None for a defined name.
 
-
-def _global_problem(definitions: AgentDefinitions, mention: Mention) -> _Problem | None:
-    name = mention.name.text
-    globals_ = definitions.names(NameKind.GLOBAL)
-    if name in globals_:
-        return None
-    return GLOBAL, f"there is no global variable ?*{name}*", did_you_mean(name, globals_)
+    :param named: the kind and the name, for the message.
+    """
+    return None if name in known_names else (code, f"there is no {named}", did_you_mean(name, known_names))
 
 
 def _pddl(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
@@ -149,8 +140,7 @@ def _pddl(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
         place, code = finding.place, finding.code
         if Path(place.file) == Path(file.path):  # a problem also has the findings of its domain
             start = file.lines.place(place.line or 1, place.column or 1)
-            end, severity = _word_end(file, start), code.severity.value
-            yield LiveFinding(code.name, start, end, finding.message, finding.hint, severity)
+            yield LiveFinding(code, start, _word_end(file, start), finding.message, finding.hint)
 
 
 def _word_end(file: SourceFile, start: int) -> int:

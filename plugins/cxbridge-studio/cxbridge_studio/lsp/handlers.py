@@ -174,10 +174,6 @@ def _completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.Completion
     return lsp.CompletionList(is_incomplete=False, items=items)
 
 
-def _completion_kind(kind: NameKind | None) -> lsp.CompletionItemKind | None:
-    return None if kind is None else _COMPLETION_KINDS.get(kind, lsp.CompletionItemKind.Value)
-
-
 def _prepare_rename(ls: AgentServer, params: lsp.PrepareRenameParams) -> lsp.Range | None:
     if (file_and_mention := _mention_at(ls, params.text_document.uri, params.position)) is None:
         return None

@@ -35,7 +35,9 @@ def definitions(session: Session, file: SourceFile, mention: Mention) -> list[Fi
     own_definitions = session.model.definitions(name)
     if not own_definitions and name.kind is NameKind.PARAMETER and not name.owner:
         own_definitions = [
-            each for each in session.model.defined(NameKind.PARAMETER) if each.mention.name.text == name.text
+            definition
+            for definition in session.model.defined(NameKind.PARAMETER)
+            if definition.mention.name.text == name.text
         ]
     if not own_definitions and name.kind in (NameKind.GOAL_CLASS, NameKind.ACTION):
         own_definitions = list(session.model.mentions(name, Use.ASSERTED))
@@ -46,9 +48,9 @@ def _files(session: Session, file: SourceFile, name: Name) -> list[FileMention]:
     """Return the files with this name, written as ``folder/name.clp`` or without the folder."""
     path_parts = Path(name.text).parts
     files = [
-        FileMention(each, Mention(name, Use.DEFINED, 0, 0))
-        for each in session.model.files
-        if Path(each.path).parts[-len(path_parts) :] == path_parts
+        FileMention(source, Mention(name, Use.DEFINED, 0, 0))
+        for source in session.model.files
+        if Path(source.path).parts[-len(path_parts) :] == path_parts
     ]
     return session.preferred(files, file.path)
 
@@ -61,8 +63,8 @@ def references(session: Session, mention: Mention, *, declaration: bool = True) 
     mentions = list(session.model.mentions(mention.name))
     if mention.name.kind is NameKind.FUNCTION:  # calls in ordered facts look like slots
         calls = session.model.calls(mention.name.text)
-        mentions += [each for each in calls if each.mention.name.kind is NameKind.SLOT]
-    return [each for each in mentions if declaration or each.mention.use is not Use.DEFINED]
+        mentions += [call for call in calls if call.mention.name.kind is NameKind.SLOT]
+    return [item for item in mentions if declaration or item.mention.use is not Use.DEFINED]
 
 
 def rename(session: Session, mention: Mention, new_name: str) -> list[FileMention]:
@@ -91,6 +93,6 @@ def check_renamable(session: Session, mention: Mention) -> None:
     if not own_definitions and name.kind is not NameKind.GOAL_CLASS:
         raise CxbridgeError(f"no file defines the {name.kind.value} '{name.text}'")
     if session.root is not None and any(
-        not Path(each.file.path).is_relative_to(session.root) for each in own_definitions
+        not Path(definition.file.path).is_relative_to(session.root) for definition in own_definitions
     ):
         raise CxbridgeError(f"the {name.kind.value} '{name.text}' is defined outside of {session.root}")

@@ -26,6 +26,7 @@ class Positions:
         start = lines.place(position.line + 1)
         end = file.text.find("\n", start)
         row = file.text[start : None if end < 0 else end]
+        # The codec visits each character: it gets the row alone, since files are long.
         inside = self._codec.position_from_client_units([row], Position(0, position.character))
         return start + min(inside.character, len(row))
 

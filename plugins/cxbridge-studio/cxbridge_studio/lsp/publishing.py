@@ -91,8 +91,8 @@ def _of_text(session: Session, file: SourceFile, positions: Positions) -> Iterat
         yield Diagnostic(
             range=positions.range(file, finding.start, finding.end),
             message=_message(finding.message, finding.hint),
-            severity=_SEVERITIES[finding.severity] if is_sure else DiagnosticSeverity.Warning,
-            code=finding.code,
+            severity=_SEVERITIES[finding.code.severity.value] if is_sure else DiagnosticSeverity.Warning,
+            code=finding.code.name,
             source=SOURCE,
         )
 

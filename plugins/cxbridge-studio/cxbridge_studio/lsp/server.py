@@ -156,7 +156,7 @@ class AgentServer(LanguageServer):
     def _opened(self) -> dict[str, str]:
         """The open documents: the client's URI by path."""
         # the keys of pygls are unquoted, so they are not URIs
-        return {path_of(each.uri): each.uri for each in self.workspace.text_documents.values()}
+        return {path_of(document.uri): document.uri for document in self.workspace.text_documents.values()}
 
     # ---- changes
 

@@ -62,6 +62,7 @@ class Session:
 
     def definitions(self, path: str) -> AgentDefinitions:
         """Return the definitions visible in a file: a loaded file sees only definitions in loaded files."""
+        # The definitions of all files are collected once for a change: each key in an editor asks for them.
         narrow = path in self.loaded
         cached = self._cached.get(narrow)
         if cached is None or cached[0] != self._revision:
@@ -77,7 +78,7 @@ class Session:
         """Return the mentions in the agent's files if `near` is such a file; else all mentions."""
         all_mentions = list(mentions)
         if near in self.loaded:
-            return [each for each in all_mentions if self._counts(each.file.path)] or all_mentions
+            return [mention for mention in all_mentions if self._counts(mention.file.path)] or all_mentions
         return all_mentions
 
 

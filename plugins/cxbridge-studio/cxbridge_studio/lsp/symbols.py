@@ -43,7 +43,9 @@ def outline(file: SourceFile) -> list[OutlineSymbol]:
 def _symbols(placed: PlacedPiece) -> Iterator[OutlineSymbol]:
     defined = [mention for mention in placed.mentions if mention.use is Use.DEFINED]
     main = next((mention for mention in defined if mention.name == placed.piece.name), None)
-    inner = tuple(OutlineSymbol(each, each.start, each.end) for each in defined if each is not main)
+    inner = tuple(
+        OutlineSymbol(mention, mention.start, mention.end) for mention in defined if mention is not main
+    )
     if main is None:
         yield from inner
     else:

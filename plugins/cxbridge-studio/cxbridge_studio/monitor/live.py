@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.blackboard import parse_uid
 from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
-from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.client import NoAnswerError, ask_why, command, read_status, request
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
 from cxbridge.interfaces.assignments import assign, field_text
+from cxbridge_studio.debugger.fact_words import changed_fact, number_of
 from cxbridge_studio.monitor.filtering import duration_text, page
 from cxbridge_studio.monitor.snapshot import (
     MAX_LINES,
@@ -93,7 +93,7 @@ class DaemonSource:
             **dict.fromkeys(("pause", "resume", "reset"), self._command),
             "step": lambda unit, _query: self._ask("step", what=unit or "rule") or "",
             "break": lambda spec, _query: self._break(spec),
-            "delete": lambda numbers, _query: self._ask("break-remove", numbers=_indices(numbers)) or "",
+            "delete": lambda numbers, _query: self._ask("break-remove", numbers=_numbers(numbers)) or "",
             "assert": lambda fact, query: f"f-{self._ask('assert', env=query.env, fact=fact)}",
             "retract": self._retract,
             "modify": self._modify,
@@ -277,18 +277,13 @@ class DaemonSource:
         return ", ".join(f"breakpoint {row['number']}" for row in self._ask("break-add", specs=[spec]))
 
     def _retract(self, indices: str, query: ViewQuery) -> str:
-        for index in _indices(indices):
+        for index in _numbers(indices):
             self._ask("retract", env=query.env, index=index)
         return ""
 
     def _modify(self, arguments: str, query: ViewQuery) -> str:
-        word, _, slots = arguments.partition(" ")
-        (index,) = _indices(word)
-        try:
-            values = parse_fact(f"(fact {slots.strip()})")[1]
-        except FactSyntaxError:
-            raise CxbridgeError(f"'{slots}' names no slots", hint="modify INDEX (SLOT VALUE)...") from None
-        return f"f-{self._ask('modify', env=query.env, index=index, slots=dict(values))}"
+        index, slots = changed_fact(arguments)
+        return f"f-{self._ask('modify', env=query.env, index=index, slots=dict(slots))}"
 
     def _eval(self, expression: str, query: ViewQuery) -> str:
         value = self._ask("env-eval", env=query.env, expression=expression)
@@ -371,9 +366,5 @@ def stop_text(stop: Mapping[str, Any]) -> str:
     return f"rules stopped {stop['reason']}{number}; next: {stop['next_rule'] or '-'}"
 
 
-def _indices(text: str) -> list[int]:
-    """Return the numbers in a text, with or without ``f-``."""
-    words = [word.removeprefix("f-") for word in text.split()]
-    if not words or not all(word.isdecimal() for word in words):
-        raise CxbridgeError(f"'{text}' is not a number")
-    return [int(word) for word in words]
+def _numbers(text: str) -> list[int]:
+    return [number_of(word) for word in text.split() or [text]]  # without a word, the empty text is refused

@@ -294,7 +294,7 @@ def event_text(event: Event) -> str:
 
 def value_text(value: object) -> str:
     if isinstance(value, list | tuple):
-        return ",".join(value_text(each) for each in value)
+        return ",".join(value_text(item) for item in value)
     if isinstance(value, bool):
         return "true" if value else "false"
     return f'"{value}"' if isinstance(value, str) else str(value)

@@ -222,7 +222,7 @@ class KeyLine(Footer):
 
     def bindings_changed(self, screen: Screen[Any]) -> None:
         """Show the active keys; the base class does nothing while the terminal has no focus."""
-        keys = [(each.binding, each.enabled) for each in screen.active_bindings.values() if each.binding.show]
+        keys = [(key.binding, key.enabled) for key in screen.active_bindings.values() if key.binding.show]
         if keys != self._keys_shown and screen.app.app_focus:
             self._keys_shown = keys
             super().bindings_changed(screen)

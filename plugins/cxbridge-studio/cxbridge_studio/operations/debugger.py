@@ -138,6 +138,7 @@ def _checked(context: OperationContext, spec: str) -> Breakpoint:
         it.
     """
     item = parse_breakpoint(spec)
+    # CLIPS evaluates conditions and the expressions of log texts in the agent's environment.
     if item.condition or "{" in item.log:
         context.rights.check(Right.PROGRAMS, "an expression in a breakpoint")
     debugger_of(context.executive).names.check(item)

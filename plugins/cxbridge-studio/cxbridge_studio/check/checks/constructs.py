@@ -27,8 +27,7 @@ UNCLOSED: Final = Code(
     "CX201",
     Severity.ERROR,
     "a parenthesis never closes",
-    "CLIPS reads the rest of the file as a part of this construct, and drops it: the "
-    "constructs after it do "
+    "CLIPS reads the rest of the file as a part of this construct, and drops it: the constructs after it do "
     "not exist.",
 )
 TEMPLATE: Final = Code(
@@ -47,9 +46,8 @@ FUNCTION: Final = Code(
     "CX204",
     Severity.ERROR,
     "unknown function",
-    "Neither CLIPS, nor a feature that the agent asks for, nor a file that is loaded before defines "
-    "the function. CLIPS "
-    "drops the construct.",
+    "Neither CLIPS, nor a feature that the agent asks for, nor a file that is loaded before defines the "
+    "function. CLIPS drops the construct.",
 )
 GLOBAL: Final = Code(
     "CX205",
@@ -116,7 +114,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 def _names(agent: Agent, *keywords: str) -> set[str]:
     """Return the names that constructs of these kinds define, dropped constructs included."""
-    return {each.name for each in agent.usage.constructs if each.keyword in keywords and each.name}
+    return {item.name for item in agent.usage.constructs if item.keyword in keywords and item.name}
 
 
 def _with_losses(
@@ -125,7 +123,7 @@ def _with_losses(
     """Return the finding with the losses of its construct added to the message."""
     keyword, _, name = diagnostic.construct.partition(" ")
     key = (keyword, without_module(name))
-    constructs = [each for each in file.all_constructs if (each.keyword, each.name) == key]
+    constructs = [item for item in file.all_constructs if (item.keyword, item.name) == key]
     losses = loss_finder.of(constructs[-1:]) if constructs else None
     return replace(finding, message=f"{finding.message}; {losses}") if losses else finding
 
@@ -154,7 +152,11 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Finding:
     if code is GLOBAL:
         return Finding(code, place, f"{prefix}there is no global variable {text}", _global_hint(agent, text))
     if code is SLOT:
-        return Finding(code, place, f"{prefix}{_slot_message(diagnostic)}", _slot_hint(agent, diagnostic))
+        slot, template = [*_QUOTED.findall(diagnostic.message), "", ""][:2]
+        names = agent.words_of(f"(deftemplate-slot-names {template})") if template else []
+        hint = did_you_mean(slot, names) or f"it has: {', '.join(names)}"
+        message = f"{prefix}the deftemplate '{template or '?'}' has no slot '{slot or '?'}'"
+        return Finding(code, place, message, hint)
     return Finding(code, place, f"{prefix}{diagnostic.message} [{diagnostic.code}]")
 
 
@@ -181,7 +183,7 @@ def _facts(construct: Definition) -> list[SyntaxNode]:
 
 
 def _defines(file: ClipsFile, template: str) -> bool:
-    return any(each.kind == "deftemplate" and each.name == template for each in file.constructs)
+    return any((item.kind, item.name) == ("deftemplate", template) for item in file.constructs)
 
 
 def _field_instead_of_slot(
@@ -192,7 +194,7 @@ def _field_instead_of_slot(
         name = without_module(fact.head)
         if name in agent.deftemplates and any(item.items is None for item in fact.arguments):
             hint = f"write ({name} (SLOT VALUE) ...)"
-            if any(each.is_core and _defines(each, name) for each in agent.files):
+            if any(source.is_core and _defines(source, name) for source in agent.files):
                 hint = "it is one of the CX core's: use another name"
             message = f"{prefix}the deftemplate '{name}' has slots, and here are fields without one"
             return Finding(CONSTRUCT, file.place(fact), message, hint)
@@ -204,9 +206,9 @@ def _field_instead_of_slot(
 
 def _construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | None:
     kind, _, name = diagnostic.construct.partition(" ")
-    matches = [each for each in file.constructs if (each.kind, each.name) == (kind, without_module(name))]
+    matches = [item for item in file.constructs if (item.kind, item.name) == (kind, without_module(name))]
     if len(matches) > 1 and diagnostic.line:
-        matches = [each for each in matches if each.line <= (diagnostic.line or 0)] or matches
+        matches = [item for item in matches if item.line <= diagnostic.line] or matches
     return matches[-1] if matches else None
 
 
@@ -217,10 +219,9 @@ def _word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | 
     words = _QUOTED.findall(diagnostic.message)[:1] or _VARIABLE.findall(diagnostic.message)[:1]
     # In conditions, CLIPS' messages name a global without the asterisks.
     words += [f"?*{word[1:]}*" for word in words if word.startswith("?")]
-    for node in construct.node.walk():
-        if node.items is None and node.start > construct.node.start and node.text in words:
-            return node
-    return construct.node
+    own = construct.node
+    inner = (node for node in own.walk() if node.items is None and node.start > own.start)
+    return next((node for node in inner if node.text in words), own)
 
 
 # ---- parentheses
@@ -249,9 +250,9 @@ def _unclosed_line(file: ClipsFile) -> int | None:
 def _swallowed_names(file: ClipsFile) -> Iterator[str]:
     """Yield the names of the unclosed construct and of all constructs after it."""
     line = _unclosed_line(file)
-    for construct in file.all_constructs if line is not None else ():
-        if construct.name and construct.place().line >= (line or 0):
-            yield construct.name
+    if line is not None:
+        named = (construct for construct in file.all_constructs if construct.name)
+        yield from (construct.name for construct in named if construct.place().line >= line)
 
 
 # ---- consequences of other mistakes
@@ -269,16 +270,14 @@ def _is_consequence(agent: Agent, finding: Finding, diagnostic: Diagnostic, drop
 def _unknown_template(agent: Agent, construct: Definition) -> SyntaxNode | None:
     """Return the first pattern with slots whose deftemplate does not exist."""
     templates = agent.deftemplates | {OBJECT}
-    for ce in patterns(condition_of(construct.node)):
-        if not ce.is_ordered and without_module(ce.template) not in templates:
-            return ce.node
-    return None
+    slotted = (ce for ce in patterns(condition_of(construct.node)) if not ce.is_ordered)
+    return next((ce.node for ce in slotted if without_module(ce.template) not in templates), None)
 
 
 def _function_hint(agent: Agent, name: str) -> str:
     functions = ("deffunction", "defgeneric")
     for file in agent.files:
-        if any(each.kind in functions and each.name == name for each in file.constructs):
+        if any(item.kind in functions and item.name == name for item in file.constructs):
             return f"{file.path.name} defines it, and is loaded later: load it before"
     if feature := agent.feature_with(name):
         return f"it is a function of the feature {feature}: request it in stage-1 of the spec"
@@ -290,23 +289,10 @@ def _unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNode | 
     if construct is None:
         return None
     defined = set(map(without_module, agent.words_of("(get-defglobal-list *)")))
-    for node in construct.node.walk():
-        if node.text.startswith(("?*", "$?*")) and node.text.strip("$?*") not in defined:
-            return node
-    return construct.node
+    globals_ = (node for node in construct.node.walk() if node.text.startswith(("?*", "$?*")))
+    return next((node for node in globals_ if node.text.strip("$?*") not in defined), construct.node)
 
 
 def _global_hint(agent: Agent, text: str) -> str:
     hint = did_you_mean(text.strip("$?*"), agent.model.names(NameKind.GLOBAL, Use.DEFINED))
     return re.sub(r"mean (.*)\?", r"mean ?*\1*?", hint)
-
-
-def _slot_message(diagnostic: Diagnostic) -> str:
-    slot, template = [*_QUOTED.findall(diagnostic.message), "?", "?"][:2]
-    return f"the deftemplate '{template}' has no slot '{slot}'"
-
-
-def _slot_hint(agent: Agent, diagnostic: Diagnostic) -> str:
-    slot, template = [*_QUOTED.findall(diagnostic.message), "", ""][:2]
-    names = agent.words_of(f"(deftemplate-slot-names {template})") if template else []
-    return did_you_mean(slot, names) or f"it has: {', '.join(names)}"

@@ -85,9 +85,10 @@ def check(agent: Agent) -> Iterator[Finding]:
     usage = agent.usage
     # A dropped construct has another finding, and the end of an unclosed construct is a guess.
     own_constructs = [
-        each
-        for each in agent.own_constructs
-        if each.placed.piece.closed and (each.file.path, each.keyword, each.name) not in agent.dropped
+        construct
+        for construct in agent.own_constructs
+        if construct.placed.piece.closed
+        and (construct.file.path, construct.keyword, construct.name) not in agent.dropped
     ]
     yield from _rules(agent, usage, own_constructs)
     yield from _facts(agent, usage, own_constructs)
@@ -177,7 +178,7 @@ def _goals(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Itera
                 if name not in words_in_use | reported:
                     reported.add(name)
                     asserted_goals = usage.asserted.get(_GOAL, ())
-                    classes = {each for _, goal in asserted_goals for each in goal.slots.get(_CLASS, ())}
+                    classes = {word for _, goal in asserted_goals for word in goal.slots.get(_CLASS, ())}
                     message = (
                         f"nothing formulates a goal of class {name}, which defrule {construct.name} needs"
                     )
@@ -197,11 +198,11 @@ def _life_cycle(
     """Yield a finding if an asserted goal is never selected, or never expanded after its selection."""
     if "mode" in fact.slots and "FORMULATED" not in fact.slots["mode"]:
         return
-    functions = (each for each in usage.constructs if each.keyword == "deffunction")
-    setters = {each.name for each in functions if each.sets_mode("SELECTED")}
-    if not any(_leads(each, fact, "FORMULATED", "SELECTED", setters) for each in usage.constructs):
+    functions = (construct for construct in usage.constructs if construct.keyword == "deffunction")
+    setters = {function.name for function in functions if function.sets_mode("SELECTED")}
+    if not any(_leads(rule, fact, "FORMULATED", "SELECTED", setters) for rule in usage.constructs):
         yield Finding(NOT_SELECTED, construct.place(fact.start), f"nothing selects goals of class {name}")
-    elif not any(_expands(agent, each, fact, name) for each in usage.constructs):
+    elif not any(_expands(agent, rule, fact, name) for rule in usage.constructs):
         yield Finding(NOT_EXPANDED, construct.place(fact.start), f"nothing expands goals of class {name}")
 
 
@@ -255,15 +256,15 @@ def _sub_types(
     agent: Agent, usage: Usage, own_constructs: list[Construct]
 ) -> Iterator[tuple[tuple[Construct, int], Finding]]:
     """Yield a finding, with its construct and offset, for each goal whose sub-type no rule handles."""
-    handled = frozenset().union(*(sub_types.handled(each.condition) for each in usage.constructs))
-    compared = usage.configured_words.union(*(each.compared for each in usage.constructs))
+    handled = frozenset().union(*(sub_types.handled(rule.condition) for rule in usage.constructs))
+    compared = usage.configured_words.union(*(rule.compared for rule in usage.constructs))
     files = sub_types.files_of_core(*agent.context.paths.before, agent.context.paths.cx)
     for construct, goal, start in _with_sub_type(agent, usage, own_constructs, handled | files.keys()):
         for name in goal.slots[sub_types.SLOT] - handled - compared - {sub_types.NONE}:
             hint = sub_types.advice(name, handled, files)
             is_led = any(
-                _leads(each, goal, "EXPANDED", mode, set(), by_class=bool(hint))
-                for each in usage.constructs
+                _leads(rule, goal, "EXPANDED", mode, set(), by_class=bool(hint))
+                for rule in usage.constructs
                 for mode in _COMMITTED
             )
             if not is_led:
@@ -279,10 +280,10 @@ def _with_sub_type(
     :param names: the sub-types that functions of the core may assign.
     """
     core_functions = {
-        each.name: assigned
-        for each in usage.constructs
-        if each.keyword == "deffunction" and agent.is_of_core(each.file.path)
-        if (assigned := each.symbols & names)
+        function.name: assigned
+        for function in usage.constructs
+        if function.keyword == "deffunction" and agent.is_of_core(function.file.path)
+        if (assigned := function.symbols & names)
     }
     # A `modify` does not name its template: the slot must belong to goals alone.
     is_of_goals = not any(sub_types.SLOT in agent.slots[name] for name in agent.slots.keys() - {_GOAL})

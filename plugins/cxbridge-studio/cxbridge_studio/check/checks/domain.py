@@ -86,6 +86,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     for call in domain_calls(agent):
         yield from _check_domain(call, actions)
     _add_operators(agent.usage, actions)
+    # An unknown action may belong to a domain that cannot be read, or to a computed operator.
     if actions.parameters and actions.is_complete:
         yield from _check_plan_actions(agent.own_files, actions)
     yield from _check_mapping(agent, actions)
@@ -117,6 +118,7 @@ def _add_operators(usage: Usage, actions: _Actions) -> None:
     for construct in usage.constructs:
         for ce in patterns(construct.condition):
             operators |= _operators_of(construct, ce)
+    # The parameters of an action in a domain are known: they stay.
     for name in operators:
         actions.parameters.setdefault(name, None)
 

@@ -124,7 +124,9 @@ def _check_arguments(agent: Agent, skills: Mapping[str, Path | None]) -> Iterato
 def _text(path: Path) -> tuple[set[str], str]:
     """Return the documented arguments and the text of a Lua skill."""
     file = read_lua(str(path), path.read_text("utf-8", "surrogateescape"))
-    return {each.name.text for each in file.mentions if each.name.kind is NameKind.ARGUMENT}, file.text
+    return {
+        mention.name.text for mention in file.mentions if mention.name.kind is NameKind.ARGUMENT
+    }, file.text
 
 
 def _skills(agent: Agent) -> dict[str, Path | None] | None:
@@ -147,7 +149,7 @@ def _skills(agent: Agent) -> dict[str, Path | None] | None:
             skill_files.update(dict.fromkeys(skills))
     for item in skiller_settings(context.config, "lua", () if board is None else board.skillers):
         if item.kind != "lua":
-            return None
+            return None  # the skills of other Skillers have no files
         space: str = context.config.get_str(SKILL_SPACE, default=DEFAULT_SPACE)
         files_of_space = skills_of_space(item.space or space, context.paths.skill_dirs, LuaCompiler())
         if files_of_space is None:

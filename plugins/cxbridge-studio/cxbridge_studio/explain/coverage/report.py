@@ -29,12 +29,10 @@ def lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
         yield f"which rules fired in {runs} was not recorded: record with --trace-level rules"
     yield ""
     yield from _names("goal classes", "appeared", coverage.classes)
-    for name, missing in coverage.missing_modes:
-        yield f"  {name} was never {', '.join(missing)}"
+    yield from (f"  {name} was never {', '.join(missing)}" for name, missing in coverage.missing_modes)
     yield from _names("actions", "were executed", coverage.actions)
     yield from _names("skills", "were executed", coverage.skills)
-    for note in coverage.notes:
-        yield f"note: {note}"
+    yield from (f"note: {note}" for note in coverage.notes)
 
 
 def _file_table(coverage: Coverage) -> Iterator[str]:
@@ -128,6 +126,7 @@ def lcov(coverage: Coverage) -> Iterator[str]:
         yield from (f"FNDA:{count},{rule.name}" for rule, count in rules)
         yield f"FNF:{len(rules)}"
         yield f"FNH:{sum(count > 0 for _, count in rules)}"
+        # A tracefile has each line once, and rules can share a line.
         hits: dict[int, int] = {}
         for rule, count in rules:
             for line in rule.lines:
@@ -160,6 +159,7 @@ def as_document(coverage: Coverage, texts: Mapping[str, str], *, firings_known: 
             "rules": [
                 {"name": rule.name, "lines": rule.lines, "firings": count} for rule, count in file.rules
             ],
+            # Without firings, the page has no lines to mark.
             "text": texts.get(file.file, "") if firings_known else "",
         }
         for name, file in zip(short_names(coverage.files), coverage.files, strict=True)

@@ -47,6 +47,7 @@ class Constructs:
         positions: dict[str, tuple[str, int]] = {}
         refused_rules: dict[str, str] = {}
         names: list[str] = []
+        # A text does not show whether CLIPS has refused a construct.
         refused = {(diagnostic.file, diagnostic.construct) for diagnostic in diagnostics}
         for file in files:
             names.append(file.name)
@@ -71,6 +72,7 @@ class Constructs:
             case "deffunction":
                 self._functions[name] = node.text
             case "defglobal":
+                # The name of a module may precede the ``?*name* = expression`` of each variable.
                 items = node.arguments
                 for variable, sign, expression in zip(items, items[1:], items[2:], strict=False):
                     if sign.text == "=":

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+# The names of the fields are keys in the JSON of `cxbridge why`.
+
 
 @dataclass(frozen=True, slots=True)
 class Count:
     """A number of matches.
 
-    :param more: whether there are more matches than counted; the name is part of the JSON of ``why``.
+    :param more: whether there are more matches than counted.
     """
 
     number: int

@@ -66,7 +66,9 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
             for number, constraint in enumerate(constraints)
             if number in compared and number not in satisfied[key, index]
         )
-        near.append(NearMiss(snapshot.fact_text(row, {each.slot for each in constraints}), deviations))
+        near.append(
+            NearMiss(snapshot.fact_text(row, {constraint.slot for constraint in constraints}), deviations)
+        )
     return MatchFailure(
         "pattern", pattern.text, _reason(prefix, sample, best, len(compared), near), tuple(near)
     )

@@ -117,7 +117,7 @@ def headline(story: RuleExplanation) -> str:
         return f"rule {story.rule}: {verdict(story)}"
     state = "has not fired" if not story.firings else "does not fire again"
     deviations = next((miss.deviations for miss in diagnosis.failure.near if miss.deviations), ())
-    slots = [f"{each.slot} is {each.value}, not {each.wanted}" for each in deviations]
+    slots = [f"{deviation.slot} is {deviation.value}, not {deviation.wanted}" for deviation in deviations]
     details = "; ".join([*diagnosis.failure.facts[:1], *diagnosis.failure.values[:1], *slots])
     reason = diagnosis.failure.reason + (f": {details}" if details else "")
     return f"rule {story.rule} {state}: CE {failing} {diagnosis.failure.text} has no match: {reason}"
@@ -179,8 +179,7 @@ def lines(story: RuleExplanation) -> Iterator[str]:
     yield f"{sentence[:1].upper()}{sentence[1:]}."
     if diagnosis is not None and snapshot is not None:
         yield from _details(story, diagnosis, snapshot)
-    for note in story.notes:
-        yield f"note: {note}"
+    yield from (f"note: {note}" for note in story.notes)
 
 
 def _firings_text(firings: tuple[tuple[float, str], ...]) -> str:

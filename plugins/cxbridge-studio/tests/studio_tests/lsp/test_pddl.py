@@ -32,7 +32,9 @@ def test_doubts_about_pddl_are_live(tmp_path, name, text, expected):
     file = session.update(str(tmp_path / name), text)
     assert file is not None
     found = live_findings(session, file)
-    assert [(each.code, file.lines.at(each.start), each.severity) for each in found] == expected
+    assert [
+        (each.code.name, file.lines.at(each.start), each.code.severity.value) for each in found
+    ] == expected
 
 
 def test_a_domain_of_an_agent_that_reads_as_fawkes(tmp_path):
@@ -40,6 +42,6 @@ def test_a_domain_of_an_agent_that_reads_as_fawkes(tmp_path):
     session = Session()
     file = session.update(str(tmp_path / "quay.pddl"), text)
     assert file is not None
-    assert [each.code for each in live_findings(session, file)] == []
+    assert [each.code.name for each in live_findings(session, file)] == []
     session.knowledge = AgentKnowledge(reads_as_fawkes=True)
-    assert [each.code for each in live_findings(session, file)] == ["CX301"]
+    assert [each.code.name for each in live_findings(session, file)] == ["CX301"]

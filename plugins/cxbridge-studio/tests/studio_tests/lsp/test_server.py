@@ -343,7 +343,7 @@ def test_the_agents_of_a_checkout_have_no_false_error(fawkes_agent):
     """Of all that the text shows, there is Fawkes' parenthesis, and a slot that its queries lack."""
     session, spec = fawkes_agent
     found = {
-        (each.code, Path(file.path).name, file.lines.at(each.start))
+        (each.code.name, Path(file.path).name, file.lines.at(each.start))
         for file in session.model.files
         if file.path in session.loaded
         for each in live_findings(session, file)

@@ -1,0 +1,32 @@
+"""Reads the arguments of commands about facts: the prompt, the monitor and ``cxbridge env`` take the same."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
+from cxbridge.errors import CxbridgeError
+
+
+def number_of(word: str) -> int:
+    """Return the number of a breakpoint, or the index of a fact with or without ``f-``.
+
+    :raises CxbridgeError: if the word is not a number.
+    """
+    digits = word.removeprefix("f-")
+    if not digits.isdecimal():
+        raise CxbridgeError(f"'{word}' is not a number", hint="use a number, e.g. 12, or f-12 for a fact")
+    return int(digits)
+
+
+def changed_fact(text: str) -> tuple[int, Mapping[str, str]]:
+    """Return the index and the slots of ``INDEX (SLOT VALUE)...``.
+
+    :raises CxbridgeError: if the text has another form.
+    """
+    word, _, slots = text.partition(" ")
+    try:
+        return number_of(word), parse_fact(f"(fact {slots.strip()})")[1]
+    except FactSyntaxError:
+        hint = "modify INDEX (SLOT VALUE)..., e.g. modify 12 (mode FINISHED)"
+        raise CxbridgeError(f"'{slots}' names no slots", hint=hint) from None
