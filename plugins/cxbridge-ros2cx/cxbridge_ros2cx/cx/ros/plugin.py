@@ -73,6 +73,7 @@ class RosPlugin(CxPlugin):
     """
 
     endpoints: tuple[Endpoints, ...] = ()
+    has_waiting = False  # whether requests or goals wait for their server: else an idle loop asks no endpoint
 
     @property
     def ros(self) -> RosNode:
@@ -84,8 +85,9 @@ class RosPlugin(CxPlugin):
 
     def tick(self) -> None:
         """Send requests and goals that were waiting for their server."""
-        for endpoints in self.endpoints:
-            endpoints.tick()
+        if self.has_waiting:
+            waits = [endpoints.tick() for endpoints in self.endpoints]
+            self.has_waiting = any(waits)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the environment's open endpoints."""
@@ -227,8 +229,9 @@ class Endpoints(ABC):
     def define(self, env: ClipsEnvironment) -> None:
         """Define functions and templates in an environment."""
 
-    def tick(self) -> None:  # noqa: B027 - only clients have some
-        """Do due work; called in each loop."""
+    def tick(self) -> bool:
+        """Send the messages whose servers have appeared; return whether others still wait."""
+        return False
 
     @abstractmethod
     def close(self, env: ClipsEnvironment) -> None:
@@ -294,14 +297,16 @@ class ClientEndpoints(Endpoints, Generic[C]):
             self.plugin.log.warn(f"{self.server} {name} not available, start waiting")
         # a copy: rules may change or destroy the message before the server appears
         client.waiting.append(deepcopy(fields))
+        self.plugin.has_waiting = True
 
-    def tick(self) -> None:
-        """Send the messages whose servers have appeared."""
+    def tick(self) -> bool:
+        """Send the messages whose servers have appeared; return whether others still wait."""
         for name, client in self.clients.items():
             if client.waiting and client.client.is_served:
                 self.plugin.log.info(f"{self.server} {name} is finally reachable")
                 while client.waiting:
                     self.call(name, client, client.waiting.pop(0))
+        return any(client.waiting for _, client in self.clients.items())
 
     @abstractmethod
     def call(self, name: str, client: C, fields: Mapping[str, Any]) -> object:
