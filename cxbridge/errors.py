@@ -109,7 +109,7 @@ class BrokenAgentError(CxbridgeError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return the arguments for unpickling, which are not those of Exception."""
-        return _made_again, (self.mistakes, self.started)
+        return _restore, (self.mistakes, self.started)
 
     def __str__(self) -> str:
         """Return all mistakes and their number."""
@@ -156,5 +156,5 @@ class TraceError(CxbridgeError):
     """A recorded run cannot be read or written."""
 
 
-def _made_again(mistakes: Sequence[CxbridgeError], started: bool) -> BrokenAgentError:
+def _restore(mistakes: Sequence[CxbridgeError], started: bool) -> BrokenAgentError:
     return BrokenAgentError(mistakes, started=started)

@@ -24,8 +24,8 @@ class RecordLevel(Enum):
     def event_types(self) -> frozenset[type[Event]]:
         """The types of events recorded at this level."""
         levels = list(RecordLevel)
-        kept = levels[: levels.index(self) + 1]
-        return frozenset(event_type for event_type in EVENT_TYPES.values() if event_type.KIND.level in kept)
+        recorded = levels[: levels.index(self) + 1]
+        return frozenset(kind for kind in EVENT_TYPES.values() if kind.KIND.level in recorded)
 
 
 class View(Enum):

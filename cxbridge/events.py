@@ -350,26 +350,27 @@ class EventBus:
 
     clock: Clock
     _sinks: list[tuple[frozenset[type[Event]], Sink]] = field(default_factory=list)
-    _wanted: set[type] = field(default_factory=set)
+    _subscribed: set[type] = field(default_factory=set)
     _takers: dict[type[Event], tuple[Sink, ...]] = field(default_factory=dict)
     _lock: threading.Lock = field(default_factory=threading.Lock, repr=False, compare=False)
 
     def subscribe(self, sink: Sink, *event_types: type[Event]) -> None:
         """Pass all further events of these types to ``sink``."""
+        # new lists instead of changed ones: emit reads them without the lock, in any thread
         with self._lock:
             self._sinks = [*self._sinks, (frozenset(event_types), sink)]
-            self._note_wanted()
+            self._index_sinks()
 
     def unsubscribe(self, sink: Sink) -> None:
         """Stop passing events to ``sink``."""
         with self._lock:
-            self._sinks = [(types, other) for types, other in self._sinks if other != sink]
-            self._note_wanted()
+            self._sinks = [row for row in self._sinks if row[1] != sink]
+            self._index_sinks()
 
-    def _note_wanted(self) -> None:
+    def _index_sinks(self) -> None:
         """Compute the tables for :meth:`wants` and :meth:`emit`."""
         types = (event_type for types, _ in self._sinks for event_type in types)
-        self._wanted = {kind for event_type in types for kind in event_type.__mro__}
+        self._subscribed = {kind for event_type in types for kind in event_type.__mro__}
         self._takers = {
             kind: tuple(sink for types, sink in self._sinks if kind in types)
             for kind in frozenset().union(*(types for types, _ in self._sinks))
@@ -377,7 +378,7 @@ class EventBus:
 
     def wants(self, event_type: type[Event]) -> bool:
         """Return whether this type, or a derived one, has a sink; checked before making an event."""
-        return event_type in self._wanted
+        return event_type in self._subscribed
 
     def emit(self, event: Event) -> None:
         """Pass an event to the sinks of its type."""

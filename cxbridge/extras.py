@@ -40,7 +40,7 @@ def extras(package: str = CORE) -> Mapping[str, Sequence[str]]:
     """
     from importlib import metadata  # noqa: PLC0415 - slow to import, and seldom needed
 
-    found: dict[str, list[str]] = {}
+    by_extra: dict[str, list[str]] = {}
     try:
         requirements = metadata.requires(package) or []
     except metadata.PackageNotFoundError:
@@ -49,8 +49,8 @@ def extras(package: str = CORE) -> Mapping[str, Sequence[str]]:
         name, _, marker = requirement.partition(";")
         extra = _EXTRA.search(marker)
         if extra is not None and extra[1] != _DEVELOPERS:
-            found.setdefault(extra[1], []).append(name.strip())
-    return found
+            by_extra.setdefault(extra[1], []).append(name.strip())
+    return by_extra
 
 
 def missing(extra: str, package: str = CORE) -> list[str]:
@@ -64,18 +64,23 @@ def install_command(extra: str, package: str = CORE) -> str:
     cxbridge is on no package index, so a checkout is installed with the extra; otherwise the command lists
     the packages of the extra.
     """
-    folder = _CHECKOUT if package == CORE else _CHECKOUT / "plugins" / package
-    if (folder / "pyproject.toml").is_file():
+    if folder := _checkout_of(package):
         # pip keeps an editable installation only if the folder is named in the command
-        return _pip("-e", f"{_shown(folder)}[{extra}]")
+        return _pip("-e", f"{folder}[{extra}]")
     requirements = extras(package).get(extra)
     return _pip(*requirements) if requirements else _pip(f"{package}[{extra}]")
 
 
 def plugin_command(package: str) -> str:
     """Return the shell command that installs a plug-in, from the checkout or the package index."""
+    folder = _checkout_of(package)
+    return _pip("-e", folder) if folder else _pip(package)
+
+
+def _checkout_of(package: str) -> str:
+    """Return the folder of a package in the checkout of this cxbridge; empty if there is none."""
     folder = _CHECKOUT if package == CORE else _CHECKOUT / "plugins" / package
-    return _pip("-e", _shown(folder)) if (folder / "pyproject.toml").is_file() else _pip(package)
+    return _short(folder) if (folder / "pyproject.toml").is_file() else ""
 
 
 def missing_package(error: ModuleNotFoundError) -> CxbridgeError | None:
@@ -126,10 +131,10 @@ def _installed(requirement: str) -> bool:
 def _pip(*arguments: str) -> str:
     """Return a pip command of this Python, because the pip on the PATH may belong to another one."""
     python = Path(sys.executable)
-    return shlex.join([_shown(python), "-m", "pip", "install", *arguments])
+    return shlex.join([_short(python), "-m", "pip", "install", *arguments])
 
 
-def _shown(path: Path) -> str:
+def _short(path: Path) -> str:
     """Return a path, relative to the working directory if that is shorter."""
     try:
         folder = Path.cwd()

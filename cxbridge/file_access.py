@@ -129,31 +129,32 @@ def _make_like(fresh: Path, real: Path) -> None:
 def _put_in_place(fresh: Path, real: Path) -> None:
     """Move a file or folder to its final place."""
     if real.is_dir():
-        for each in sorted(fresh.iterdir()):
-            each.replace(real / each.name)
-        return
-    fresh.replace(real)
+        for file in sorted(fresh.iterdir()):
+            file.replace(real / file.name)
+    else:
+        fresh.replace(real)
 
 
 def _rename_in(error: CxbridgeError | OSError, fresh: Path, path: Path) -> None:
-    named = error.filename if isinstance(error, OSError) else error.file
-    if named is None or not Path(named).is_relative_to(fresh):
+    """Make an error name the path that the user has given."""
+    file = error.filename if isinstance(error, OSError) else error.file
+    if file is None or not Path(file).is_relative_to(fresh):
         return
-    known = str(path / Path(named).relative_to(fresh))
+    user_file = str(path / Path(file).relative_to(fresh))
     if isinstance(error, OSError):
-        error.filename = known
+        error.filename = user_file
     else:
-        error.file, error.message = known, error.message.replace(str(fresh), str(path))
+        error.file, error.message = user_file, error.message.replace(str(fresh), str(path))
         error.args = (error.message,)
 
 
 def walk(root: Path) -> Iterator[tuple[str, list[str], list[str]]]:
     """Walk through folders like :func:`os.walk`, following links, but visiting each folder once."""
-    seen: set[str] = set()
-    for place, folders, files in os.walk(root, followlinks=True):
-        real = os.path.realpath(place)
-        if real in seen:
-            folders.clear()
+    visited: set[str] = set()
+    for folder, subfolders, files in os.walk(root, followlinks=True):
+        real = os.path.realpath(folder)
+        if real in visited:
+            subfolders.clear()  # os.walk then does not enter them
         else:
-            seen.add(real)
-            yield place, folders, files
+            visited.add(real)
+            yield folder, subfolders, files

@@ -47,7 +47,7 @@ def is_private(endpoint: str) -> bool:
 
 def check_place(
     server: str,
-    place: str,
+    address: str,
     *,
     private: bool,
     admitted: bool,
@@ -56,14 +56,14 @@ def check_place(
 ) -> None:
     """Raise an error for a server that clients without permission can reach.
 
-    :param place: the host or the endpoint.
+    :param address: the host or the endpoint.
     :param private: whether only this user or this machine can reach it.
     :param admitted: whether keys, a token, a list of peers or an option restrict or permit clients.
     :raises CxbridgeError: of the class ``error``.
     """
     if not (private or admitted):
-        reach = "by all users of" if is_abstract(place) else "from beyond"
-        raise error(f"{server} at {place} could be reached {reach} this machine", hint=hint)
+        reach = "by all users of" if is_abstract(address) else "from beyond"
+        raise error(f"{server} at {address} could be reached {reach} this machine", hint=hint)
 
 
 def is_named(host: str, names: Collection[str]) -> bool:

@@ -6,7 +6,7 @@ import re
 from typing import Any, Final
 
 _LINE: Final = re.compile(r"\]:(\d+): (.*)")
-_PRECOMPILED: Final = b"\x1b"
+_PRECOMPILED: Final = b"\x1b"  # Lua does not check bytecode, which may crash the process
 
 
 class LuaCompiler:
@@ -28,9 +28,9 @@ class LuaCompiler:
         try:
             self._lua.compile(text)
         except self._error as error:
-            told = readable(str(error))
-            match = _LINE.search(told)
-            return (int(match[1]), match[2]) if match else (0, told)
+            message = readable(str(error))
+            match = _LINE.search(message)
+            return (int(match[1]), match[2]) if match else (0, message)
         return None
 
     def problem_of_file(self, text: bytes) -> tuple[int, str] | None:

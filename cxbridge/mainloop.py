@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum
 
-from cxbridge.clock import Clock, Wakeup
+from cxbridge.clock import Clock
 
 DEFAULT_PERIOD_US = 33_333
 """Fawkes' ``/fawkes/mainapp/desired_loop_time``: 30 cycles a second."""
@@ -43,9 +44,9 @@ class MainLoop:
         """The number of started cycles and :meth:`busy` sections."""
         self.working = False
         """Whether it is in a cycle or a :meth:`busy` section."""
-        self._stopped = Wakeup()
+        self._stopped = threading.Event()
         self._hooks: dict[Hook, list[Callable[[], object]]] = {hook: [] for hook in Hook}
-        self._steps: tuple[Callable[[], object], ...] | None = None
+        self._steps: tuple[Callable[[], object], ...] | None = None  # None after a change of the hooks
 
     def add(self, hook: Hook, step: Callable[[], object]) -> None:
         """Call ``step`` at ``hook`` in every cycle, after earlier registered functions."""

@@ -176,29 +176,29 @@ class Table(Generic[T]):
 
         :raises PluginError: if there is none.
         """
-        found = next((row for row in self.rows if row.name == name), None)
-        if found is not None:
-            return found
-        thing, names = self.hook.lower().removesuffix("s"), [row.name for row in self.rows]
+        for row in self.rows:
+            if row.name == name:
+                return row
+        names = [row.name for row in self.rows]
         hint = package_hint(name) or did_you_mean(name, names, f"known: {', '.join(names)}")
-        raise PluginError(f"there is no {thing} '{name}'", hint=hint)
+        raise PluginError(f"there is no {_singular(self.hook)} '{name}'", hint=hint)
 
     def load(self, row: Row) -> T:
         """Import the object of a row.
 
         :raises PluginError: if the import fails, or the object has another kind.
         """
-        thing = f"the {self.hook.lower().removesuffix('s')} '{row.name}' ({row})"
+        title = f"the {_singular(self.hook)} '{row.name}' ({row})"
         try:
             loaded: T = resolve_name(row.target)
         except Exception as error:
             absent = missing_package(error) if isinstance(error, ModuleNotFoundError) else None
             if absent is not None or not row.origin:
-                raise absent or error from None
+                raise absent or error from None  # an error of cxbridge itself is a fault, with its traceback
             reason = f"{type(error).__name__}: {error}"
-            raise PluginError(f"{thing} cannot be loaded: {reason}", hint=_hint(row.origin)) from error
+            raise PluginError(f"{title} cannot be loaded: {reason}", hint=_hint(row.origin)) from error
         if not self._accepts(loaded):
-            raise PluginError(f"{thing} is not {self._kind}", hint="see docs/plugins.md")
+            raise PluginError(f"{title} is not {self._kind}", hint="see docs/plugins.md")
         return loaded
 
 
@@ -211,29 +211,33 @@ def _merged(hook: str, own: tuple[Row, ...], plugins: tuple[Plugin, ...]) -> tup
     merged = [*own]
     for plugin in plugins:
         for row in plugin.rows.get(hook, ()):
-            same = next((other for other in merged if other.name == row.name), None)
-            if same is not None:
-                raise two_of_a_name(hook, same, row)
+            for earlier in merged:
+                if earlier.name == row.name:
+                    raise two_of_a_name(hook, earlier, row)
             merged.append(row)
     return tuple(merged)
 
 
 def two_of_a_name(hook: str, first: Row, second: Row) -> PluginError:
     """Return the error for two conflicting rows of the same name."""
-    thing = hook.lower().removesuffix("s")
+    kind = _singular(hook)
     return PluginError(
-        f"two {thing}s are called '{second.name}': {first}, and {second}",
-        hint=f"uninstall the package of one {thing}, or rename the {thing}",
+        f"two {kind}s are called '{second.name}': {first}, and {second}",
+        hint=f"uninstall the package of one {kind}, or rename the {kind}",
     )
+
+
+def _singular(hook: str) -> str:
+    """Return the noun for one row of a table, e.g. ``check`` for CHECKS."""
+    return hook.lower().removesuffix("s")
 
 
 @lru_cache(maxsize=1)
 def known_packages() -> Mapping[str, str]:
     """Return the known packages of plug-ins by the names of their rows, options and sections."""
-    known: dict[str, str] = json.loads(
-        Path(__file__).with_name("known_plugins.json").read_text(encoding="utf-8")
-    )
-    return MappingProxyType(known)
+    text = Path(__file__).with_name("known_plugins.json").read_text(encoding="utf-8")
+    packages: dict[str, str] = json.loads(text)
+    return MappingProxyType(packages)
 
 
 def package_with(name: str) -> str:
@@ -278,21 +282,22 @@ def package_hint(name: str) -> str:
 
 @lru_cache(maxsize=16)
 def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
-    found: dict[str, list[tuple[str, str]]] = {}
+    entries: dict[str, list[tuple[str, str]]] = {}
     for folder, changed_ns in folders:
         for name, module, information in _entries_in(folder, changed_ns):
-            found.setdefault(name, []).append((module, _package_of(information)))
-    imported = {name: _import(name, found[name]) for name in sorted(found)}
+            entries.setdefault(name, []).append((module, _package_of(information)))
+    imported = {name: _import(name, entries[name]) for name in sorted(entries)}
+    # all modules before the first table, because a plug-in may declare the hook of another one
     hooks = HOOKS.union(*(getattr(module, _OWN_HOOKS, ()) for _, module in imported.values()))
     return tuple(_read(name, package, module, hooks) for name, (package, module) in imported.items())
 
 
 def _import(name: str, entries: list[tuple[str, str]]) -> tuple[str, ModuleType | PluginError]:
     module, package = entries[0]
-    packages = sorted({each for _, each in entries})
-    if len(packages) > 1:
-        of = " and ".join(packages)
-        return of, PluginError(f"two plug-ins are called '{name}': of {of}", hint="uninstall one of them")
+    packages = " and ".join(sorted({package for _, package in entries}))
+    if packages != package:
+        message = f"two plug-ins are called '{name}': of {packages}"
+        return packages, PluginError(message, hint="uninstall one of them")
     try:
         return package, import_module(module)
     except Exception as error:  # noqa: BLE001 - a plug-in's module may raise anything
@@ -361,15 +366,15 @@ def _entries_in(folder: str, changed_ns: int) -> tuple[tuple[str, str, str], ...
     ``importlib.metadata`` is slow to import and reads hundreds of files. An installation changes the folder
     and thus the cache key.
     """
-    found: list[tuple[str, str, str]] = []
+    entries: list[tuple[str, str, str]] = []
     with suppress(OSError):
         for name in sorted(os.listdir(folder)):  # noqa: PTH208
             if name.endswith("-info") and "." in name:
                 information = os.path.join(folder, name)  # noqa: PTH118
                 file = os.path.join(information, "entry_points.txt")  # noqa: PTH118
                 with suppress(OSError), open(file, encoding="utf-8", errors="replace") as text:  # noqa: PTH123
-                    found += ((*entry, information) for entry in _entries(text.read()))
-    return tuple(found)
+                    entries += ((*entry, information) for entry in _entries(text.read()))
+    return tuple(entries)
 
 
 def _entries(text: str) -> Iterator[tuple[str, str]]:

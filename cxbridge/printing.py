@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import IO, Any, Final
 
 _SURROGATES: Final = range(0xD800, 0xE000)
+# Bytes of Latin-1 letters, which Python's surrogateescape reads as lone surrogates.
 _LATIN_1: Final = range(0xDCA0, 0xDD00)
 
 UNSAFE: Final = (
@@ -42,7 +43,8 @@ _IN_FILE: Final[Mapping[int, str]] = {code: text for code, text in _ONE_LINE.ite
 _DANGEROUS: Final = re.compile(f"[{''.join(map(chr, UNSAFE))}]")
 _LOOKS_ESCAPED: Final = re.compile(r"\\(?=u[0-9a-f]{4})")
 _ESCAPED: Final = re.compile(r"\\u([0-9a-f]{4})")
-_GOES_ON: Final = re.compile(r"\n(?=[ \t()\n]|\Z)")
+# A line feed within an entry of Fawkes' log: no entry starts with a blank, a tab or a parenthesis.
+_INNER_LINE_FEED: Final = re.compile(r"\n(?=[ \t()\n]|\Z)")
 _BACKSLASH: Final = 0x5C
 
 
@@ -61,8 +63,8 @@ def indented(text: str) -> str:
 
     An indented line cannot be mistaken for a line of another program.
     """
-    first, *more = visible(text).split("\n")
-    return "\n".join([first, *(line if line.startswith("  ") or not line else f"  {line}" for line in more)])
+    head, *lines = visible(text).split("\n")
+    return "\n".join([head, *(line if line.startswith("  ") or not line else f"  {line}" for line in lines)])
 
 
 def to_record(text: str) -> str:
@@ -79,12 +81,12 @@ def to_record(text: str) -> str:
 def to_entry(text: str) -> str:
     """Return a text for a log entry like :func:`to_record`, but with several lines.
 
-    As in constructs logged by Fawkes, a line feed is kept before a blank, a tab or a parenthesis, with which
-    no entry starts, and at the end.
+    As in constructs logged by Fawkes, a line feed is kept before a blank, a tab or a parenthesis, and at the
+    end.
     """
     if text.isprintable() and "\\u" not in text:
         return text
-    lines = _GOES_ON.split(text)
+    lines = _INNER_LINE_FEED.split(text)
     return "\n".join(map(to_record, lines)) if len(lines) > 1 else to_record(text)
 
 
@@ -117,8 +119,7 @@ class VisibleStream:
 
     def writelines(self, lines: list[str]) -> None:
         """Write texts."""
-        for line in lines:
-            self.write(line)
+        self.write("".join(lines))
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the stream."""

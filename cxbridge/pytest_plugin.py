@@ -200,17 +200,17 @@ def pytest_runtest_makereport(
 
 def _hide_library(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
     """Remove the library's frames from a failure of the test; faults of the library keep all frames."""
-    frames = []
-    frame: TracebackType | None = excinfo.tb
-    while frame is not None:
-        frames.append(frame)
-        frame = frame.tb_next
-    shown = [each for each in frames if not _LIBRARY.match(each.tb_frame.f_globals.get("__name__", ""))]
-    if len(shown) == len(frames):
+    frames: list[TracebackType] = []
+    traceback: TracebackType | None = excinfo.tb
+    while traceback is not None:
+        frames.append(traceback)
+        traceback = traceback.tb_next
+    foreign = [frame for frame in frames if not _LIBRARY.match(frame.tb_frame.f_globals.get("__name__", ""))]
+    if len(foreign) == len(frames):
         return
     from cxbridge.errors import CxbridgeError  # noqa: PLC0415  as above
 
-    if shown and shown[0] is frames[0] and excinfo.errisinstance((AssertionError, CxbridgeError)):
+    if foreign and foreign[0] is frames[0] and excinfo.errisinstance((AssertionError, CxbridgeError)):
         # pytest filters the original chain, so a copy would have no effect
-        for one, after in zip(shown, (*shown[1:], None), strict=True):
-            one.tb_next = after
+        for frame, next_frame in zip(foreign, (*foreign[1:], None), strict=True):
+            frame.tb_next = next_frame

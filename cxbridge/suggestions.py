@@ -10,17 +10,17 @@ from typing import Final
 LIKE: Final = 0.6
 """The minimal similarity, from 0 to 1, for a suggestion."""
 
-_MOST: Final = 3
-_BY_ENDS: Final = 0.2  # the weight of equal ends, added to the similarity
+_MAX_SUGGESTIONS: Final = 3
+_WEIGHT_OF_ENDS: Final = 0.2  # of equal ends, added to the similarity
 _MARGIN: Final = 0.05  # names that are less similar than the nearest one by this margin are not suggested
-_COMPARED: Final = 300  # comparing is slow, and hostile files may have many long names
+_MAX_COMPARED: Final = 300  # comparing is slow, and hostile files may have many long names
 _LONGEST: Final = 200
-_SHORTEST_PART: Final = 3  # shorter names are part of too many others
+_SHORTEST_PART: Final = 3  # shorter names are part of too many longer ones
 
 
-def likeness(one: str, other: str) -> float:
+def likeness(a: str, b: str) -> float:
     """Return the similarity of two names from 0 to 1, ignoring case."""
-    return SequenceMatcher(None, one.lower(), other.lower()).ratio()
+    return SequenceMatcher(None, a.lower(), b.lower()).ratio()
 
 
 def nearest(name: str, known: Iterable[str], cutoff: float = LIKE) -> list[str]:
@@ -30,13 +30,13 @@ def nearest(name: str, known: Iterable[str], cutoff: float = LIKE) -> list[str]:
 
     :param cutoff: the minimal similarity; higher for paths, which often start equally.
     """
-    names = set(known)
-    if not name or not names or len(name) > _LONGEST:
+    candidates = set(known)
+    if not name or not candidates or len(name) > _LONGEST:
         return []
-    found = _similar(name, names, cutoff)
-    if not found and len(name) >= _SHORTEST_PART:
-        found = sorted(other for other in names if name.lower() in other.lower())
-    return found[:_MOST]
+    similar = _similar(name, candidates, cutoff)
+    if not similar and len(name) >= _SHORTEST_PART:
+        similar = sorted(candidate for candidate in candidates if name.lower() in candidate.lower())
+    return similar[:_MAX_SUGGESTIONS]
 
 
 def did_you_mean(name: str, known: Iterable[str], otherwise: str = "", cutoff: float = LIKE) -> str:
@@ -45,8 +45,8 @@ def did_you_mean(name: str, known: Iterable[str], otherwise: str = "", cutoff: f
     :param otherwise: the hint if there are none.
     :param cutoff: as for :func:`nearest`.
     """
-    found = nearest(name, known, cutoff)
-    return f"did you mean {' or '.join(found)}?" if found else otherwise
+    suggestions = nearest(name, known, cutoff)
+    return f"did you mean {' or '.join(suggestions)}?" if suggestions else otherwise
 
 
 def or_similar(name: str, known: Iterable[str]) -> str:
@@ -55,31 +55,35 @@ def or_similar(name: str, known: Iterable[str]) -> str:
     return f" ({hint})" if hint else ""
 
 
-def _similar(name: str, names: Iterable[str], cutoff: float) -> list[str]:
-    def first(other: str) -> tuple[int, bool, str]:
-        return abs(len(other) - len(name)), other[:1].lower() != name[:1].lower(), other
+def _similar(name: str, candidates: Iterable[str], cutoff: float) -> list[str]:
+    """Return the candidates that are about as similar as the nearest one, the nearest first."""
+
+    def distance(candidate: str) -> tuple[int, bool, str]:
+        """Return a cheap measure, which selects the candidates to compare."""
+        return abs(len(candidate) - len(name)), candidate[:1].lower() != name[:1].lower(), candidate
 
     name = name.lower()
     matcher = SequenceMatcher(None, "", name)
     scores: dict[str, float] = {}
-    for other in sorted(names, key=first)[:_COMPARED]:
-        matcher.set_seq1(other.lower())
+    for candidate in sorted(candidates, key=distance)[:_MAX_COMPARED]:
+        matcher.set_seq1(candidate.lower())
+        # the quick ratios are upper bounds, and most names fail them
         if matcher.real_quick_ratio() >= cutoff and matcher.quick_ratio() >= cutoff:
             ratio = matcher.ratio()
             if ratio >= cutoff:
-                scores[other] = ratio + _BY_ENDS * _same_ends(name, other.lower())
+                scores[candidate] = ratio + _WEIGHT_OF_ENDS * _share_of_ends(name, candidate.lower())
     best = max(scores.values(), default=0.0)
-    close = [other for other, score in scores.items() if score >= best - _MARGIN]
-    return sorted(close, key=lambda other: (-scores[other], other))
+    close = [candidate for candidate, score in scores.items() if score >= best - _MARGIN]
+    return sorted(close, key=lambda candidate: (-scores[candidate], candidate))
 
 
-def _same_ends(one: str, other: str) -> float:
+def _share_of_ends(a: str, b: str) -> float:
     """Return the share of two names that is equal at their ends; typing errors are usually in one place."""
-    begin = _same_beginning(one, other)
-    end = _same_beginning(one[begin:][::-1], other[begin:][::-1])
-    return (begin + end) / max(len(one), len(other))
+    prefix = _common_prefix(a, b)
+    suffix = _common_prefix(a[prefix:][::-1], b[prefix:][::-1])
+    return (prefix + suffix) / max(len(a), len(b))
 
 
-def _same_beginning(one: str, other: str) -> int:
+def _common_prefix(a: str, b: str) -> int:
     """Return the length of the common prefix of two texts."""
-    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False)))
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(a, b, strict=False)))

@@ -24,7 +24,7 @@ EXPLAIN_ID = "cxbridge"
 REQUEST_TYPE = "RequestInterface"
 OWNER = "cxbridge daemon"
 MAX_COMMANDS = 16
-"""The maximal number of waiting commands."""
+"""The maximal number of waiting commands; more clients are refused, as a stuck loop takes none."""
 
 INTERRUPT = "InterruptMessage"
 """The message that is processed on arrival, because the main loop may be stuck."""
@@ -71,7 +71,7 @@ class DaemonBoard:
         daemon.version = VERSION
         daemon.time_source = time_source
         self._lock = threading.RLock()  # the watchdog's thread publishes, too
-        board.register_listener(_Ear(on_message), daemon, EventKind.MESSAGE_RECEIVED)
+        board.register_listener(_MessageListener(on_message), daemon, EventKind.MESSAGE_RECEIVED)
 
     def publish(self, state: str, components: Sequence[ComponentStatus]) -> None:
         """Write the changed states of the daemon and its components.
@@ -80,7 +80,7 @@ class DaemonBoard:
         """
         with self._lock:
             if not self._daemon.valid:
-                return
+                return  # the blackboard is closed, and a stall or a last state comes too late
             for status in components:
                 interface = self._components[status.name]
                 interface.state = int(status.state)
@@ -111,21 +111,22 @@ class DaemonBoard:
         message = self._daemon.msgq_pop()
         return None if message is None else (COMMANDS.get(message.type, ""), message.id)
 
-    def answer(self, msgid: int) -> None:
+    def acknowledge(self, msgid: int) -> None:
         """Set the id of the last processed message; written by the next :meth:`publish`."""
         with self._lock:
             if self._daemon.valid:
                 self._daemon.msgid = msgid
+                # the same command twice leaves all values equal, and its client waits for a change
                 self._daemon.mark_data_changed()
 
 
-class _Ear(Listener):
-    """Receives messages on arrival."""
+class _MessageListener(Listener):
+    """Reports messages on arrival, before the main loop takes them from the queue."""
 
     def __init__(self, on_message: Callable[[str], None]) -> None:
         self._on_message = on_message
 
-    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - as it is
+    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - a listener's signature
         """Report a message and let it be queued."""
         self._on_message(message.type)
         return True

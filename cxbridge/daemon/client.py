@@ -1,9 +1,13 @@
-"""Clients of a daemon, over its blackboard."""
+"""Clients of a daemon, over its blackboard.
+
+A client sends a message and waits for the reply, which the daemon writes into a field of the same interface.
+"""
 
 from __future__ import annotations
 
 import json
-from typing import Any, Final
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Final
 from uuid import uuid4
 
 from cxbridge.blackboard import BlackBoard
@@ -12,6 +16,10 @@ from cxbridge.blackboard.following import Deadline, Feed
 from cxbridge.daemon.board import DAEMON_ID, EXPLAIN_ID, EXPLAIN_TYPE, REQUEST_TYPE
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.plugins import package_with
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.following import InterfaceChange
+    from cxbridge.interfaces.instance import Interface, Message
 
 OWNER = "cxbridge daemon client"
 SKILLER = "SkillerInterface"
@@ -27,9 +35,13 @@ class NoAnswerError(CxbridgeError):
     exit_status = 3
 
 
+def _has_writer(board: BlackBoard, interface_type: str, interface_id: str) -> bool:
+    return any(info.has_writer for info in board.list(interface_type, interface_id))
+
+
 def _check(board: BlackBoard) -> None:
     """Raise an error if the blackboard does not belong to a daemon."""
-    if not any(info.has_writer for info in board.list(_TYPE, DAEMON_ID)):
+    if not _has_writer(board, _TYPE, DAEMON_ID):
         raise BlackBoardError(
             "this blackboard has no daemon", hint="only 'cxbridge daemon' reports its components"
         )
@@ -53,10 +65,11 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
             skiller: name_controller(instance, str(feed.now(instance).values[CONTROLLER]))
             for skiller, instance in skillers
         }
-        parts = [feed.now(feed.open(info.type, info.id)) for info in board.list("ComponentInterface")]
-        rules = any(info.has_writer for info in board.list(REQUEST_TYPE, DAEMON_ID))
-        stopped = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stopped"] if rules else ""
-    parts.sort(key=lambda news: int(news.values["position"]))
+        components = [feed.now(feed.open(info.type, info.id)) for info in board.list("ComponentInterface")]
+        stopped = ""
+        if _has_writer(board, REQUEST_TYPE, DAEMON_ID):
+            stopped = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stopped"]
+    components.sort(key=lambda component: int(component.values["position"]))
     return {
         "state": daemon["state"].name,
         "version": daemon["version"],
@@ -69,12 +82,12 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
         "controllers": controllers,
         "components": [
             {
-                "name": news.uid.partition("::")[2],
-                "state": news.values["state"].name,
-                "since_us": news.values["since"],
-                "reason": news.values["reason"],
+                "name": component.uid.partition("::")[2],
+                "state": component.values["state"].name,
+                "since_us": component.values["since"],
+                "reason": component.values["reason"],
             }
-            for news in parts
+            for component in components
         ],
     }
 
@@ -85,18 +98,45 @@ def command(board: BlackBoard, verb: str, timeout_s: float) -> bool:
     :raises BlackBoardError: if there is no daemon.
     """
     _check(board)
-    deadline = Deadline(timeout_s)
     with Feed(board, OWNER) as feed:
         interface = feed.open(_TYPE, DAEMON_ID)
-        before = feed.now(interface)
-        msgid = interface.msgq_enqueue(interface.create_message(f"{verb}Message"))
-        while (news := feed.next(deadline)) is not None:
-            # a listener may get the write before the message once more
-            stale = news.values == before.values and news.time_us <= before.time_us
+        message = interface.create_message(f"{verb}Message")
+        for change in _replies(feed, interface, message, timeout_s):
             # a daemon that shuts down closes its interface instead of a reply
-            if news.kind == "writer removed" or (not stale and news.values["msgid"] == msgid):
+            if change.kind == "writer removed" or change.values["msgid"] == message.id:
                 return True
     return False
+
+
+def _replies(
+    feed: Feed, interface: Interface, message: Message, timeout_s: float
+) -> Iterator[InterfaceChange]:
+    """Send a message and yield the changes that follow it, until the time is over."""
+    deadline = Deadline(timeout_s)
+    before = feed.now(interface)
+    interface.msgq_enqueue(message)
+    while (change := feed.next(deadline)) is not None:
+        # a listener may get the write before the message once more
+        is_stale = change.values == before.values and change.time_us <= before.time_us
+        if change.kind == "writer removed" or not is_stale:
+            yield change
+
+
+def _result(change: InterfaceChange) -> dict[str, Any]:
+    """Return the reply in the field ``answer``.
+
+    :raises CxbridgeError: if the daemon has ended.
+    """
+    if change.kind == "writer removed":
+        raise BlackBoardError("the daemon has ended")
+    reply: dict[str, Any] = json.loads(change.values["answer"] or "{}")
+    return reply
+
+
+def _check_reply(reply: dict[str, Any]) -> None:
+    """Raise the error of a refused request."""
+    if "error" in reply:
+        raise CxbridgeError(reply["error"], hint=reply["hint"])
 
 
 def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: float) -> dict[str, Any] | None:
@@ -107,35 +147,27 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
     :returns: ``lines`` and ``data``, or None if there is no reply in time.
     :raises CxbridgeError: if there is no daemon with an executive, or it has no explanation.
     """
-    if not any(info.has_writer for info in board.list(EXPLAIN_TYPE, EXPLAIN_ID)):
+    if not _has_writer(board, EXPLAIN_TYPE, EXPLAIN_ID):
         raise BlackBoardError(
             "there is no daemon with an executive to ask",
             hint=f"only a 'cxbridge daemon' with {package_with('why')} answers; or name a scenario, or a "
             "recording with --run",
         )
-    deadline = Deadline(timeout_s)
     with Feed(board, OWNER) as feed:
         interface = feed.open(EXPLAIN_TYPE, EXPLAIN_ID)
         message: Any = interface.create_message("WhyMessage")
         message.name, message.kind, message.rules = name, kind, rules
-        before = feed.now(interface)
-        msgid = interface.msgq_enqueue(message)
-        while (news := feed.next(deadline)) is not None:
-            # a listener may get the write before the message once more
-            stale = news.values == before.values and news.time_us <= before.time_us
-            if news.kind == "writer removed":
-                raise BlackBoardError("the daemon has ended")
-            if not stale and news.values["msgid"] == msgid:
-                answer: dict[str, Any] = json.loads(news.values["answer"])
-                if "error" in answer:
-                    raise CxbridgeError(answer["error"], hint=answer["hint"])
-                return answer
+        for change in _replies(feed, interface, message, timeout_s):
+            reply = _result(change)
+            if change.values["msgid"] == message.id:
+                _check_reply(reply)
+                return reply
     return None
 
 
 def check_executive(board: BlackBoard) -> None:
     """Raise an error if the blackboard does not belong to a daemon."""
-    if not any(info.has_writer for info in board.list(REQUEST_TYPE, DAEMON_ID)):
+    if not _has_writer(board, REQUEST_TYPE, DAEMON_ID):
         raise BlackBoardError("there is no daemon here", hint="only 'cxbridge daemon' takes such requests")
 
 
@@ -146,25 +178,17 @@ def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) ->
     :raises CxbridgeError: if there is no daemon, or it refuses, or does not reply in time.
     """
     check_executive(board)
-    deadline = Deadline(timeout_s)
+    text, token = json.dumps(arguments), uuid4().hex
+    if len(text) > MOST_ARGUMENTS:
+        raise CxbridgeError(f"the arguments of {verb} are too long", hint=f"{MOST_ARGUMENTS} bytes at most")
     with Feed(board, OWNER) as feed:
         interface = feed.open(REQUEST_TYPE, DAEMON_ID)
         message: Any = interface.create_message("AskMessage")
-        message.verb, message.token = verb, uuid4().hex
-        text = json.dumps(arguments)
-        if len(text) > MOST_ARGUMENTS:
-            raise CxbridgeError(
-                f"the arguments of {verb} are too long", hint=f"{MOST_ARGUMENTS} bytes at most"
-            )
-        message.arguments = text
-        token = message.token
-        interface.msgq_enqueue(message)
-        while (news := feed.next(deadline)) is not None:
-            if news.kind == "writer removed":
-                raise BlackBoardError("the daemon has ended")
-            answer = json.loads(news.values["answer"] or "{}")
-            if answer.get("token") == token:
-                if "error" in answer:
-                    raise CxbridgeError(answer["error"], hint=answer["hint"])
-                return answer["result"]
+        message.verb, message.arguments, message.token = verb, text, token
+        for change in _replies(feed, interface, message, timeout_s):
+            # the token, because replies to other clients come in the same field
+            reply = _result(change)
+            if reply.get("token") == token:
+                _check_reply(reply)
+                return reply["result"]
     raise NoAnswerError(f"the daemon did not answer within {timeout_s:g} s")

@@ -28,7 +28,7 @@ def make_daemon_base(options: DaemonOptions) -> tuple[RunBase, DaemonSettings]:
     settings = DaemonSettings.of(config)
     clock = clock_of(settings.clock, config, file.parent)
     bus = EventBus(clock)
-    loop = make_main_loop(source_of(_named(options)).loop_period_us(config), bus)
+    loop = make_main_loop(source_of(_source_options(options)).loop_period_us(config), bus)
     return RunBase("", config, file, clock, bus, loop), settings
 
 
@@ -38,7 +38,7 @@ def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
     :raises CxbridgeError: if a file is missing or invalid.
     """
     config, file = Configuration(), DEFAULT_CONFIG
-    source = source_of(_named(options))
+    source = source_of(_source_options(options))
     if source.is_named:
         source.check()
         config, file = source.load_configuration()
@@ -54,7 +54,8 @@ def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
     return config, file
 
 
-def _named(options: DaemonOptions) -> RunOptions:
+def _source_options(options: DaemonOptions) -> RunOptions:
+    """Return the options of the sources of an agent's files."""
     sources = {field.name: getattr(options, field.name) for field in fields(SourceOptions)}
     return RunOptions(scenario=options.config, config=options.overlay, **sources)
 
@@ -64,10 +65,10 @@ def make_run_options(options: DaemonOptions, config: Configuration, settings: Da
 
     :raises CxbridgeError: if an option is invalid.
     """
-    named = _named(options)
-    made = replace(
-        named,
-        scenario=options.config if source_of(named).is_named else DEFAULT_CONFIG,
+    source_options = _source_options(options)
+    run_options = replace(
+        source_options,
+        scenario=options.config if source_of(source_options).is_named else DEFAULT_CONFIG,
         spec=options.spec,
         agent=options.agent,
         core=core_of(config),
@@ -79,6 +80,7 @@ def make_run_options(options: DaemonOptions, config: Configuration, settings: Da
         bblog=settings.bblog,
         strict=options.strict,
     )
-    made.check()
-    source_of(made).check()
-    return replace(made, skiller=settings.skiller, speech=settings.speech)
+    run_options.check()
+    source_of(run_options).check()
+    # after the check: a daemon's clock may be scaled although its Skiller is on another blackboard
+    return replace(run_options, skiller=settings.skiller, speech=settings.speech)

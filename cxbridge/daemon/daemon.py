@@ -1,4 +1,8 @@
-"""Blackboard, transports, Skiller and executive as one long-lived process; see docs/daemon.md."""
+"""The daemon: a run that serves clients until it is stopped; see docs/daemon.md.
+
+Clients and the watchdog call from other threads. Their commands wait for the main loop, which alone may touch
+CLIPS and the components; only an interrupt of rules is processed on arrival.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +45,7 @@ if TYPE_CHECKING:
 COMPONENT = "Daemon"
 """The name of the daemon in log lines."""
 
-_WATCH_US = MICROSECONDS
+_WATCH_US = MICROSECONDS  # the period of checks, and of the notification that feeds systemd's watchdog
 
 
 class Daemon(Run):
@@ -66,8 +70,7 @@ class Daemon(Run):
         """The endpoints of the started servers."""
         self._state = "STARTING"
         self._next_watch_us = 0
-        # The thread of :meth:`run`, 0 before it.
-        self._thread = 0
+        self._thread = 0  # the thread of :meth:`run`; 0 before it
         self._notifier = Notifier()
         self.node: ExecutiveNode | None = None
         """The executive for clients, None without one."""
@@ -83,8 +86,9 @@ class Daemon(Run):
             on_stall=self._report_stall,
         )
         nodes = self.lifecycle.nodes
-        names = [node.name for node in nodes]
-        self.status = DaemonBoard(self.board, names, self.clock.name, self._take_message)
+        self.status = DaemonBoard(
+            self.board, [node.name for node in nodes], self.clock.name, self._take_message
+        )
         self._requests = DaemonRequests(
             self.board,
             self.bus,
@@ -182,9 +186,9 @@ class Daemon(Run):
         """Return a user's error unchanged, and other errors with the name of the component."""
         if isinstance(error, CxbridgeError) or (isinstance(error, OSError) and error.filename is not None):
             return error
-        failed = ComponentFailedError(self.lifecycle.failure)
-        failed.__cause__ = error
-        return failed
+        component_error = ComponentFailedError(self.lifecycle.failure)
+        component_error.__cause__ = error
+        return component_error
 
     def _work(self) -> None:
         self._settle()
@@ -219,7 +223,7 @@ class Daemon(Run):
     def _take_message(self, message: str) -> None:
         """Process a command on arrival that a stuck loop cannot process."""
         if not self.settings.rights.control or message == "ResumeMessage":
-            return
+            return  # resumed rules are stopped, not stuck
         if message == INTERRUPT:
             self.stalls.interrupt()
         elif self.stalls.current is not None:
@@ -253,9 +257,10 @@ class Daemon(Run):
         if not rights.allow(Right.CONTROL):  # the servers have refused it already
             self.log.warn(f"Refusing to {verb}: {rights.why_not(Right.CONTROL)}")
             return
-        self.status.answer(0)  # states published while the command is processed must not count as its reply
+        # states published while the command is processed must not count as its reply
+        self.status.acknowledge(0)
         self.carry_out(verb)
-        self.status.answer(msgid)
+        self.status.acknowledge(msgid)
         self._settle()
 
     def carry_out(self, verb: str) -> None:
@@ -316,8 +321,7 @@ class Daemon(Run):
 
     def _publish(self) -> None:
         components = self.status_of_components()
-        troubles = [f"{status.name}: {status.reason}" for status in components if status.reason]
-        if not troubles and self.stalls.text:
-            troubles = [self.stalls.text]
-        self.status.note(error=troubles[0] if troubles and self._state != "PAUSED" else "")
+        errors = [f"{status.name}: {status.reason}" for status in components if status.reason]
+        error = errors[0] if errors else self.stalls.text
+        self.status.note(error="" if self._state == "PAUSED" else error)
         self.status.publish(self.state, components)

@@ -29,10 +29,11 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
     ) -> None:
         super().__init__(name, make, kind)
         self._run = run
-
-    _configured = False
-    _control: RuleControl | None = None
-    _checks: AgentChecks | None = None
+        self._configured = False
+        self._control: RuleControl | None = None
+        """The debugger of the rules, which a reset moves to the new executive."""
+        self._checks: AgentChecks | None = None
+        """The checks of the files of the initialisation; None afterwards."""
 
     def configure_component(self, component: ThinkingComponent) -> None:
         component.watch()

@@ -1,18 +1,25 @@
-"""The components of a daemon as plugins for Fawkes' ffplugin."""
+"""The components of a daemon as plugins for Fawkes' ffplugin.
+
+The server's threads put requests into a queue and wait; the main loop, in whose thread components start and
+stop, takes them.
+"""
 
 from __future__ import annotations
 
 import threading
 from collections import deque
 from collections.abc import Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from cxbridge.blackboard.fawkesnet.components.plugins import FawkesPlugin
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.components.manager import ComponentManager, LifecycleError, State
 
+if TYPE_CHECKING:
+    from cxbridge.blackboard.fawkesnet.components.plugins import PluginManager
+
 ANSWER_S = 30.0
-"""The maximal seconds of loading or unloading."""
+"""The maximal seconds of loading or unloading: an executive loads all files of an agent."""
 
 
 class _Request:
@@ -23,7 +30,7 @@ class _Request:
         self.load = load
         self.done = threading.Event()
         self.error: CxbridgeError | None = None
-        self._fate = threading.Lock()
+        self._claimed = threading.Lock()  # never released
 
     def claim(self) -> bool:
         """Claim the request; only the first claim succeeds.
@@ -31,17 +38,7 @@ class _Request:
         The main loop claims a request before it processes it, a client whose wait has timed out to withdraw
         it.
         """
-        return self._fate.acquire(blocking=False)
-
-
-class Watchers(Protocol):
-    """Gets notifications of loaded and unloaded plugins; see :class:`PluginManager`."""
-
-    def notify_loaded(self, name: str) -> None:
-        """Report a loaded plugin."""
-
-    def notify_unloaded(self, name: str) -> None:
-        """Report an unloaded plugin."""
+        return self._claimed.acquire(blocking=False)
 
 
 class DaemonPlugins:
@@ -57,7 +54,7 @@ class DaemonPlugins:
         self._requests: deque[_Request] = deque()
         self._closed = False
         self._notified: list[str] = []
-        self.watchers: Watchers | None = None
+        self.watchers: PluginManager | None = None
         """Gets notifications of all loaded and unloaded plugins."""
 
     def available(self) -> Sequence[FawkesPlugin]:
@@ -73,8 +70,8 @@ class DaemonPlugins:
 
         :raises CxbridgeError: if one cannot be started.
         """
-        for part in name.split(","):
-            self._request(_Request(part.strip(), load=True))
+        for component in name.split(","):
+            self._request(_Request(component.strip(), load=True))
 
     def unload(self, name: str) -> None:
         """Stop a component.
@@ -98,27 +95,28 @@ class DaemonPlugins:
 
     def poll(self) -> bool:
         """Process the requests; return whether there were any."""
-        found = False
+        has_processed = False
         while self._requests:
             request = self._requests.popleft()
             if not request.claim():
                 continue
-            found = True
+            has_processed = True
             try:
                 (self._manager.start_one if request.load else self._manager.stop_one)(request.name)
             except CxbridgeError as error:
                 request.error = error
             request.done.set()
-        return found
+        return has_processed
 
     def notify_watchers(self) -> None:
         """Notify the watchers of plugins that were loaded or unloaded since the last call."""
-        before, self._notified = self._notified, list(self.loaded())
+        before, loaded = self._notified, list(self.loaded())
+        self._notified = loaded
         if self.watchers is not None:
             for name in before:
-                if name not in self._notified:
+                if name not in loaded:
                     self.watchers.notify_unloaded(name)
-            for name in self._notified:
+            for name in loaded:
                 if name not in before:
                     self.watchers.notify_loaded(name)
 

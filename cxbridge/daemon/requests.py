@@ -64,19 +64,19 @@ class DaemonState:
         elif isinstance(event, SkillStatus):
             self._skills[event.skiller] = (cut(event.skill_string, _TEXT), event.status)
 
-    def describe(self, given: Mapping[str, Any]) -> dict[str, Any]:
+    def describe(self, parameters: Mapping[str, Any]) -> dict[str, Any]:
         """Return the state for JSON.
 
-        :param given: ``since``: only later log lines. ``goals``: the maximal number of goals, by default
+        :param parameters: ``since``: only later log lines. ``goals``: the maximal number of goals, by default
             `MOST_GOALS`. ``words``: only goals with this text, and their ancestors.
         """
-        since, most = int(given.get("since", 0)), int(given.get("goals", MOST_GOALS))
-        goals = self._goals(str(given.get("words", "")).lower())
+        since, limit = int(parameters.get("since", 0)), int(parameters.get("goals", MOST_GOALS))
+        goals = self._goals(str(parameters.get("words", "")).lower())
         return {
             "time_us": self._clock.now_us(),
             "loops": 0 if self._loop is None else self._loop.loops,
-            "goals": goals[:most],
-            "more_goals": max(0, len(goals) - most),
+            "goals": goals[:limit],
+            "more_goals": max(0, len(goals) - limit),
             "actions": self._actions(),
             "skills": [[skiller, *status] for skiller, status in sorted(self._skills.items())],
             "log": [line for line in tuple(self._lines) if line[0] > since],
@@ -93,10 +93,10 @@ class DaemonState:
         if not words:
             return list(rows.values())
         forest = Forest({goal: parent_id(row["parent"]) for goal, row in rows.items()})
-        wanted = forest.with_those_above(
+        goals = forest.with_those_above(
             goal for goal, row in rows.items() if words in " ".join(row.values()).lower()
         )
-        return [row for goal, row in rows.items() if goal in wanted]
+        return [row for goal, row in rows.items() if goal in goals]
 
     def _actions(self) -> list[dict[str, str]]:
         """Return slots of the present plan-actions."""
@@ -116,7 +116,7 @@ class DaemonState:
 MOST_REQUESTS: Final = 16
 """The maximal number of waiting requests."""
 
-_ANSWER_BYTES: Final = 262_143  # bytes of the interface's field without its NUL
+_REPLY_BYTES: Final = 262_143  # bytes of the interface's field without its NUL
 _REASON_BYTES: Final = 1000  # bytes of the interface's field for the reason
 _LOGGED: Final = 500  # characters of a request in the log
 
@@ -164,7 +164,7 @@ class DaemonRequests:
         self._report_stop()
         message = self._interface.msgq_pop()
         if message is not None:
-            self._answer(str(message.verb), str(message.token), str(message.arguments))
+            self._reply(str(message.verb), str(message.token), str(message.arguments))
             self._report_stop()
 
     def resume(self) -> None:
@@ -194,18 +194,17 @@ class DaemonRequests:
         self._interface.stopped = reason.encode("utf-8", "replace")[:_REASON_BYTES].decode("utf-8", "ignore")
         self._interface.write()
 
-    def _answer(self, verb: str, token: str, arguments: str) -> None:
+    def _reply(self, verb: str, token: str, arguments: str) -> None:
         try:
-            answer: dict[str, Any] = {"result": self._carry_out(verb, arguments)}
+            reply: dict[str, Any] = {"result": self._carry_out(verb, arguments)}
         except CxbridgeError as error:
-            answer = _refusal(error)
+            reply = _refusal(error)
         except Exception as error:  # noqa: BLE001 - no request may end a daemon
-            answer = _refusal(CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}"))
-        text = json.dumps(answer | {"token": token})
-        if len(text) > _ANSWER_BYTES:
-            text = json.dumps(
-                _refusal(CxbridgeError("the answer is too long", hint="ask for less")) | {"token": token}
-            )
+            reply = _refusal(CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}"))
+        text = json.dumps(reply | {"token": token})
+        if len(text) > _REPLY_BYTES:
+            reply = _refusal(CxbridgeError("the answer is too long", hint="ask for less"))
+            text = json.dumps(reply | {"token": token})
         self._interface.answer = text
         self._interface.mark_data_changed()
         self._interface.write()
@@ -220,9 +219,9 @@ class DaemonRequests:
         if operation.right is not Right.LOOK:
             self.context.rights.check(operation.right, verb)
             self._log.info(f"A client asks: {verb} {_in_one_line(arguments)}")
-        given = _parse(verb, arguments)
+        values = _parse(verb, arguments)
         try:
-            return plain(operation.carry_out(self.context, operation.parse(given)))
+            return plain(operation.carry_out(self.context, operation.parse(values)))
         except ParameterError as error:
             raise CxbridgeError(f"the arguments of {verb} are wrong: {error.message}") from None
         except (KeyError, OverflowError, TypeError, ValueError) as error:
@@ -237,14 +236,14 @@ def _in_one_line(text: str) -> str:
 def _parse(verb: str, arguments: str) -> Mapping[str, Any]:
     """Parse the arguments of a request."""
     try:
-        given = json.loads(arguments or "{}")
+        values = json.loads(arguments or "{}")
     except (ValueError, RecursionError) as error:
         raise CxbridgeError(f"the arguments of {verb} are not JSON: {error}") from None
-    if not isinstance(given, dict):
+    if not isinstance(values, dict):
         raise CxbridgeError(f"the arguments of {verb} are not a JSON object")
-    return given
+    return values
 
 
 def _refusal(error: CxbridgeError) -> dict[str, Any]:
-    where = f"{error.location}: " if error.location else ""
-    return {"error": where + error.message, "hint": error.hint}
+    place = f"{error.location}: " if error.location else ""
+    return {"error": place + error.message, "hint": error.hint}

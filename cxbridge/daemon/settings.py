@@ -25,7 +25,7 @@ TREE = "/cxbridge"
 
 DEFAULT_FAWKES_PORT = 1910  # the port of Fawkes itself, so that its tools find the daemon without options
 
-_KNOWN = (
+KEYS = (
     "clock",
     "core",
     "executive",
@@ -52,6 +52,7 @@ _KNOWN = (
     "zmq/insecure",
     "zmq/secret-key",
 )
+"""The settings of cxbridge by path below the tree; plug-ins add more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,8 +123,8 @@ class DaemonSettings:
             allow=tuple(config.get_strings(f"{TREE}/fawkes/allow", default=[])),
         )
         endpoints = tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DAEMON_URL]))
-        fawkes_there = flag("fawkes/enable", True)
-        local = (not fawkes_there or is_loopback(fawkes.host)) and all(map(is_private, endpoints))
+        has_fawkes = flag("fawkes/enable", True)
+        local = (not has_fawkes or is_loopback(fawkes.host)) and all(map(is_private, endpoints))
         skiller = _choice(config, "skiller", SKILLERS, "lua", url=True)
         sections = plugin_settings(config, of_daemon=True)
         rights = read_rights(config, skiller, sections.values(), local=local)
@@ -136,7 +137,7 @@ class DaemonSettings:
             insecure=flag("zmq/insecure", False),
             secret_key=file("zmq/secret-key"),
             clients=file("zmq/clients"),
-            fawkes=fawkes if fawkes_there else None,
+            fawkes=fawkes if has_fawkes else None,
             sections=sections,
             on_failure=Policy(_choice(config, "on-failure", ("continue", "stop"), "stop")),
             rights=rights,
@@ -166,7 +167,7 @@ class DaemonSettings:
 def _choice(
     config: Configuration,
     name: str,
-    known: tuple[str, ...],
+    values: tuple[str, ...],
     default: str,
     *,
     url: bool = False,
@@ -177,10 +178,10 @@ def _choice(
     """
     path = f"{TREE}/{name}"
     value = config.get_str(path, default=default)
-    if value in known or (url and "://" in value):
+    if value in values or (url and "://" in value):
         return value
-    more = ", or the URL of a blackboard" if url else ""
-    raise config.error(path, f"{path} cannot be '{value}'", f"one of: {', '.join(known)}{more}")
+    hint = f"one of: {', '.join(values)}" + (", or the URL of a blackboard" if url else "")
+    raise config.error(path, f"{path} cannot be '{value}'", hint)
 
 
 def _seconds(config: Configuration, name: str, default: float) -> float:
@@ -199,12 +200,12 @@ def core_of(config: Configuration) -> str | None:
 
 def _refuse_unknown(config: Configuration) -> None:
     """Raise an error for unknown settings, because a misspelt one would have no effect."""
-    known = (*_KNOWN, *plugin_keys())
+    keys = (*KEYS, *plugin_keys())
     for value in config.search(TREE):
         name = value.path.removeprefix(f"{TREE}/")
-        if name not in known and not name.startswith("agents/"):
+        if name not in keys and not name.startswith("agents/"):
             raise value.error(
                 f"a daemon knows no {value.path}",
                 hint=package_hint(name.partition("/")[0])
-                or did_you_mean(name, known, f"it knows: {', '.join(sorted(known))}"),
+                or did_you_mean(name, keys, f"it knows: {', '.join(sorted(keys))}"),
             )

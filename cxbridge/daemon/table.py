@@ -30,8 +30,8 @@ def _serves_fawkes(context: _Configured) -> bool:
 
 
 DAEMON_COMPONENTS: Final = (
-    Row("blackboard", f"{_PACKAGE}.blackboard:BlackBoardComponent"),
-    Row("recorder", f"{_PACKAGE}.recorder:DaemonRecorder", _records),
+    Row("blackboard", f"{_PACKAGE}.components:BlackBoardComponent"),
+    Row("recorder", f"{_PACKAGE}.components:DaemonRecorder", _records),
     Row("zmq", f"{_PACKAGE}.servers:ZmqComponent", _has_endpoints),
     Row("fawkes", f"{_PACKAGE}.servers:FawkesComponent", _serves_fawkes),
 )

@@ -1,4 +1,7 @@
-"""A run under the control of a test."""
+"""A run under the control of a test: cycles run only when the test advances the clock.
+
+Mistakes of the agent and errors in rules become an :class:`AssertionError` with the goals so far.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,7 @@ from cxbridge.testing.world import World
 from cxbridge.trace.compare.checks import TimeFrom, Tolerance
 from cxbridge.trace.compare.model import Order
 
-# seconds of real time, to end tests of agents whose rules fire forever
+# Seconds of real time, to end tests of agents whose rules fire forever.
 PATIENCE_S: Final = 60.0
 
 # The start of CLIPS' message that names the rule of an error; the message before it is the error.
@@ -91,13 +94,12 @@ class AgentRun(Closing):
                 self._skills = ScriptedSkills(assembly)
                 stack.callback(self._skills.close)
                 assembly.loop.add(Hook.SKILL, self._skills.loop)
-            assembly.loop.add(Hook.PRE_LOOP, self._do_what_is_due)
+            assembly.loop.add(Hook.PRE_LOOP, self._call_due_actions)
             watchdog = end_spins(assembly)
             stack.callback(watchdog.stop)
             watchdog.start()
-            with self._watched() as out_of_patience, assembly.loop.busy():
+            with self._limited(), assembly.loop.busy():
                 assembly.start()
-            self._check_patience(out_of_patience)
             self._check(self._checks.start)
             self._stack = stack.pop_all()
 
@@ -204,28 +206,22 @@ class AgentRun(Closing):
         self._due.append((self._start_us + round(seconds * MICROSECONDS), action))
         self._due.sort(key=lambda item: item[0])
 
-    def _do_what_is_due(self) -> None:
+    def _call_due_actions(self) -> None:
         while self._due and self._due[0][0] <= self._assembly.clock.now_us():
             self._due.pop(0)[1]()
 
     def _run(self, done: Callable[[], bool]) -> None:
         loop, clock = self._assembly.loop, self._assembly.clock
-        with self._watched() as out_of_patience:
-            while not out_of_patience.is_set():
+        with self._limited() as expired:
+            while not expired.is_set():
                 start_us = clock.now_us()
                 loop.run_once()
                 clock.sleep_until(start_us + loop.period_us)
                 if self._problem or done():
                     break
-        self._check_patience(out_of_patience)
         self._check(self._checks.look)
         if self._problem:
             raise AssertionError(self._with_goals(f"an error in a rule: {self._problem}"))
-
-    def _check_patience(self, out_of_patience: threading.Event) -> None:
-        if out_of_patience.is_set():
-            problem = f"no end within {self.patience:g} s of real time; last rules: {self._last_rules()}"
-            raise AssertionError(self._with_goals(problem))
 
     @property
     def _problem(self) -> str:
@@ -233,8 +229,11 @@ class AgentRun(Closing):
         return next(iter((*self._assembly.executive.env.faults, *self._errors)), "")
 
     @contextmanager
-    def _watched(self) -> Iterator[threading.Event]:
-        """Interrupt rules that fire forever."""
+    def _limited(self) -> Iterator[threading.Event]:
+        """Interrupt rules that fire forever.
+
+        :raises AssertionError: at the end, if the time of :attr:`patience` is over.
+        """
         expired = threading.Event()
 
         def expire() -> None:
@@ -248,6 +247,9 @@ class AgentRun(Closing):
             yield expired
         finally:
             timer.cancel()
+        if expired.is_set():
+            problem = f"no end within {self.patience:g} s of real time; last rules: {self._last_rules()}"
+            raise AssertionError(self._with_goals(problem))
 
     @property
     def skills(self) -> ScriptedSkills:
@@ -272,11 +274,11 @@ class AgentRun(Closing):
 
         :raises AssertionError: if there is none, or several.
         """
-        found = self.facts(template, **slots)
-        if len(found) != 1:
-            wanted = " ".join(f"({name} {value})" for name, value in slots.items())
-            raise AssertionError(f"{len(found)} facts match ({template} {wanted}), not one")
-        return found[0]
+        facts = self.facts(template, **slots)
+        if len(facts) != 1:
+            pattern = " ".join([template, *(f"({name} {value})" for name, value in slots.items())])
+            raise AssertionError(f"{len(facts)} facts match ({pattern}), not one")
+        return facts[0]
 
     def assert_fact(self, text: str) -> None:
         """Assert a fact."""
@@ -307,13 +309,13 @@ class AgentRun(Closing):
 
         :raises AssertionError: if there is none, or several.
         """
-        found = goals_named(self._history.goals, name)
-        if len(found) != 1:
+        goals = goals_named(self._history.goals, name)
+        if len(goals) != 1:
             problem = (
-                f"{len(found)} goals are of class {name}, not one" if found else f"there is no goal {name}"
+                f"{len(goals)} goals are of class {name}, not one" if goals else f"there is no goal {name}"
             )
             raise AssertionError(self._with_goals(problem))
-        return found[0]
+        return goals[0]
 
     def actions(self, name: str | None = None) -> list[PlanActionRecord]:
         """Return all plan-actions with a name, or all, including former ones, in order."""
@@ -322,9 +324,9 @@ class AgentRun(Closing):
     def assert_outcomes(self, **outcomes: str) -> None:
         """Check the outcomes of all goals of classes; ``_`` in names of classes also means ``-``."""
         for name, outcome in outcomes.items():
-            found = self.goals(name) or self.goals(name.replace("_", "-"))
-            wrong = [f"{goal.id} is {goal.mode} {goal.outcome}" for goal in found if goal.outcome != outcome]
-            if not found or wrong:
+            goals = self.goals(name) or self.goals(name.replace("_", "-"))
+            wrong = [f"{goal.id} is {goal.mode} {goal.outcome}" for goal in goals if goal.outcome != outcome]
+            if not goals or wrong:
                 problem = ", ".join(wrong) or f"there is no goal of class {name}"
                 raise AssertionError(self._with_goals(f"{name} should be {outcome}: {problem}"))
 
@@ -341,19 +343,19 @@ class AgentRun(Closing):
             ]
         if self.rules:
             lines.append(f"last rules: {self._last_rules()}")
-        shown = [line for line in self.log if line.level.value != "D"][-_LAST_LINES:]
-        if shown:
+        last_lines = [line for line in self.log if line.level is not Level.DEBUG][-_LAST_LINES:]
+        if last_lines:
             lines.append("log:")
             lines += [
                 f"  {(line.time_us - self._start_us) / MICROSECONDS:8.2f} s {line.level.value} "
                 f"{line.component}: {line.text}"
-                for line in shown
+                for line in last_lines
             ]
         return list(map(indented, lines))
 
     def _last_rules(self) -> str:
         """Return the last fired rules in order; repetitions in a row are counted."""
-        rows = [(rule, len(list(same))) for rule, same in groupby(self.rules)]
+        rows = [(rule, len(list(firings))) for rule, firings in groupby(self.rules)]
         return ", ".join(rule if count == 1 else f"{rule} ({count} times)" for rule, count in rows)
 
     def _with_goals(self, problem: str) -> str:

@@ -113,9 +113,9 @@ def compare_with_golden(
     :raises TraceError: if the file cannot be read, or has no events of the level, or no times.
     """
     with tempfile.TemporaryDirectory(prefix="cxbridge-golden-") as folder:
-        came = Path(folder, "this run")
-        write_golden(came, transitions, start_us)
-        run, golden = TransitionsText(came), TransitionsText(file)
+        run_file = Path(folder, "this run")
+        write_golden(run_file, transitions, start_us)
+        run, golden = TransitionsText(run_file), TransitionsText(file)
         if not any(True for _ in golden):
             raise TraceError("holds no transitions", file=file, hint="write it with pytest --update-golden")
         if tolerance is not None and not golden.has_times():
@@ -124,7 +124,7 @@ def compare_with_golden(
         if comparison.same:
             return []
         report = make_report(comparison, run, [golden])
-        lines = [line.replace(str(came), "this run") for line in text_report(report)]
+        lines = [line.replace(str(run_file), "this run") for line in text_report(report)]
         if page is not None:
             lines.append(_written_page(page, file.stem, page_report(report)))
         return lines

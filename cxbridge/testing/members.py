@@ -14,16 +14,16 @@ MEMBERS: Final[Table[Callable[..., Any]]] = Table(
 """The functions by name: ``cx.NAME`` gets the fixture, ``run.NAME`` gets an ``AgentRun``."""
 
 
-def find_member(owner: str, thing: object, name: str) -> Callable[..., Any]:
+def find_member(owner: str, subject: object, name: str) -> Callable[..., Any]:
     """Return the function of a plug-in as a method of the fixture or of a run.
 
     :param owner: ``cx`` or ``run``.
-    :param thing: the fixture or the run.
+    :param subject: the fixture or the run.
     :raises AttributeError: if no installed plug-in has the member; the error names the package with it.
     """
     member = f"{owner}.{name}"
     row = next((row for row in MEMBERS.rows if row.name == member), None)
     if row is not None:
-        return partial(MEMBERS.load(row), thing)
+        return partial(MEMBERS.load(row), subject)
     hint = package_hint(member) or "docs/testing.md lists the members"
-    raise AttributeError(f"{owner} has no member '{name}'; {hint}", name=name, obj=thing)
+    raise AttributeError(f"{owner} has no member '{name}'; {hint}", name=name, obj=subject)

@@ -8,6 +8,7 @@ import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, is_dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Final
 
 import yaml
@@ -68,15 +69,15 @@ class NewOptions:
 
         :raises CxbridgeError: if options select two templates.
         """
-        asked = {
+        chosen = {
             f"--{name.replace('_', '-')}": template
             for template in self.more
             for name, value in vars(template).items()
             if name.startswith(_FROM) and value is not None
         }
-        if len(asked) > 1:
-            raise CxbridgeError(f"{' and '.join(asked)} cannot go together")
-        return next(iter(asked.values()), None)
+        if len(chosen) > 1:
+            raise CxbridgeError(f"{' and '.join(chosen)} cannot go together")
+        return next(iter(chosen.values()), None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,15 +132,14 @@ def words_of_checkout(name: str, checkout: Path, options: RunOptions) -> dict[st
     }
 
 
-def read_template(folder: Path, words: Mapping[str, str] | None = None) -> dict[str, str]:
+def read_template(folder: Path, words: Mapping[str, str] = MappingProxyType({})) -> dict[str, str]:
     """Return the texts of a template's files by path, with words replaced.
 
     In paths, ``dot-`` becomes a dot, and the suffix ``.in``, which hides files from tools, is removed. Names
     of tests become valid module names.
     """
-    exchanged = words or {}
     return {
-        _renamed(file.relative_to(folder), exchanged): _worded(file.read_text("utf-8"), exchanged)
+        _renamed(file.relative_to(folder), words): _worded(file.read_text("utf-8"), words)
         for file in sorted(folder.rglob("*"))
         if file.is_file()
     }
@@ -150,17 +150,16 @@ def _name_of(folder: Path) -> str:
     name = folder.absolute().name
     if _NAME.fullmatch(name) is None:
         raise CxbridgeError(f"'{name}' cannot name an agent", hint="use letters, digits, - and _")
-    if yaml.safe_load(name) != name:
+    if yaml.safe_load(name) != name:  # e.g. no, or 1e3
         raise CxbridgeError(f"'{name}' cannot name an agent: YAML takes it for a value, not a text")
     return name
 
 
 def _write(files: Mapping[Path, str]) -> list[Path]:
-    there = next((file for file in files if file.exists() or file.is_symlink()), None)
-    if there is not None:
-        raise CxbridgeError(
-            "this file exists already", file=there, hint="nothing was written: choose another name"
-        )
+    for file in files:
+        if file.exists() or file.is_symlink():
+            hint = "nothing was written: choose another name"
+            raise CxbridgeError("this file exists already", file=file, hint=hint)
     for file, text in files.items():
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -172,14 +171,12 @@ def _write(files: Mapping[Path, str]) -> list[Path]:
 
 
 def _renamed(path: Path, words: Mapping[str, str]) -> str:
-    parts = []
-    for part in path.parts:
-        is_test = part.startswith("test_")
-        named = _worded(
-            part, {old: new.replace("-", "_") for old, new in words.items()} if is_test else words
-        )
-        parts.append(re.sub("^dot-", ".", named).removesuffix(".in"))
-    return "/".join(parts)
+    names = []
+    for name in path.parts:
+        if name.startswith("test_"):  # a module
+            words = {old: new.replace("-", "_") for old, new in words.items()}
+        names.append(re.sub("^dot-", ".", _worded(name, words)).removesuffix(".in"))
+    return "/".join(names)
 
 
 def _worded(text: str, words: Mapping[str, str]) -> str:

@@ -34,7 +34,8 @@ class ScriptedSkills(SkillScript):
         served = () if context.skill_board is None else context.skill_board.skillers
         self._context = context
         self._usual = (*usual, StaticEstimator(seconds=1.0, priority=-sys.maxsize))
-        self._names = [item.name for item in skiller_settings(context.config, "simulator", served)]
+        skillers = skiller_settings(context.config, "simulator", served)
+        self._names = [settings.name for settings in skillers]
         self._skillers: dict[str, SkillerSimulator] = {}
         self.execute = DecidedExecution(lambda agent: Deciders([self.decider(agent)]))
         """Executes the skills of the skill board by the script."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from typing import Any, Final, Protocol, Self
@@ -112,44 +112,44 @@ class SkillRule:
     def matches(self, call: SkillStringCall) -> bool:
         """Return whether the rule applies to a call."""
         return fnmatchcase(call.name, self.name) and all(
-            key in call.args and _is_like(call.args[key], wanted) for key, wanted in self.args.items()
+            key in call.args and _is_like(call.args[key], pattern) for key, pattern in self.args.items()
         )
 
     def __str__(self) -> str:
         """Return the rule in the notation of tests."""
         return f"run.skills({', '.join([repr(self.name), *(f'{k}={v!r}' for k, v in self.args.items())])})"
 
-    def complaint(self, known: Collection[str], calls: Iterable[Call] = ()) -> str:
+    def complaint(self, skills: Collection[str], calls: Iterable[Call] = ()) -> str:
         """Return the complaint that no call came, or empty.
 
+        :param skills: the names of skills that were called, or to which actions are mapped.
         :param calls: of the run.
-        :param known: the names of skills that were called, or to which actions are mapped.
         """
         if self.calls or self._optional:
             return ""
-        others = f": skills here are {', '.join(sorted(known))}" if known else ""
-        if self.name not in known:
-            near = nearest(self.name, known)
-            hint = f"; did you mean '{near[0]}'?" if near else others
-            is_typo = self._scripted or (known and not _PATTERN.search(self.name))
+        if self.name not in skills:
+            similar = nearest(self.name, skills)
+            hint = f": skills here are {', '.join(sorted(skills))}" if skills else ""
+            hint = f"; did you mean '{similar[0]}'?" if similar else hint
+            is_typo = self._scripted or (skills and not _PATTERN.search(self.name))
             return f"{self} has met no call, there is no skill '{self.name}'{hint}" if is_typo else ""
-        had = dict.fromkeys(str(call) for call in calls if fnmatchcase(call.name, self.name))
-        seen = f", calls were {', '.join(list(had)[:_MOST_SHOWN])}" if had else ""
-        return f"{self} has met no call{seen}; say .optional() if it need not" if self._scripted else ""
+        of_skill = dict.fromkeys(str(call) for call in calls if fnmatchcase(call.name, self.name))
+        examples = f", calls were {', '.join(list(of_skill)[:_MOST_SHOWN])}" if of_skill else ""
+        return f"{self} has met no call{examples}; say .optional() if it need not" if self._scripted else ""
 
     @property
-    def says_something(self) -> bool:
+    def has_outcomes(self) -> bool:
         """Whether the rule has outcomes."""
         return bool(self._behaviours)
 
     def take(self) -> _Behaviour:
         """Return the outcome of the next call."""
-        first = self._behaviours[0]
-        if first.times is not None:
-            first.times -= 1
-            if first.times == 0:
+        behaviour = self._behaviours[0]
+        if behaviour.times is not None:
+            behaviour.times -= 1
+            if behaviour.times == 0:
                 del self._behaviours[0]
-        return first
+        return behaviour
 
 
 def _always(outcome: Outcome) -> SkillAnswer:
@@ -159,10 +159,8 @@ def _always(outcome: Outcome) -> SkillAnswer:
     return answer
 
 
-def _is_like(value: object, wanted: object) -> bool:
-    if isinstance(wanted, str):
-        return fnmatchcase(as_text(value), wanted)
-    return value == wanted
+def _is_like(value: object, pattern: object) -> bool:
+    return fnmatchcase(as_text(value), pattern) if isinstance(pattern, str) else value == pattern
 
 
 class SkillScript:
@@ -183,41 +181,33 @@ class SkillScript:
         for rule in self._rules:
             if (rule.name, rule.args) == (name, args):
                 return rule
-        rule = SkillRule(name, dict(args), [call for call in self.calls if self._is_of(call, name, args)])
+        rule = SkillRule(name, dict(args))
+        rule.calls += [call for call in self.calls if rule.matches(SkillStringCall(call.name, call.args))]
         self._rules.append(rule)
         return rule
 
-    @staticmethod
-    def _is_of(call: Call, name: str, args: dict[str, Any]) -> bool:
-        return SkillRule(name, args).matches(SkillStringCall(call.name, call.args))
-
     def complaints(self, mapped: Collection[str] = ()) -> list[str]:
         """Return the complaints about unused entries at the end of the run."""
-        known = {*mapped, *(call.name for call in self.calls)}
-        return [text for rule in self._rules if (text := rule.complaint(known, self.calls))]
+        skills = {*mapped, *(call.name for call in self.calls)}
+        return [text for rule in self._rules if (text := rule.complaint(skills, self.calls))]
 
     def begin(self, skiller: str, call: SkillStringCall) -> Outcome | None:
         """Record the start of a call; return its outcome, or None without an entry."""
-        noted = Call(
-            (self._clock.now_us() - self._start_us) / MICROSECONDS, call.name, dict(call.args), skiller
-        )
-        self.calls.append(noted)
-        for rule in self._rules:
-            if rule.matches(call):
-                rule.calls.append(noted)
-        for rule in self._candidates(call):
-            behaviour = rule.take()
-            outcome = behaviour.answer(noted)
-            return outcome if behaviour.then is None else replace(outcome or Outcome(), then=behaviour.then)
+        seconds = (self._clock.now_us() - self._start_us) / MICROSECONDS
+        started = Call(seconds, call.name, dict(call.args), skiller)
+        self.calls.append(started)
+        matching = [rule for rule in self._rules if rule.matches(call)]
+        for rule in matching:
+            rule.calls.append(started)
+        # the last rule wins, as a test may refine the rules of its fixture
+        for rule in (*reversed(matching), self.otherwise):
+            if rule.has_outcomes:
+                behaviour = rule.take()
+                outcome = behaviour.answer(started)
+                return (
+                    outcome if behaviour.then is None else replace(outcome or Outcome(), then=behaviour.then)
+                )
         return None
-
-    def _candidates(self, call: SkillStringCall) -> Iterator[SkillRule]:
-        """Yield the rules for a call, the last one first."""
-        for rule in reversed(self._rules):
-            if rule.says_something and rule.matches(call):
-                yield rule
-        if self.otherwise.says_something:
-            yield self.otherwise
 
     def decider(self, skiller: str) -> ScriptedDecider:
         """Return the decider of a Skiller, or of an agent on the skill board."""

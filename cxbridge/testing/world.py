@@ -29,7 +29,7 @@ class World:
     def facts(self, template: str, slots: dict[str, object]) -> list[dict[str, Value]]:
         """Return the facts of a deftemplate with these slot values."""
         with self._env.lock:
-            return [found for _, found in self._matching(template, slots)]
+            return [fact for _, fact in self._matching(template, slots)]
 
     def _matching(self, template: str, slots: dict[str, object]) -> list[tuple[int, dict[str, Value]]]:
         if not self._env.has_template(template):
@@ -38,17 +38,18 @@ class World:
             raise AssertionError(
                 f"there is no deftemplate '{template}'{or_similar(template, template_names(self._env))}"
             )
-        wanted = {name.replace("_", "-"): _comparable(value) for name, value in slots.items()}
+        # Python's names have no dash; a slot may have either
+        values = {name.replace("_", "-"): _comparable(value) for name, value in slots.items()}
         matching = []
-        for index, _, found in self._env.facts(template):
-            names = {name: name if name in found else name.replace("-", "_") for name in wanted}
-            unknown = [name for name, actual in names.items() if actual not in found]
+        for index, _, fact in self._env.facts(template):
+            names = {name: name if name in fact else name.replace("-", "_") for name in values}
+            unknown = [name for name, slot in names.items() if slot not in fact]
             if unknown:
                 raise AssertionError(
-                    f"deftemplate '{template}' has no slot '{unknown[0]}', but: {', '.join(found)}"
+                    f"deftemplate '{template}' has no slot '{unknown[0]}', but: {', '.join(fact)}"
                 )
-            if all(_comparable(found[names[name]]) == value for name, value in wanted.items()):
-                matching.append((index, found))
+            if all(_comparable(fact[names[name]]) == value for name, value in values.items()):
+                matching.append((index, fact))
         return matching
 
     def assert_fact(self, text: str) -> None:
@@ -57,8 +58,9 @@ class World:
         :raises AssertionError: if CLIPS cannot parse it, or an equal fact exists.
         """
         with self._env.lock:
-            before = len(self._env.faults)
-            if self._env.assert_string(text) is None and len(self._env.faults) == before:
+            # None without a fault: CLIPS has printed why; a fault is of the agent's Python code
+            faults = len(self._env.faults)
+            if self._env.assert_string(text) is None and len(self._env.faults) == faults:
                 raise AssertionError(
                     f"{text} cannot be asserted: it is invalid, or an equal fact exists already"
                 )

@@ -23,7 +23,7 @@ class Obey(Listener):
 
     def message_received(self, interface, message):
         self.told.append(message.type)
-        self.status.answer(message.id)
+        self.status.acknowledge(message.id)
         self.status.publish("RUNNING", [])
         return False
 

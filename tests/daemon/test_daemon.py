@@ -402,7 +402,7 @@ def test_systemd_is_told(tmp_path):
 def test_the_configuration_of_the_page_is_one_and_shows_every_setting():
     import re
 
-    from cxbridge.daemon.settings import _KNOWN
+    from cxbridge.daemon.settings import KEYS
     from cxbridge.run.plugin_settings import plugin_keys
 
     page = (ROOT / "docs" / "daemon.md").read_text()
@@ -410,7 +410,7 @@ def test_the_configuration_of_the_page_is_one_and_shows_every_setting():
     config = Configuration.from_text(sample, "docs/daemon.md")
     assert DaemonSettings.of(config).fawkes is not None
     shown = {value.path.removeprefix("/cxbridge/") for value in config.search("/cxbridge")}
-    assert shown == {*_KNOWN, *plugin_keys()}
+    assert shown == {*KEYS, *plugin_keys()}
 
 
 def until(condition: Callable[[], object]) -> bool:

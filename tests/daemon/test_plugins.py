@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from cxbridge.blackboard.fawkesnet.components.plugins import PluginManager
 from cxbridge.clock import VirtualClock
 from cxbridge.daemon.plugins import DaemonPlugins
 from cxbridge.events import EventBus
@@ -121,7 +122,7 @@ def test_whoever_waits_when_the_daemon_stops_is_told(manager):
 
 
 def test_watchers_hear_of_what_comes_and_goes_whoever_asked(manager):
-    class Watch:
+    class Watch(PluginManager):
         def __init__(self):
             self.heard: list[str] = []
 

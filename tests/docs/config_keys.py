@@ -115,7 +115,7 @@ def fixed_lists() -> list[str]:
     from cxbridge.skiller.simulation import faults
 
     return [
-        *(f"/cxbridge/{name}" for name in daemon_settings._KNOWN),
+        *(f"/cxbridge/{name}" for name in daemon_settings.KEYS),
         *(f"/clips-executive/{name}" for name in (*specs._BOOLS, *specs._LISTS)),
         *(f"/clips-executive/specs/*/init/*/*/{name}" for name in specs._ENTRY_KEYS),
         *(f"/skill-board/timeouts/{name}" for name in settings._TIMEOUTS),

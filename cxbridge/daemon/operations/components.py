@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Annotated, Any, Final
 
 from msgspec import Meta, Struct
@@ -32,10 +33,6 @@ class _Transition(_Component):
     transition: Annotated[str, Meta(extra_json_schema={"enum": _TRANSITIONS})]
 
 
-def _check(context: OperationContext, path: Mapping[str, str]) -> None:
-    _find(context, path["component"])
-
-
 def _find(context: OperationContext, name: str) -> Mapping[str, Any]:
     for row in context.component_rows():
         if row["name"] == name:
@@ -43,19 +40,29 @@ def _find(context: OperationContext, name: str) -> Mapping[str, Any]:
     raise NotFoundError(f"Component '{name}' is unknown")
 
 
-def _of_one(method: str, about: str, **more: Any) -> Route[Any]:
-    more["errors"] = _UNKNOWN | more.get("errors", {})
-    path = f"{_PATH}/{{component}}"
-    return Route(method, path, about, ComponentState, _KIND, answer=_info, check=_check, **more)
+def _component_route(
+    method: str, about: str, *, errors: Mapping[int, str] = MappingProxyType({}), body: str = ""
+) -> Route[Any]:
+    return Route(
+        method,
+        f"{_PATH}/{{component}}",
+        about,
+        ComponentState,
+        _KIND,
+        answer=_info,
+        check=lambda context, path: _find(context, path["component"]),
+        body=body,
+        errors={**_UNKNOWN, **errors},
+    )
 
 
-def _info(context: OperationContext, given: Any) -> Mapping[str, Any]:
-    return _find(context, given.component)
+def _info(context: OperationContext, parameters: Any) -> Mapping[str, Any]:
+    return _find(context, parameters.component)
 
 
-OPERATIONS.add("component-info", Right.LOOK, _Component, _of_one("GET", "One component."), is_verb=False)(
-    _info
-)
+OPERATIONS.add(
+    "component-info", Right.LOOK, _Component, _component_route("GET", "One component."), is_verb=False
+)(_info)
 
 
 @OPERATIONS.add(
@@ -64,7 +71,7 @@ OPERATIONS.add("component-info", Right.LOOK, _Component, _of_one("GET", "One com
     NoParameters,
     Route("GET", _PATH, "All components, in the order of their start.", list[ComponentState], _KIND),
 )
-def _list(context: OperationContext, _given: NoParameters) -> Sequence[Mapping[str, Any]]:
+def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[Mapping[str, Any]]:
     return context.component_rows()
 
 
@@ -72,12 +79,12 @@ def _list(context: OperationContext, _given: NoParameters) -> Sequence[Mapping[s
     "component-change",
     Right.CONTROL,
     _Transition,
-    _of_one(
+    _component_route(
         "PUT",
         "Let a component take a step of its life.",
         body="Transition",
         errors={400: "It is in no state for that, fails, or serves clients"},
     ),
 )
-def _change(context: OperationContext, given: _Transition) -> None:
-    context.change_component(given.component, given.transition)
+def _change(context: OperationContext, parameters: _Transition) -> None:
+    context.change_component(parameters.component, parameters.transition)

@@ -38,7 +38,8 @@ MOST_ROWS: Final = 1000
 """The maximal number of facts or activations in a reply."""
 
 _SLOTS: Final = "an object: texts of CLIPS by the names of slots"
-_SEARCH_S: Final = 0.005  # seconds of one request's search, which holds the lock of CLIPS
+# Seconds of one request's search, which holds the lock of CLIPS; the client continues after the last fact.
+_SEARCH_S: Final = 0.005
 _MOST_DIGITS: Final = 18  # digits that fit 64 bits
 _DEFAULT: Final = "executive"
 _GIVEN: Final = {"env": _DEFAULT}
@@ -79,9 +80,6 @@ class FactIndex(Struct):
     index: int
 
 
-# over HTTP: the index of a fact as an object, and 404 for an unknown one
-
-
 def _environment(context: OperationContext, name: str) -> ClipsEnvironment:
     if name not in environment_names(context):
         if name == _DEFAULT:
@@ -96,57 +94,63 @@ def _check_index(_context: OperationContext, path: Mapping[str, str]) -> None:
         raise CxbridgeError("The index of a fact is a number")
 
 
-def _assert_there(context: OperationContext, given: _Fact) -> FactIndex:
-    _environment(context, given.env)
-    if "\0" in given.fact or not given.fact.lstrip().startswith("("):
+def _assert_over_http(context: OperationContext, parameters: _Fact) -> FactIndex:
+    _environment(context, parameters.env)
+    if "\0" in parameters.fact or not parameters.fact.lstrip().startswith("("):
         raise CxbridgeError("A fact begins with a parenthesis, e.g. (battery (level 3))")
-    return FactIndex(_assert(context, given))
+    return FactIndex(_assert(context, parameters))
 
 
-def _modify_there(context: OperationContext, given: _Slots) -> FactIndex:
-    env = _environment(context, given.env)
-    if any("\0" in text for pair in given.slots.items() for text in pair):
+def _modify_over_http(context: OperationContext, parameters: _Slots) -> FactIndex:
+    env = _environment(context, parameters.env)
+    if any("\0" in text for pair in parameters.slots.items() for text in pair):
         raise CxbridgeError("CLIPS has no such text")
     with env.lock:
-        if env.maker.find(given.index) == NULL:
-            raise NotFoundError(f"There is no fact f-{given.index}")
-        return FactIndex(_modify(context, given))
+        if env.maker.find(parameters.index) == NULL:
+            raise NotFoundError(f"There is no fact f-{parameters.index}")
+        return FactIndex(_modify(context, parameters))
 
 
-def _retract_there(context: OperationContext, given: _Index) -> FactIndex:
-    env = _environment(context, given.env)
+def _retract_over_http(context: OperationContext, parameters: _Index) -> FactIndex:
+    env = _environment(context, parameters.env)
     with env.lock:
-        if not env.retract(given.index):
-            raise NotFoundError(f"There is no fact f-{given.index}")
-    return FactIndex(given.index)
+        if not env.retract(parameters.index):
+            raise NotFoundError(f"There is no fact f-{parameters.index}")
+    return FactIndex(parameters.index)
 
 
-def _of_one(method: str, about: str, wrong: str, **more: Any) -> Route[Any]:
-    path, errors = f"{_PATH}/{{index}}", {400: wrong, 404: "There is no such fact, or environment"}
-    more |= {"check": _check_index, "given": _GIVEN, "query": _QUERY, "errors": errors}
-    return Route(method, path, about, FactIndex, **more)
+def _fact_route(method: str, about: str, bad_request: str, **fields: Any) -> Route[Any]:
+    """Return a route for one fact.
+
+    :param bad_request: the meaning of status 400.
+    """
+    errors = {400: bad_request, 404: "There is no such fact, or environment"}
+    fields |= {"check": _check_index, "given": _GIVEN, "query": _QUERY, "errors": errors}
+    return Route(method, f"{_PATH}/{{index}}", about, FactIndex, **fields)
 
 
 @OPERATIONS.add("facts", Right.LOOK, _Facts, at_prompt=True)
-def _facts(context: OperationContext, given: _Facts) -> list[tuple[int, str]]:
-    env = find_environment(context, given.env)
+def _facts(context: OperationContext, parameters: _Facts) -> list[tuple[int, str]]:
+    env = find_environment(context, parameters.env)
     with env.lock:
-        return list(islice(fact_texts(env, given.template), min(given.limit, MOST_ROWS)))
+        return list(islice(fact_texts(env, parameters.template), min(parameters.limit, MOST_ROWS)))
 
 
 @OPERATIONS.add("find-facts", Right.LOOK, _Search, at_prompt=True)
-def _find_facts(context: OperationContext, given: _Search) -> dict[str, Any]:
-    env = find_environment(context, given.env)
+def _find_facts(context: OperationContext, parameters: _Search) -> dict[str, Any]:
+    env = find_environment(context, parameters.env)
     with env.lock:
-        rows, after = find_facts(env, given.words, given.after, min(given.limit, MOST_ROWS), _SEARCH_S)
-    return {"facts": rows, "after": after}
+        rows, last_index = find_facts(
+            env, parameters.words, parameters.after, min(parameters.limit, MOST_ROWS), _SEARCH_S
+        )
+    return {"facts": rows, "after": last_index}
 
 
 @OPERATIONS.add("agenda", Right.LOOK, _Agenda, at_prompt=True)
-def _agenda(context: OperationContext, given: _Agenda) -> list[tuple[int, str, str]]:
-    env = find_environment(context, given.env)
+def _agenda(context: OperationContext, parameters: _Agenda) -> list[tuple[int, str, str]]:
+    env = find_environment(context, parameters.env)
     with env.lock:
-        return list(islice(agenda(env), min(given.limit, MOST_ROWS)))
+        return list(islice(agenda(env), min(parameters.limit, MOST_ROWS)))
 
 
 @OPERATIONS.add(
@@ -158,46 +162,46 @@ def _agenda(context: OperationContext, given: _Agenda) -> list[tuple[int, str, s
         _PATH,
         "Assert a fact.",
         FactIndex,
-        instead=_assert_there,
+        instead=_assert_over_http,
         body="FactText",
         given=_GIVEN,
         errors={400: "CLIPS refuses it", 404: "There is no such environment"},
     ),
     at_prompt=True,
 )
-def _assert(context: OperationContext, given: _Fact) -> int:
-    env = find_environment(context, given.env)
+def _assert(context: OperationContext, parameters: _Fact) -> int:
+    env = find_environment(context, parameters.env)
     with env.lock:
-        return assert_text(env, given.fact, constant=not context.rights.programs)
+        return assert_text(env, parameters.fact, constant=not context.rights.programs)
 
 
 @OPERATIONS.add(
     "retract",
     Right.CONTROL,
     _Index,
-    _of_one("DELETE", "Retract a fact.", "That is not an index", instead=_retract_there),
+    _fact_route("DELETE", "Retract a fact.", "That is not an index", instead=_retract_over_http),
     at_prompt=True,
 )
-def _retract(context: OperationContext, given: _Index) -> None:
-    env = find_environment(context, given.env)
+def _retract(context: OperationContext, parameters: _Index) -> None:
+    env = find_environment(context, parameters.env)
     with env.lock:
-        retract_fact(env, given.index)
+        retract_fact(env, parameters.index)
 
 
 @OPERATIONS.add(
     "modify",
     Right.CONTROL,
     _Slots,
-    _of_one(
+    _fact_route(
         "PATCH",
         "Give slots of a fact other values; it gets a new index.",
         "It has no such slot, or cannot have the value",
-        instead=_modify_there,
+        instead=_modify_over_http,
         body="SlotTexts",
     ),
     at_prompt=True,
 )
-def _modify(context: OperationContext, given: _Slots) -> int:
-    env = find_environment(context, given.env)
+def _modify(context: OperationContext, parameters: _Slots) -> int:
+    env = find_environment(context, parameters.env)
     with env.lock:
-        return modify_fact(env, given.index, given.slots, constant=not context.rights.programs)
+        return modify_fact(env, parameters.index, parameters.slots, constant=not context.rights.programs)

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-_AT: Final = re.compile(r"\$\.(\w+)|field `(\w+)`")
+# The name of the parameter in msgspec's messages: of a wrong value, and of a missing one.
+_PARAMETER: Final = re.compile(r"\$\.(\w+)|field `(\w+)`")
 
 
 class UnavailableError(ExecutiveError):
@@ -56,7 +57,7 @@ class OperationContext:
     find_executive: Callable[[], Executive | None] | None
     component_rows: Callable[[], Sequence[Mapping[str, Any]]] = tuple
     change_component: Callable[[str, str], None] = lambda _name, _transition: None
-    describe_state: Callable[[Mapping[str, Any]], dict[str, Any]] = lambda _given: {}
+    describe_state: Callable[[Mapping[str, Any]], dict[str, Any]] = lambda _parameters: {}
 
     @property
     def executive(self) -> Executive:
@@ -66,10 +67,10 @@ class OperationContext:
         """
         if self.find_executive is None:
             raise UnavailableError("this daemon has no executive", hint="name a configuration with specs")
-        found = self.find_executive()
-        if found is None:
+        executive = self.find_executive()
+        if executive is None:
             raise UnavailableError("the executive is not running now", hint="see 'cxbridge daemon status'")
-        return found
+        return executive
 
 
 _Parameters = TypeVar("_Parameters", bound=msgspec.Struct)
@@ -160,19 +161,20 @@ class Operation(Generic[_Parameters]):
     is_verb: bool
     at_prompt: bool
 
-    def parse(self, given: Mapping[str, Any], *, strict: bool = False) -> _Parameters:
+    def parse(self, values: Mapping[str, Any], *, strict: bool = False) -> _Parameters:
         """Return the parameters of a request.
 
+        :param values: by name.
         :param strict: refuse a text in place of a number.
         :raises ParameterError: if one is missing, or of another type.
         """
         try:
-            return msgspec.convert(given, self.parameters, strict=strict)
+            return msgspec.convert(values, self.parameters, strict=strict)
         except (msgspec.ValidationError, ValueError) as error:
-            found = _AT.search(str(error))
-            if found is not None and found[2]:
-                raise ParameterError(found[2], f"'{found[2]}' is missing") from None
-            raise ParameterError(found[1] if found else "", str(error)) from None
+            match = _PARAMETER.search(str(error))
+            if match is not None and match[2]:
+                raise ParameterError(match[2], f"'{match[2]}' is missing") from None
+            raise ParameterError(match[1] if match else "", str(error)) from None
 
     def words(self, line: str) -> dict[str, str]:
         """Return the parameters typed at a prompt, one word each; the last one takes the rest.

@@ -28,26 +28,26 @@ def operations() -> Mapping[str, Operation[Any]]:
 
 @lru_cache(maxsize=4)
 def _loaded(rows: tuple[Row, ...]) -> Mapping[str, Operation[Any]]:
-    found: dict[str, tuple[Operation[Any], Row]] = {}
+    loaded: dict[str, Operation[Any]] = {}
+    origins: dict[str, Row] = {}
     for row in rows:
         for operation in getattr(OPERATION_MODULES.load(row), "OPERATIONS", ()):
-            if operation.name in found:
-                first = found[operation.name][1]
-                raise PluginError(f"two operations are called '{operation.name}': of {first}, and of {row}")
-            found[operation.name] = operation, row
-    return MappingProxyType({name: operation for name, (operation, _) in found.items()})
+            name = operation.name
+            if name in loaded:
+                raise PluginError(f"two operations are called '{name}': of {origins[name]}, and of {row}")
+            loaded[name], origins[name] = operation, row
+    return MappingProxyType(loaded)
 
 
 def verbs() -> Mapping[str, Right]:
     """Return the verbs of RequestInterface with the required rights."""
-    return {name: each.right for name, each in operations().items() if each.is_verb}
+    return {name: operation.right for name, operation in operations().items() if operation.is_verb}
 
 
-def carry_out(context: OperationContext, name: str, **given: Any) -> Any:
+def carry_out(context: OperationContext, name: str, **parameters: Any) -> Any:
     """Call an operation by name; return its result for JSON.
 
-    :param given: its parameters.
     :raises CxbridgeError: if they are invalid, or the operation fails.
     """
     operation = operations()[name]
-    return plain(operation.carry_out(context, operation.parse(given)))
+    return plain(operation.carry_out(context, operation.parse(parameters)))

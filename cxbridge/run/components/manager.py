@@ -6,6 +6,8 @@ A component has the states of a ROS 2 *managed node*::
     UNCONFIGURED --configure--> INACTIVE --activate--> ACTIVE
        ^                       |    ^                  |
        +-------cleanup---------+    +----deactivate----+        shutdown, from any state --> FINALIZED
+
+All calls run in the thread of the main loop, because CLIPS allows a single thread.
 """
 
 from __future__ import annotations
@@ -14,12 +16,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum, StrEnum
 from functools import partial
-from typing import Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 from cxbridge.clock import Clock
 from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.events import Level, Logger
 from cxbridge.run.components.component import Component
+
+if TYPE_CHECKING:
+    from cxbridge.interrupt import Interrupt
 
 
 class State(IntEnum):
@@ -41,14 +46,15 @@ class Transition(StrEnum):
     SHUTDOWN = "shutdown"
 
 
-# The states that permit each transition.
-_FROM = {
-    Transition.CONFIGURE: (State.UNCONFIGURED,),
-    Transition.ACTIVATE: (State.INACTIVE,),
-    Transition.DEACTIVATE: (State.ACTIVE,),
-    Transition.CLEANUP: (State.INACTIVE,),
-    Transition.SHUTDOWN: (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE),
+# The state before and after each transition except shutdown, which any state permits.
+_STATES: Final = {
+    Transition.CONFIGURE: (State.UNCONFIGURED, State.INACTIVE),
+    Transition.ACTIVATE: (State.INACTIVE, State.ACTIVE),
+    Transition.DEACTIVATE: (State.ACTIVE, State.INACTIVE),
+    Transition.CLEANUP: (State.INACTIVE, State.UNCONFIGURED),
 }
+_START: Final = (Transition.CONFIGURE, Transition.ACTIVATE)
+_STOP: Final = (Transition.DEACTIVATE, Transition.CLEANUP)
 
 
 class Policy(Enum):
@@ -57,14 +63,6 @@ class Policy(Enum):
     CONTINUE = "continue"
     STOP = "stop"
     RAISE = "raise"
-
-
-class Interruption(Protocol):
-    """A source of termination signals."""
-
-    @property
-    def received(self) -> bool:
-        """Whether a signal has been received."""
 
 
 class LifecycleError(CxbridgeError):
@@ -129,21 +127,36 @@ class ManagedNode(Generic[ComponentType]):
         """None while unconfigured, unless the component existed before."""
         self._make = make
 
-    def configure_component(self, component: ComponentType) -> None:
-        component.configure()
+    @property
+    def _made(self) -> ComponentType:
+        assert self.component is not None  # from configure to cleanup
+        return self.component
 
     def step(self) -> None:
-        if self.component is not None:
-            self.component.loop()
+        self._made.loop()
 
     def check(self) -> None:
         """Raise if the component is broken."""
-        if self.component is not None:
-            self.component.check()
+        self._made.check()
+
+    def configure_component(self, component: ComponentType) -> None:
+        component.configure()
 
     def on_configure(self) -> None:
         self.component = self._make()
         self.configure_component(self.component)
+
+    def on_activate(self) -> None:
+        self._made.activate()
+
+    def on_deactivate(self) -> None:
+        self._made.deactivate()
+
+    def on_cleanup(self) -> None:
+        try:
+            self._made.close()
+        finally:
+            self.component = None
 
     def abort(self) -> None:
         """Release all resources after a failed configuration."""
@@ -151,60 +164,39 @@ class ManagedNode(Generic[ComponentType]):
         if component is not None:
             component.abort()
 
-    def on_activate(self) -> None:
-        if self.component is not None:
-            self.component.activate()
+    def take(self, transition: Transition) -> None:
+        """Take one transition.
 
-    def on_deactivate(self) -> None:
-        if self.component is not None:
-            self.component.deactivate()
+        Shutdown leads through the states in between, and its failures do not stop the sequence.
 
-    def on_cleanup(self) -> None:
-        try:
-            if self.component is not None:
-                self.component.close()
-        finally:
-            self.component = None
-
-    def configure(self) -> None:
-        self._go(State.UNCONFIGURED, State.INACTIVE, self.on_configure)
-
-    def activate(self) -> None:
-        self._go(State.INACTIVE, State.ACTIVE, self.on_activate)
-
-    def deactivate(self) -> None:
-        # a component that fails to stop counts as stopped: there is nothing left to try
-        self._go(State.ACTIVE, State.INACTIVE, self.on_deactivate, regardless=True)
-
-    def cleanup(self) -> None:
-        self._go(State.INACTIVE, State.UNCONFIGURED, self.on_cleanup, regardless=True)
-
-    def shutdown(self) -> None:
-        """Finalize from any state, through the states in between. Failures do not stop the sequence.
-
-        :raises Exception: the first failure, after all steps.
+        :raises LifecycleError: if the state does not permit the transition.
+        :raises Exception: the failure of the component; of a shutdown the first, after all steps.
         """
+        if transition is Transition.SHUTDOWN:
+            self._shut_down()
+            return
+        before, after = _STATES[transition]
+        if self.state is not before:
+            raise LifecycleError(f"{self.name} is {self.state.name.lower()}, expected {before.name.lower()}")
+        try:
+            getattr(self, f"on_{transition}")()
+        except Exception:
+            # a component that fails to stop counts as stopped: there is nothing left to try
+            if transition in _STOP:
+                self.state = after
+            raise
+        self.state = after
+
+    def _shut_down(self) -> None:
         failures: list[Exception] = []
-        for state, step in ((State.ACTIVE, self.deactivate), (State.INACTIVE, self.cleanup)):
-            if self.state is state:
-                _attempt(step, failures)
-        if self.component is not None:
+        for transition in _STOP:
+            if self.state is _STATES[transition][0]:
+                _attempt(partial(self.take, transition), failures)
+        if self.component is not None:  # the executive of a run exists before it is configured
             _attempt(self.on_cleanup, failures)
         self.state = State.FINALIZED
         if failures:
             raise failures[0]
-
-    def _go(self, before: State, after: State, step: Callable[[], None], *, regardless: bool = False) -> None:
-        """Take one transition."""
-        if self.state is not before:
-            raise LifecycleError(f"{self.name} is {self.state.name.lower()}, expected {before.name.lower()}")
-        try:
-            step()
-        except Exception:
-            if regardless:
-                self.state = after
-            raise
-        self.state = after
 
 
 class ComponentManager:
@@ -256,7 +248,7 @@ class ComponentManager:
             ComponentStatus(node.name, node.state, node.reason, self._since[node.name]) for node in self.nodes
         ]
 
-    def startup(self, interrupt: Interruption | None = None) -> bool:
+    def startup(self, interrupt: Interrupt | None = None) -> bool:
         """Configure all components, then activate all; return whether all are active.
 
         Under :attr:`Policy.STOP`, a failure ends the sequence.
@@ -265,28 +257,30 @@ class ComponentManager:
         """
         self.failure = ""
         self.paused = False
-        for wanted, step in ((State.UNCONFIGURED, "configure"), (State.INACTIVE, "activate")):
+        # two rounds: a component may call all others once it is active
+        for transition in _START:
             for node in self.nodes:
                 if interrupt is not None and interrupt.received:
                     return False
-                if node.state is wanted and not self.failure:
-                    node.reason = node.reason if step == "activate" else ""
-                    self._try(node, step)
+                self._start_if_due(node, transition)
         return all(node.state is State.ACTIVE for node in self.nodes)
+
+    def _start_if_due(self, node: ManagedNode[Any], transition: Transition) -> None:
+        if node.state is _STATES[transition][0] and not self.failure:
+            self._try(node, transition)
 
     def pause(self) -> None:
         """Deactivate all components except steady ones, last to first."""
         self.paused = True
         for node in reversed(self.nodes):
             if node.state is State.ACTIVE and not node.steady:
-                self._try(node, "deactivate", "paused")
+                self._try(node, Transition.DEACTIVATE, "paused")
 
     def resume(self) -> bool:
         """Activate the inactive components, first to last; return whether all are active."""
         self.paused = False
         for node in self.nodes:
-            if node.state is State.INACTIVE and not self.failure:
-                self._try(node, "activate")
+            self._start_if_due(node, Transition.ACTIVATE)
         return all(node.state is State.ACTIVE for node in self.nodes)
 
     def reset(self) -> bool:
@@ -305,7 +299,7 @@ class ComponentManager:
         for node in reversed(self.nodes):
             if node.state is not State.FINALIZED:
                 reason = node.reason or "shut down"
-                _attempt(partial(self._try, node, "shutdown", reason), failures)
+                _attempt(partial(self._try, node, Transition.SHUTDOWN, reason), failures)
         if failures:
             raise failures[0]
 
@@ -323,9 +317,9 @@ class ComponentManager:
         name = node.name
         if node.state is State.FINALIZED:
             raise LifecycleError(f"{name} was shut down", hint="restart the daemon to start it again")
-        for state, step in ((State.UNCONFIGURED, "configure"), (State.INACTIVE, "activate")):
-            if node.state is state and not self._step(node, step):
-                raise LifecycleError(f"{name} cannot {step}: {node.reason}")
+        for transition in _START:
+            if node.state is _STATES[transition][0] and not self._take(node, transition):
+                raise LifecycleError(f"{name} cannot {transition}: {node.reason}")
 
     def stop_one(self, name: str) -> None:
         """Clean up one component.
@@ -335,17 +329,6 @@ class ComponentManager:
         node = self._changeable(name)
         if node.state not in (State.UNCONFIGURED, State.FINALIZED):
             self._wind_down(node, "unloaded")
-
-    def find(self, name: str) -> ComponentStatus:
-        """Return the status of one component.
-
-        :raises LifecycleError: if the component is unknown.
-        """
-        for status in self.status():
-            if status.name == name:
-                return status
-        names = ", ".join(node.name for node in self.nodes)
-        raise LifecycleError(f"there is no component '{name}'", hint=f"there are: {names}")
 
     def change_one(self, name: str, transition: str) -> None:
         """Take one lifecycle transition of a component.
@@ -360,24 +343,23 @@ class ComponentManager:
             raise LifecycleError(
                 f"there is no transition '{transition}'", hint=f"use one of: {', '.join(Transition)}"
             )
-        wanted = _FROM[Transition(transition)]
-        if node.state not in wanted:
-            states = " or ".join(state.name.lower() for state in wanted)
+        not_finalized = (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE)
+        permitted = _STATES[Transition(transition)][:1] if transition in _STATES else not_finalized
+        if node.state not in permitted:
+            states = " or ".join(state.name.lower() for state in permitted)
             raise LifecycleError(
                 f"{name} cannot {transition}: it is {node.state.name.lower()}, expected {states}"
             )
         reason = "" if transition == Transition.ACTIVATE else f"{transition} on request"
-        if not self._step(node, transition, reason):
+        if not self._take(node, Transition(transition), reason):
             raise LifecycleError(f"{name} cannot {transition}: {node.reason}")
 
     def _changeable(self, name: str) -> ManagedNode[Any]:
-        names = [node.name for node in self.nodes if not node.steady]
-        for node in self.nodes:
-            if node.name == name and name in names:
-                return node
-        raise LifecycleError(
-            f"there is no component '{name}' to change", hint=f"there are: {', '.join(names)}"
-        )
+        nodes = {node.name: node for node in self.nodes if not node.steady}
+        if name not in nodes:
+            hint = f"there are: {', '.join(nodes)}"
+            raise LifecycleError(f"there is no component '{name}' to change", hint=hint)
+        return nodes[name]
 
     def watch(self) -> None:
         """Check all active components."""
@@ -409,31 +391,33 @@ class ComponentManager:
             self.failure, self.failure_error = f"{node.name}: {reason}", error
 
     def _wind_down(self, node: ManagedNode[Any], reason: str) -> None:
-        if node.state is State.ACTIVE:
-            self._try(node, "deactivate", reason)
-        if node.state is State.INACTIVE:
-            self._try(node, "cleanup", reason)
+        for transition in _STOP:
+            if node.state is _STATES[transition][0]:
+                self._try(node, transition, reason)
         node.reason = reason
         self.on_change()
 
-    def _try(self, node: ManagedNode[Any], step: str, reason: str = "") -> None:
-        """Take a lifecycle step; under :attr:`Policy.STOP`, a failure sets :attr:`failure`."""
-        if not self._step(node, step, reason) and self.policy is Policy.STOP and not self.failure:
+    def _try(self, node: ManagedNode[Any], transition: Transition, reason: str = "") -> None:
+        """Take a transition; under :attr:`Policy.STOP`, a failure sets :attr:`failure`."""
+        if not self._take(node, transition, reason) and self.policy is Policy.STOP and not self.failure:
             self.failure, self.failure_error = f"{node.name}: {node.reason}", node.error
 
-    def _step(self, node: ManagedNode[Any], step: str, reason: str = "") -> bool:
-        """Take a lifecycle step; return whether it succeeded."""
+    def _take(self, node: ManagedNode[Any], transition: Transition, reason: str = "") -> bool:
+        """Take a transition; return whether it succeeded.
+
+        :param reason: why the component will be inactive; replaced by the error of a failure.
+        """
         before, succeeded = node.state, True
         try:
-            getattr(node, step)()
+            node.take(transition)
         except Exception as error:
             if self.policy is Policy.RAISE:
                 raise  # the caller's close() closes the component
             if node.state is State.UNCONFIGURED:
                 node.abort()
-            words = _one_line(error)
-            self._log_change(Level.ERROR, f"{node.name} cannot {step}: {words}")
-            node.error, reason, succeeded = error, words, False
+            text = _one_line(error)
+            self._log_change(Level.ERROR, f"{node.name} cannot {transition}: {text}")
+            node.error, reason, succeeded = error, text, False
         if node.state is not before:
             self._since[node.name] = self._clock.now_us()
             self._log_change(Level.DEBUG, f"{node.name} is {node.state.name.lower()}")

@@ -13,7 +13,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.spawning import python_command
 
 _CLEANING_UP_S: Final = 5.0  # seconds for a command to clean up before it is killed
-_SOME: Final = 1 << 20  # limit in bytes per output stream; the rest is read and dropped
+_LONGEST: Final = 1 << 20  # bytes per output stream; further output is read and dropped
 
 _BAD_USAGE: Final = 2  # smallest exit status without an answer, except for 3, the time limit
 
@@ -53,18 +53,18 @@ async def call(*arguments: str, patience_s: float) -> tuple[int, str]:
 
 async def _outputs(process: Process) -> tuple[str, str]:
     """Return a process's output on stdout and stderr after its end."""
-    kept = [bytearray(), bytearray()]
+    buffers = [bytearray(), bytearray()]
 
-    async def read(stream: ByteReceiveStream, into: bytearray) -> None:
+    async def read(stream: ByteReceiveStream, buffer: bytearray) -> None:
         async for chunk in stream:
-            into += chunk[: _SOME - len(into)]
+            buffer += chunk[: _LONGEST - len(buffer)]
 
     async with anyio.create_task_group() as group:
-        for stream, into in zip((process.stdout, process.stderr), kept, strict=True):
+        for stream, buffer in zip((process.stdout, process.stderr), buffers, strict=True):
             assert stream is not None
-            group.start_soon(read, stream, into)
+            group.start_soon(read, stream, buffer)
         await process.wait()
-    output, errors = (bytes(each).decode(errors="replace") for each in kept)
+    output, errors = (bytes(buffer).decode(errors="replace") for buffer in buffers)
     return output, errors
 
 

@@ -77,21 +77,18 @@ class DaemonTools:
         :param name: a goal's id, a class of goals, or a rule.
         """
         with cx.connect(self._url) as board:
-            answer = ask_why(board, name, "", 1, _PATIENCE_S)
-        if answer is None:
+            reply = ask_why(board, name, "", 1, _PATIENCE_S)
+        if reply is None:
             raise CxbridgeError("the daemon has not answered in time", hint="see daemon_status")
-        return cut("\n".join(answer["lines"]))
+        return cut("\n".join(reply["lines"]))
 
     def ask_daemon(self, operation: str, arguments: dict[str, Any] | None = None) -> Any:
         """Ask the daemon for one of its operations."""
         if operation not in self._operations:
-            known = operation in verbs()
-            raise CxbridgeError(
-                f"the operation {operation} is not allowed"
-                if known
-                else f"there is no operation {operation}",
-                hint=f"the user starts 'cxbridge mcp --allow {operation}'" if known else self.describe(),
-            )
+            if operation not in verbs():
+                raise CxbridgeError(f"there is no operation {operation}", hint=self.describe())
+            hint = f"the user starts 'cxbridge mcp --allow {operation}'"
+            raise CxbridgeError(f"the operation {operation} is not allowed", hint=hint)
         with cx.connect(self._url) as board:
             return request(board, operation, _PATIENCE_S, **(arguments or {}))
 

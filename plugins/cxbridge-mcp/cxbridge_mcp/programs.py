@@ -50,6 +50,6 @@ class ProgramTools:
         :param patience: seconds of real time.
         """
         arguments = [self._places.scenario(scenario), "--faults", str(faults)]
-        arguments += [f"--property={each}" for each in properties or ()]
+        arguments += [f"--property={text}" for text in properties or ()]
         _, output = await call("explore", *arguments, patience_s=patience)
         return cut(output)

@@ -70,15 +70,15 @@ class RecordingTools:
         """
         a, b = (cx.open_run(self._places.recording(name)) for name in (first, second))
         comparison = a.compare(b, order=order)
-        shown = comparison.differences[:MOST_ROWS]
+        rows = comparison.differences[:MOST_ROWS]
         return {
             "same": comparison.same,
             "transitions": [comparison.count_a, comparison.count_b],
             "differences": [
-                {"what": each.what, "subject": each.subject, "first": each.a.text, "second": each.b.text}
-                for each in shown
+                {"what": row.what, "subject": row.subject, "first": row.a.text, "second": row.b.text}
+                for row in rows
             ],
-            "more_differences": len(comparison.differences) - len(shown) + comparison.dropped,
+            "more_differences": len(comparison.differences) - len(rows) + comparison.dropped,
             "hints": comparison.hints,
         }
 

@@ -78,11 +78,11 @@ def _check_names(allow: Sequence[str]) -> None:
 
     :raises CxbridgeError: if a name is unknown.
     """
-    known = {*PROGRAMS, *verbs()}
+    names = {*PROGRAMS, *verbs()}
     for name in allow:
-        if name not in known:
+        if name not in names:
             raise CxbridgeError(
-                f"--allow cannot be '{name}'{or_similar(name, known)}",
+                f"--allow cannot be '{name}'{or_similar(name, names)}",
                 hint=f"allow {', '.join(PROGRAMS)}, or one of the operations {', '.join(sorted(verbs()))}",
             )
 

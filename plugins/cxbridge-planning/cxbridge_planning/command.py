@@ -24,8 +24,9 @@ from cxbridge_planning.texts import PddlTexts, named, original_texts, plain_text
 _PLAN: Final = "plan"
 _TASK: Final = "task"
 
-_REFUSAL_S: Final = 2.0  # time limit for a program's refusal of an unreadable text
-_WORDS: Final = 300
+# A program that fails within this time has refused the text; a later failure is one of the search.
+_REFUSAL_S: Final = 2.0
+_EXCERPT: Final = 300  # characters of a program's output in an error
 
 
 class CommandPlanner(EnginePlanner):
@@ -42,12 +43,12 @@ class CommandPlanner(EnginePlanner):
         self._program: PlannerProgram = PROGRAMS[name]
         super().__init__(name, self._program, improve)
         self._options = shlex.split(options or self._program.options)
-        self._own = program
+        self._own_program = program
 
     @property
     def not_installed(self) -> str:
         """The reason why the program cannot be called; empty if it can."""
-        missing = self._program.missing(self._own)
+        missing = self._program.missing(self._own_program)
         return f"{self.name} is not installed: {missing}" if missing else ""
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
@@ -90,8 +91,8 @@ class CommandPlanner(EnginePlanner):
 
     def _call(self, arguments: tuple[str, ...], texts: dict[str, str], folder: str) -> str:
         """Run the program and return its output with its exit status."""
-        words = [each.format(**texts) for each in arguments]
-        command = [*self._program.command(self._own), *words, *self._options]
+        words = [argument.format(**texts) for argument in arguments]
+        command = [*self._program.command(self._own_program), *words, *self._options]
         try:
             process = subprocess.run(  # noqa: S603  no shell, the user's own program
                 command, cwd=folder, capture_output=True, check=False, stdin=subprocess.DEVNULL
@@ -122,8 +123,8 @@ class CommandPlanner(EnginePlanner):
             return tuple(self._steps(text.split(program.solved, 1)[1], names))
         if program.unsolvable.search(text):
             return None
-        last = " ".join(text.split())[-_WORDS:]
-        raise PlanningError(f"{self.name} ended with exit status {status} and without a plan: {last}")
+        excerpt = " ".join(text.split())[-_EXCERPT:]
+        raise PlanningError(f"{self.name} ended with exit status {status} and without a plan: {excerpt}")
 
     def _steps(self, output: str, names: PlanNames) -> Iterator[PlannedAction]:
         assert self._program.step

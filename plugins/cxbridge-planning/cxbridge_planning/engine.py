@@ -17,6 +17,7 @@ from cxbridge.executive.planning.needs import Need
 from cxbridge.executive.planning.planner import RANK, PlannedAction, Planner
 from cxbridge_planning.plan_files import PlanNames
 
+# The engines by measured success in docs/planning.md, the best first.
 _FIRST: Final = ("fast-downward",)
 _CLASSICAL: Final = ("lpg", "enhsp", "fd", "ff", "aries", "tamer")
 _NUMERIC: Final = ("enhsp", "lpg", "tamer", "aries")
@@ -61,9 +62,9 @@ class EnginePlanner(Planner):
     def best_so_far(self, folder: Path, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return the best plan that the engine has written before its time limit."""
         names = PlanNames(domain, problem)
-        for each in folder.glob(f"{FOLDER}*"):
-            with suppress(PlanningError):
-                if plan := self.plan_in(each, names):
+        for work_folder in folder.glob(f"{FOLDER}*"):
+            with suppress(PlanningError):  # the engine may have written a part of a file
+                if plan := self.plan_in(work_folder, names):
                     return plan
         return None
 

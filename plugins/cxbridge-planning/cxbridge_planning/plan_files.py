@@ -35,8 +35,8 @@ class PlanNames:
 
         :raises PlanningError: if the action or an object is unknown.
         """
-        known_arguments = tuple(_find(each, self._objects, "object") for each in arguments)
-        return PlannedAction(_find(action, self._actions, "action"), known_arguments, start, duration)
+        objects = tuple(_find(argument, self._objects, "object") for argument in arguments)
+        return PlannedAction(_find(action, self._actions, "action"), objects, start, duration)
 
 
 def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
@@ -66,7 +66,7 @@ def _table(names: Iterable[str]) -> dict[str, str]:
 
 
 def _find(name: str, table: dict[str, str], kind: str) -> str:
-    known_name = table.get(name) or table.get(name.casefold())
-    if known_name is None:
+    spelling = table.get(name) or table.get(name.casefold())
+    if spelling is None:
         raise PlanningError(f"the plan names an {kind} that does not exist: {name}")
-    return known_name
+    return spelling

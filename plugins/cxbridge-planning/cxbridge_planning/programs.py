@@ -56,20 +56,20 @@ class PlannerProgram(Engine, frozen=True):
     module: str = ""
     options: str = ""
 
-    def missing(self, own: str) -> str:
+    def missing(self, own_program: str) -> str:
         """Return the installation hint for a missing program; empty if it is installed.
 
-        :param own: the user's own program.
+        :param own_program: the program of the user's options; empty for the usual one.
         """
-        if self.package and not own and find_spec(self.module) is None:
+        if self.package and not own_program and find_spec(self.module) is None:
             return f"pip install {self.package}"
-        program = self.command(own)[0]
+        program = self.command(own_program)[0]
         return "" if shutil.which(program) else f"there is no program '{program}' on the PATH"
 
-    def command(self, own: str) -> list[str]:
+    def command(self, own_program: str) -> list[str]:
         """Return the command without its arguments."""
-        if own:
-            return [own]
+        if own_program:
+            return [own_program]
         spec = find_spec(self.module) if self.module else None
         folder = "" if spec is None or spec.origin is None else str(Path(spec.origin).parent)
         words = [word.format(folder=folder) for word in self.words if word != _PYTHON]

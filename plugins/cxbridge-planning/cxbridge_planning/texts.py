@@ -15,7 +15,7 @@ from cxbridge.executive.planning.errors import PlanningError
 
 _NAME: Final = re.compile(r"(\(\s*problem\s+)[^\s()]+", re.IGNORECASE)
 _LINE: Final = re.compile(r"\bline:?\s*(\d+)", re.IGNORECASE)
-_WORDS: Final = 300  # characters of a parser's message that are shown
+_EXCERPT: Final = 300  # characters of a parser's message that are shown
 _COMMENT: Final = re.compile(r";[^\n]*")
 
 
@@ -105,7 +105,7 @@ def _refusal(module: Any, texts: PddlTexts, parse_error: Exception) -> PlanningE
     with suppress(Exception):
         module.PDDLReader().parse_problem_string(texts.domain)
         file = texts.files[1]
-    text = " ".join(str(parse_error).split())[:_WORDS] or type(parse_error).__name__
+    text = " ".join(str(parse_error).split())[:_EXCERPT] or type(parse_error).__name__
     line = getattr(parse_error, "lineno", None) or next(map(int, _LINE.findall(text)), None)
     message = f"unified-planning cannot read the problem: {text}"
     return PlanningError(message, file=file or None, line=line if file else None)

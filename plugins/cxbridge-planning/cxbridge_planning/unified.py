@@ -19,7 +19,7 @@ from cxbridge_planning.engine import FOLDER, Engine, EnginePlanner
 from cxbridge_planning.plan_files import PlanNames, load_plan
 from cxbridge_planning.texts import read_task
 
-_WORDS: Final = 300  # characters of an engine's log that are shown
+_EXCERPT: Final = 300  # characters of an engine's log that are shown
 _BEST: Final = "best"
 
 
@@ -117,10 +117,10 @@ class UnifiedPlanner(EnginePlanner):
             with shortcuts.AnytimePlanner(name=self.name) as engine:
                 _avoid_spaces(engine)
                 best_result = None
-                for each in engine.get_solutions(task, timeout=self.improve):
-                    if each.plan is not None:
-                        best_result = each
-                        _save_plan(self._plan(each, names))
+                for result in engine.get_solutions(task, timeout=self.improve):
+                    if result.plan is not None:
+                        best_result = result
+                        _save_plan(self._plan(result, names))
             if best_result is not None:
                 return best_result
         with shortcuts.OneshotPlanner(name=self.name) as engine:
@@ -133,15 +133,15 @@ class UnifiedPlanner(EnginePlanner):
             return None
         if result.plan is None:
             log = "; ".join(message.message.strip() for message in result.log_messages or ())
-            log_excerpt = " ".join(log.split())[-_WORDS:] or "it does not say why"
+            log_excerpt = " ".join(log.split())[-_EXCERPT:] or "it does not say why"
             raise PlanningError(f"{self.name} ended with {status}: {log_excerpt}")
         if hasattr(result.plan, "timed_actions"):
             steps = sorted(result.plan.timed_actions, key=lambda step: step[0])
             return tuple(
-                _step(each, names, float(start), None if duration is None else float(duration))
-                for start, each, duration in steps
+                _step(instance, names, float(start), None if duration is None else float(duration))
+                for start, instance, duration in steps
             )
-        return tuple(_step(each, names) for each in result.plan.actions)
+        return tuple(_step(instance, names) for instance in result.plan.actions)
 
 
 aries = partial(UnifiedPlanner, "aries")
@@ -153,15 +153,15 @@ def _count_in_integers(task: Any) -> None:
     kinds = importlib.import_module("unified_planning.shortcuts")
     for fluent in task.fluents:
         if fluent.type.is_real_type():
-            fluent._typename = kinds.IntType()  # noqa: SLF001 - a reader of PDDL cannot be told
+            fluent._typename = kinds.IntType()  # noqa: SLF001 - the reader of PDDL has no option for it
 
 
 def _save_plan(plan: tuple[PlannedAction, ...] | None) -> None:
     """Write a plan into the current folder, in one piece: the time may be over at any moment."""
     if plan:
-        part = Path(f"{_BEST}.part")
-        part.write_text(plan_text(plan))
-        part.replace(_BEST)
+        unfinished = Path(f"{_BEST}.part")
+        unfinished.write_text(plan_text(plan))
+        unfinished.replace(_BEST)
 
 
 def _avoid_spaces(engine: Any) -> None:
@@ -185,8 +185,4 @@ def _reason(error: BaseException) -> str:
     code, details = getattr(error, "code", None), getattr(error, "details", None)
     if callable(code) and callable(details):
         return f"its server does not answer any more ({getattr(code(), 'name', code())}: {details()})"
-    return _first_line(error)
-
-
-def _first_line(error: BaseException) -> str:
     return next(iter(str(error).strip().splitlines()), "") or type(error).__name__

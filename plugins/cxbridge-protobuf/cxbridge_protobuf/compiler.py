@@ -47,8 +47,9 @@ def _run(names: Sequence[str], folder: Path, path: Sequence[Path]) -> tuple[byte
     """Return the descriptor set of files; None with the compiler's messages on failure."""
     command = _command()
     with tempfile.TemporaryDirectory(prefix="cxbridge-proto-") as temporary_folder:
-        out = Path(temporary_folder) / "set"
-        arguments = [f"-I{each}" for each in path] + ["--include_imports", f"--descriptor_set_out={out}"]
+        output = Path(temporary_folder) / "set"
+        arguments = [f"-I{folder}" for folder in path]
+        arguments += ["--include_imports", f"--descriptor_set_out={output}"]
         try:
             process = subprocess.run(  # noqa: S603 - the compiler, with files that the configuration names
                 [*command, *arguments, *names], cwd=folder, capture_output=True, timeout=_SECONDS, check=False
@@ -56,7 +57,7 @@ def _run(names: Sequence[str], folder: Path, path: Sequence[Path]) -> tuple[byte
         except subprocess.TimeoutExpired:
             raise ProtobufError(f"the protobuf compiler did not end within {_SECONDS} s") from None
         if process.returncode == 0:
-            return out.read_bytes(), ""
+            return output.read_bytes(), ""
     return None, process.stderr.decode("utf-8", "replace").strip()
 
 

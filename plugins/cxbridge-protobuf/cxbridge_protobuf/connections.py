@@ -26,11 +26,17 @@ class Connections(Protocol):
     def connect(self, host: str, port: int) -> int:
         """Connect to a server; return the client's id, or 0 for a port below 1."""
 
-    def disconnect(self, link_id: int) -> None: ...
+    def disconnect(self, link_id: int) -> None:
+        """Close a connection of a client or the server; unknown ids are ignored."""
 
-    def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int: ...
+    def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int:
+        """Create a peer that sends to an address and receives on a port; return its id.
 
-    def destroy_peer(self, peer_id: int) -> None: ...
+        :returns: 0 for a port below 1.
+        """
+
+    def destroy_peer(self, peer_id: int) -> None:
+        """Close a peer; unknown ids are ignored."""
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
         """Encrypt a peer's further messages; an empty secret or cipher ends encryption."""
@@ -38,9 +44,11 @@ class Connections(Protocol):
     def send(self, link_id: int, frame: Frame) -> None:
         """Send over a connection or a peer."""
 
-    def broadcast(self, peer_id: int, frame: Frame) -> None: ...
+    def broadcast(self, peer_id: int, frame: Frame) -> None:
+        """Send over a peer; unknown ids are ignored."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Close all connections."""
 
 
 # Creates connections for message types, settings and a clock function in microseconds.

@@ -1,10 +1,15 @@
-"""The feature `protobuf`: messages and their connections. See docs/evidence/protocol-protobuf.md."""
+"""The feature `protobuf`: messages and their connections. See docs/evidence/protocol-protobuf.md.
+
+Rules hold a message by an external address, a handle of this process: CLIPS cannot know when the last copy of
+an address is gone, so a message lives until ``pb-destroy``, as in Fawkes.
+"""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -14,16 +19,18 @@ from cxbridge.events import Logger
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
-from cxbridge_protobuf.settings import CONNECTIONS, NetworkSettings, ProtobufSettings
+from cxbridge_protobuf.settings import CONNECTIONS, ProtobufSettings
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge_protobuf.connections import Connections, MakeConnections
+    from cxbridge_protobuf.fields import MessageField
+    from cxbridge_protobuf.frames import Frame
     from cxbridge_protobuf.inbox import Presence, Received
 
 _FILE = Path(__file__).with_name("protobuf.clp")
 _LOG = "CLIPS-Protobuf"
-_FIRST_HANDLE = 1 << 40
+_FIRST_HANDLE = 1 << 40  # far from 0, the null pointer, and from pointers of other features
 _MANY = 100_000  # live messages that suggest a missing pb-destroy
 
 _INVALID = Symbol("INVALID-MESSAGE")
@@ -109,8 +116,7 @@ class ProtobufUser:
         self.types.add_folders(settings.folders)
         for module in settings.modules:
             self.types.add_module(module)
-        network_settings: NetworkSettings = NetworkSettings(**dict(settings.network))
-        self.network = (connections or Network)(self.types, network_settings, env.bus.clock.now_us)
+        self.network = (connections or Network)(self.types, settings.network, env.bus.clock.now_us)
         self._messages: dict[int, Any] = {}
         self._handles = itertools.count(_FIRST_HANDLE)
         self._warn_at = _MANY
@@ -123,21 +129,21 @@ class ProtobufUser:
             ("pb-ref", self._ref, 1, message),
             ("pb-destroy", self._destroy, 1, message),
             ("pb-field-names", self._names, 1, message),
-            ("pb-field-type", self._field_type, 2, field),
-            ("pb-field-label", self._field_label, 2, field),
+            ("pb-field-type", partial(self._describe, self._fields.type_name), 2, field),
+            ("pb-field-label", partial(self._describe, self._fields.label), 2, field),
             ("pb-has-field", self._has_field, 2, field),
             ("pb-field-is-list", self._is_list, 2, field),
             ("pb-field-value", self._value, 2, field),
             ("pb-field-list", self._list, 2, field),
-            ("pb-set-field", self._set_field, 3, field),
-            ("pb-add-list", self._add_list, 3, field),
+            ("pb-set-field", partial(self._store, self._fields.set_value, "set"), 3, field),
+            ("pb-add-list", partial(self._store, self._fields.add_value, "add"), 3, field),
             ("pb-tostring", self._to_string, 1, message),
             ("pb-server-enable", self._server_enable, 1, "*;l"),
             ("pb-server-disable", self.network.disable_server, 0, "*"),
             ("pb-connect", self.network.connect, 2, "*;sy;l"),
             ("pb-disconnect", self.network.disconnect, 1, "*;l"),
-            ("pb-send", self._send, 2, "*;l;e"),
-            ("pb-broadcast", self._broadcast, 2, "*;l;e"),
+            ("pb-send", partial(self._send, self.network.send, "send"), 2, "*;l;e"),
+            ("pb-broadcast", partial(self._send, self.network.broadcast, "broadcast"), 2, "*;l;e"),
             ("pb-peer-create", lambda host, port: self._peer(host, port, port), 2, "*;sy;l"),
             ("pb-peer-create-local", self._peer, 3, "*;sy;l;l"),
             (
@@ -218,13 +224,9 @@ class ProtobufUser:
         message = self._get(address)
         return message, None if message is None else self._fields.find(message, name)
 
-    def _field_type(self, address: Value, name: str) -> Value:
+    def _describe(self, describe: Callable[[MessageField], Value], address: Value, name: str) -> Value:
         message, field = self._find(address, name)
-        return _INVALID if message is None else _UNKNOWN if field is None else self._fields.type_name(field)
-
-    def _field_label(self, address: Value, name: str) -> Value:
-        message, field = self._find(address, name)
-        return _INVALID if message is None else _UNKNOWN if field is None else self._fields.label(field)
+        return _INVALID if message is None else _UNKNOWN if field is None else describe(field)
 
     def _has_field(self, address: Value, name: str) -> Value:
         message, field = self._find(address, name)
@@ -261,28 +263,21 @@ class ProtobufUser:
             return (self._value(address, name),)
         return self._fields.items(message, field, self._add)
 
-    def _set_field(self, address: Value, name: str, value: Value) -> None:
-        self._store(address, name, value, "set", self._fields.set_value)
-
-    def _add_list(self, address: Value, name: str, value: Value) -> None:
-        self._store(address, name, value, "add", self._fields.add_value)
-
-    def _store(self, address: Value, name: str, value: Value, verb: str, store: Callable[..., None]) -> None:
-        """Set a field or add to a list; a message as value is destroyed afterwards."""
+    def _store(self, store: Callable[..., None], verb: str, address: Value, name: str, value: Value) -> None:
+        """Set a field or add to a list; a message as value is destroyed afterwards, as in Fawkes."""
         message, field = self._find(address, name)
         if message is None:
             return
         if field is None:
             self._log.warn(f"Could not find field {name}")
             return
+        type_name = message.DESCRIPTOR.full_name
         try:
             store(message, field, value, self._get)
         except self._fields.UnknownEnumValueError:
             if verb == "set":
-                type_name = message.DESCRIPTOR.full_name
                 self._log.warn(f"{type_name}: cannot set invalid enum value '{value}' on '{name}'")
         except ProtobufError as error:
-            type_name = message.DESCRIPTOR.full_name
             self._log.warn(f"Failed to {verb} field {name} of {type_name}: {error.message}")
         if field.of:
             self._destroy(value)
@@ -308,26 +303,17 @@ class ProtobufUser:
         except ProtobufError as error:
             self._log.error(f"Cannot encrypt the messages of peer {peer}: {error}")
 
-    def _send(self, link: int, address: Value) -> None:
+    def _send(self, send: Callable[[int, Frame], None], verb: str, link: int, address: Value) -> None:
         message = self._get(address)
         if message is None:
-            self._log.warn(f"Cannot send to {link}: invalid message")
+            target = f"send to {link}" if verb == "send" else "send broadcast"
+            self._log.warn(f"Cannot {target}: invalid message")
             return
         try:
-            self.network.send(link, self._frame_of(message))
-        except ProtobufError as error:
-            self._log.warn(f"Failed to send message of type {message.DESCRIPTOR.full_name}: {error.message}")
-
-    def _broadcast(self, peer: int, address: Value) -> None:
-        message = self._get(address)
-        if message is None:
-            self._log.warn("Cannot send broadcast: invalid message")
-            return
-        try:
-            self.network.broadcast(peer, self._frame_of(message))
+            send(link, self._frame_of(message))
         except ProtobufError as error:
             type_name = message.DESCRIPTOR.full_name
-            self._log.warn(f"Failed to broadcast message of type {type_name}: {error.message}")
+            self._log.warn(f"Failed to {verb} message of type {type_name}: {error.message}")
 
     # --- received messages ------------------------------------------------------------------------------
 

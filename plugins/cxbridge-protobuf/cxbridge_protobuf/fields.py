@@ -94,13 +94,14 @@ def has(message: Message, field: MessageField) -> bool:
         return len(getattr(message, field.name)) > 0
     if field.descriptor.has_presence:
         return bool(message.HasField(field.name))
-    return any(known.number == field.descriptor.number for known, _ in message.ListFields())
+    # a field of proto3 without presence: set means different from the default
+    return any(descriptor.number == field.descriptor.number for descriptor, _ in message.ListFields())
 
 
 def value(message: Message, field: MessageField, add: AddMessage) -> Value:
     """Return the value of a field other than a list."""
     if field.kind == FieldDescriptor.TYPE_BYTES:
-        return "bytes"
+        return "bytes"  # as protobuf_comm: CLIPS has no type for bytes
     return _to_clips(field, getattr(message, field.name), add)
 
 
@@ -118,7 +119,7 @@ def set_value(message: Message, field: MessageField, clips_value: Value, get: Ge
     if field.is_list:
         raise ProtobufError("it is a list", hint="pb-add-list")
     if field.kind == FieldDescriptor.TYPE_BYTES:
-        return
+        return  # ignored, as by protobuf_comm
     converted = _to_protobuf(field, clips_value, get)
     try:
         if field.kind == FieldDescriptor.TYPE_MESSAGE:
@@ -137,12 +138,12 @@ def add_value(message: Message, field: MessageField, clips_value: Value, get: Ge
     if not field.is_list:
         raise ProtobufError("it is not a list", hint="pb-set-field")
     if field.kind == FieldDescriptor.TYPE_BYTES:
-        return
+        return  # ignored, as by protobuf_comm
     converted = _to_protobuf(field, clips_value, get)
     container = getattr(message, field.name)
     try:
         if field.is_map:
-            _put(container, converted)
+            _put_entry(container, converted)
         elif field.kind == FieldDescriptor.TYPE_MESSAGE:
             container.add().CopyFrom(converted)
         else:
@@ -168,7 +169,7 @@ def _elements(message: Message, field: MessageField) -> list[Any]:
     return entries
 
 
-def _put(container: Any, entry: Message) -> None:
+def _put_entry(container: Any, entry: Message) -> None:
     if entry.DESCRIPTOR.fields_by_name["value"].message_type is None:
         container[entry.key] = entry.value
     else:

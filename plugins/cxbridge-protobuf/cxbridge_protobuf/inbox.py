@@ -10,7 +10,7 @@ from typing import Final, TypeAlias
 
 from cxbridge_protobuf.types import Message
 
-_MOST_BYTES: Final = 64 << 20  # limit of waiting messages in bytes, however few they are
+_MOST_BYTES: Final = 64 << 20  # also bounds few large messages
 
 
 class Origin(Enum):
@@ -65,12 +65,12 @@ Event: TypeAlias = Received | Presence | Warned
 class Inbox:
     """Events in order of arrival; thread-safe.
 
-    :param most: the limit of waiting messages.
+    :param limit: the maximal number of waiting messages.
     """
 
-    def __init__(self, most: int, now_us: Callable[[], int]) -> None:
+    def __init__(self, limit: int, now_us: Callable[[], int]) -> None:
         self.now_us: Final = now_us
-        self._max_messages = most
+        self._max_messages = limit
         self._lock = threading.Lock()
         self._events: list[Event] = []
         self._messages = 0

@@ -40,8 +40,8 @@ class _Link:
     """One end of a connection."""
 
     origin: Origin
-    other: LocalConnections
-    other_id: int
+    peer: LocalConnections
+    peer_id: int
     port: int = 0  # port of a client as its server sees it
 
 
@@ -62,6 +62,8 @@ class LocalNetwork:
 
 
 class LocalConnections:
+    """The connections of one environment; its network finds the receivers."""
+
     def __init__(self, network: LocalNetwork, types: MessageTypes, now_us: Callable[[], int]) -> None:
         self.types: Final = types
         self._network = network
@@ -127,7 +129,7 @@ class LocalConnections:
         """Close a connection; unknown ids are ignored."""
         link = self._links.pop(link_id, None)
         if link is not None:
-            link.other.lose(link.other_id)
+            link.peer.lose(link.peer_id)
 
     def lose(self, link_id: int) -> None:
         """Report that the peer has closed a connection."""
@@ -169,7 +171,7 @@ class LocalConnections:
         if link is None:
             self.broadcast(link_id, frame)
         else:
-            link.other.receive(link.other_id, frame)
+            link.peer.receive(link.peer_id, frame)
 
     def broadcast(self, peer_id: int, frame: Frame) -> None:
         """Send over a peer; unknown ids are ignored."""

@@ -27,7 +27,7 @@ T = TypeVar("T")
 
 MOST_CLIENTS: Final = 256  # limit of clients at a server
 
-_SECONDS = 10  # seconds to wait for the thread
+_SECONDS = 10  # seconds to wait for the thread, whose work never blocks
 _EVERYWHERE = "*"
 _MOST_PORT = 65535
 
@@ -200,10 +200,10 @@ class Network:
     def _take_streams(self, origin: Origin | None) -> list[StreamLink]:
         """Remove and return connections; all if no origin is given."""
         with self._lock:
-            taken = [link for link in self._streams.values() if origin is None or link.origin is origin]
-            for link in taken:
+            links = [link for link in self._streams.values() if origin is None or link.origin is origin]
+            for link in links:
                 del self._streams[link.id]
-        return taken
+        return links
 
     # -- the thread
 
@@ -229,7 +229,7 @@ class Network:
             await asyncio.get_running_loop().create_connection(lambda: link, host, port)
         except (OSError, OverflowError, UnicodeError) as error:
             self._inbox.warn(f"Cannot connect to {host}:{port}: {error}", kind=f"connect {host}:{port}")
-            self._gone(link)
+            self._report_end(link)
 
     def _accept(self) -> StreamLink:
         return StreamLink(next(self._ids), Origin.SERVER, self)
@@ -238,7 +238,7 @@ class Network:
         for link in list(self._streams.values()):
             link.resume()
 
-    # -- what connections report, in the thread
+    # -- events of connections, in the thread
 
     @property
     def settings(self) -> NetworkSettings:
@@ -248,14 +248,14 @@ class Network:
     def inbox(self) -> Inbox:
         return self._inbox
 
-    def made(self, link: StreamLink) -> bool:
+    def accept(self, link: StreamLink) -> bool:
         """Add a new connection; return whether it may stay."""
         with self._lock:
             # the environment may have closed it in the meantime
             if link.origin is Origin.CLIENT:
                 accepted = link.id in self._streams
             else:
-                clients = sum(each.origin is Origin.SERVER for each in self._streams.values())
+                clients = sum(stream.origin is Origin.SERVER for stream in self._streams.values())
                 accepted = self._server is not None and clients < MOST_CLIENTS
                 if accepted:
                     self._streams[link.id] = link
@@ -271,9 +271,9 @@ class Network:
             self._inbox.warn(
                 f"Connection {link.id} to {link.host}:{link.port} closed: {reason}", kind="closed"
             )
-        self._gone(link)
+        self._report_end(link)
 
-    def _gone(self, link: StreamLink) -> None:
+    def _report_end(self, link: StreamLink) -> None:
         """Report the end of a connection unless the environment closed it."""
         link.connected = False
         with self._lock:

@@ -38,12 +38,11 @@ class ProtobufSettings:
 
     :param folders: folders with .proto files.
     :param modules: compiled Python modules.
-    :param network: deviations from the defaults of :class:`NetworkSettings`.
     """
 
     folders: tuple[Path, ...] = ()
     modules: tuple[str, ...] = ()
-    network: tuple[tuple[str, Any], ...] = ()
+    network: NetworkSettings = NetworkSettings()
 
     @classmethod
     def from_config(cls, config: Configuration, expand: Callable[[str], Iterable[Path]]) -> ProtobufSettings:
@@ -51,18 +50,18 @@ class ProtobufSettings:
 
         :param expand: returns the folders for a configured path.
         """
-        texts = config.get_strings(_PREFIX + "proto-dirs", default=[])
-        network: list[tuple[str, Any]] = [
-            (key.replace("-", "_"), config.get_uint(_PREFIX + key))
+        folders = config.get_strings(_PREFIX + "proto-dirs", default=[])
+        network: dict[str, Any] = {
+            key.replace("-", "_"): config.get_uint(_PREFIX + key)
             for key in ("frame-version", "max-message-size", "max-outbound", "max-waiting")
             if config.exists(_PREFIX + key)
-        ]
+        }
         if config.exists(_PREFIX + "server-address"):
-            network.append(("server_address", config.get_str(_PREFIX + "server-address")))
-        if dict(network).get("frame_version", 2) not in (1, 2):
+            network["server_address"] = config.get_str(_PREFIX + "server-address")
+        if network.get("frame_version", 2) not in (1, 2):
             raise config.error(_PREFIX + "frame-version", "there are frames of version 1 and 2 only")
         return cls(
-            tuple(folder for text in texts for folder in expand(text)),
+            tuple(path for folder in folders for path in expand(folder)),
             tuple(config.get_strings(_PREFIX + "modules", default=[])),
-            tuple(network),
+            NetworkSettings(**network),
         )

@@ -11,26 +11,30 @@ from cxbridge_protobuf.frames import Frame, StreamDecoder
 from cxbridge_protobuf.inbox import Inbox, Origin
 from cxbridge_protobuf.settings import NetworkSettings
 
-_MAPPED = "::ffff:"
+_MAPPED = "::ffff:"  # the prefix of an IPv4 address at a socket for both versions of IP
 _HEADER = 4  # bytes of the message header, which counts as part of a frame's size
-_PIECE = 65536  # bytes of one read
+_CHUNK = 65536  # bytes of one read
 
 
 class LinkOwner(Protocol):
     """The receiver of a connection's events."""
 
     @property
-    def settings(self) -> NetworkSettings: ...
+    def settings(self) -> NetworkSettings:
+        """The limits of frames and of waiting bytes."""
 
     @property
-    def inbox(self) -> Inbox: ...
+    def inbox(self) -> Inbox:
+        """The queue of received messages; reading pauses while it is full."""
 
-    def made(self, link: StreamLink) -> bool:
+    def accept(self, link: StreamLink) -> bool:
         """Add a new connection; return whether it may stay."""
 
-    def received(self, link: StreamLink, frame: Frame) -> None: ...
+    def received(self, link: StreamLink, frame: Frame) -> None:
+        """Process a frame."""
 
-    def lost(self, link: StreamLink, reason: str) -> None: ...
+    def lost(self, link: StreamLink, reason: str) -> None:
+        """Report a lost connection with its reason."""
 
 
 class StreamLink(asyncio.Protocol):
@@ -60,7 +64,7 @@ class StreamLink(asyncio.Protocol):
         self.host = self.host.removeprefix(_MAPPED)
         # before the listener call, which may send at once
         self.connected = True
-        if not self._network.made(self):
+        if not self._network.accept(self):
             self.connected = False
             transport.abort()
 
@@ -80,21 +84,21 @@ class StreamLink(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Process bytes received before a failed send, then report the end."""
         if exc is not None and self.connected:
-            self._take_rest()
+            self._read_remaining()
         was_connected, self.connected = self.connected or bool(self._reason), False
         if was_connected:
             self._network.lost(self, self._reason)
 
-    def _take_rest(self) -> None:
+    def _read_remaining(self) -> None:
         """Read the bytes that are still in the system's buffer.
 
         A peer that closes a connection with unread bytes resets it. The next send then fails, and asyncio
         drops the connection with our unread bytes still buffered.
         """
         assert self._transport is not None
-        with suppress(OSError), self._transport.get_extra_info("socket").dup() as rest:
-            rest.setblocking(False)
-            while self.connected and (data := rest.recv(_PIECE)):
+        with suppress(OSError), self._transport.get_extra_info("socket").dup() as unread:
+            unread.setblocking(False)
+            while self.connected and (data := unread.recv(_CHUNK)):
                 self.data_received(data)
 
     def resume(self) -> None:

@@ -93,7 +93,7 @@ class MessageTypes:
         self._by_key[key] = cls
 
     def is_registered(self, full_name: str) -> bool:
-        return any(each.DESCRIPTOR.full_name == full_name for each in self._by_key.values())
+        return any(cls.DESCRIPTOR.full_name == full_name for cls in self._by_key.values())
 
     def create(self, full_name: str) -> Message:
         return self._class(full_name)()

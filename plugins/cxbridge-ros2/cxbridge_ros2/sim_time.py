@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from cxbridge.clock import Clock, Wakeup
+from cxbridge.clock import Clock
 from cxbridge.config import Configuration
 from cxbridge.errors import Ros2Error
 from cxbridge.rights import EVERYTHING, Right
@@ -75,7 +75,7 @@ class SimTimeClock(Clock):
             self._begin()
         return self._now_us
 
-    def sleep_until(self, time_us: int, wake: Wakeup | None = None) -> None:
+    def sleep_until(self, time_us: int, wake: threading.Event | None = None) -> None:
         if self._thread is None:
             self._begin()
         with self._changed:

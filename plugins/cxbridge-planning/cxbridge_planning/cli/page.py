@@ -59,7 +59,7 @@ def _steps(actions: Sequence[PlannedAction], check: PlanCheck) -> list[dict[str,
             "text": str(action),
             "start": action.start,
             "duration": action.duration,
-            "changes": [_changes(each) for each in moments.get(number, ()) if each.changes],
+            "changes": [_changes(moment) for moment in moments.get(number, ()) if moment.changes],
             "serves": _serves(serving.get(number, ())),
             "after": _state(moments[number][-1].after) if number in moments else None,
         }

@@ -52,8 +52,8 @@ class _ResultOptions:
 
 @option_groups
 def plan(
-    asked: _PlannerOptions,
-    given: _ResultOptions,
+    planning: _PlannerOptions,
+    results: _ResultOptions,
     reading: _ReadingOptions,
     domain_file: Annotated[Path | None, typer.Argument(metavar="DOMAIN", help="PDDL domain.")] = None,
     problem_file: Annotated[Path | None, typer.Argument(metavar="PROBLEM", help="PDDL problem.")] = None,
@@ -70,7 +70,7 @@ def plan(
     Example: cxbridge plan domain.pddl problem.pddl --planner pyperplan
     """
     if list_planners:
-        _list(as_json=given.as_json)
+        _list(as_json=results.as_json)
         return 0
     if domain_file is None or problem_file is None:
         raise CxbridgeError("domain and problem are missing", hint="cxbridge plan domain.pddl problem.pddl")
@@ -79,31 +79,31 @@ def plan(
     as_fawkes = reading.strict == "fawkes"
     if validate is not None:
         return _validate(
-            *_read(domain_file, problem_file, as_fawkes=as_fawkes), validate, as_json=given.as_json
+            *_read(domain_file, problem_file, as_fawkes=as_fawkes), validate, as_json=results.as_json
         )
-    domain, problem, result = _plan(domain_file, problem_file, asked, as_fawkes=as_fawkes)
-    _output(result, asked.planner, given)
-    if given.html is not None:
+    domain, problem, result = _plan(domain_file, problem_file, planning, as_fawkes=as_fawkes)
+    _output(result, planning.planner, results)
+    if results.html is not None:
         from cxbridge_planning.cli.page import write_page
 
-        write_page(given.html, domain, problem, result)
+        write_page(results.html, domain, problem, result)
     return EXIT[result.status.value]
 
 
-def _output(result: PlanResult, planner: str, given: _ResultOptions) -> None:
+def _output(result: PlanResult, planner: str, results: _ResultOptions) -> None:
     """Print a result, or write its plan to a file."""
     if result.message:
         say(f"cxbridge: {result.message}", err=True)
-    if given.verbose:
+    if results.verbose:
         did = "planned" if result.status.value == "PLANNED" else "made no plan"
         why = result.why or ("the first that takes the problem" if planner == "auto" else "as asked")
         say(f"cxbridge: {result.planner} {did} in {result.seconds:.2f} s; {why}", err=True)
     steps = "".join(f"{action}\n" for action in result.actions)
-    if given.output is not None and result.status.value == "PLANNED":
-        write_file(given.output, steps)
-    if given.as_json:
+    if results.output is not None and result.status.value == "PLANNED":
+        write_file(results.output, steps)
+    if results.as_json:
         say_json(_as_json(result), indent=2)
-    elif given.output is None:
+    elif results.output is None:
         say_text(steps, end="")
 
 
@@ -119,18 +119,18 @@ def _read(domain_file: Path, problem_file: Path, *, as_fawkes: bool) -> tuple[Do
 
 
 def _plan(
-    domain_file: Path, problem_file: Path, asked: _PlannerOptions, *, as_fawkes: bool
+    domain_file: Path, problem_file: Path, planning: _PlannerOptions, *, as_fawkes: bool
 ) -> tuple[Domain, Problem, PlanResult]:
     """Read domain and problem while the planner's process starts, then plan."""
     from cxbridge.executive.planning import PlanningService, PlanRequest
     from cxbridge.executive.planning.registry import choose_planners
 
-    options = _options(asked.option)
+    options = _options(planning.option)
     with PlanningService(at_once=1) as service:
         service.warm_up()
         domain, problem = _read(domain_file, problem_file, as_fawkes=as_fawkes)
-        choose_planners(asked.planner, domain, problem, options)  # refused here: bad input
-        request = PlanRequest(domain, problem, asked.planner, options, asked.timeout)
+        choose_planners(planning.planner, domain, problem, options)  # refused here: bad input
+        request = PlanRequest(domain, problem, planning.planner, options, planning.timeout)
         return domain, problem, service.plan(request)
 
 

@@ -17,7 +17,7 @@ from cxbridge.executive.host.values import ExternalAddress, Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge_protobuf.feature import ProtobufFeature
 from cxbridge_protobuf.frames import Frame, encode
-from cxbridge_protobuf.settings import ProtobufSettings
+from cxbridge_protobuf.settings import NetworkSettings, ProtobufSettings
 from protobuf_tests.conftest import PROTOS, WAIT
 from tests.support import free_port
 
@@ -27,7 +27,7 @@ NULL = ExternalAddress(0)
 
 @pytest.fixture
 def feature():
-    return ProtobufFeature(ProtobufSettings((PROTOS,), network=(("max_waiting", 500),)))
+    return ProtobufFeature(ProtobufSettings((PROTOS,), network=NetworkSettings(max_waiting=500)))
 
 
 @pytest.fixture
@@ -528,7 +528,7 @@ def test_the_settings(tmp_path):
     )
     assert [str(folder) for folder in read.folders] == ["/base/msgs", f"{tmp_path}/near"]
     assert read.modules == ("x_pb2",)
-    assert dict(read.network) == {"frame_version": 1, "server_address": "*", "max_waiting": 5}
+    assert read.network == NetworkSettings(frame_version=1, server_address="*", max_waiting=5)
     assert settings("a: 1", tmp_path) == ProtobufSettings()
 
 

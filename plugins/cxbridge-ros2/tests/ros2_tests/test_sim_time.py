@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
-from cxbridge.clock import MICROSECONDS, Wakeup
+from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import Ros2Error
 from cxbridge.events import GoalTransition
 from cxbridge.trace.formats.registry import open_run
@@ -88,7 +88,7 @@ def test_it_stands_still_while_the_simulation_is_paused(simulation: Simulation, 
     simulation.runs.clear()
     clock.sleep_until(simulation.at_ms * 1000)
     at_us = clock.now_us()
-    woken = Wakeup()
+    woken = threading.Event()
     threading.Timer(0.3, woken.set).start()
     clock.sleep_until(at_us + 1, woken)
     assert woken.is_set()
