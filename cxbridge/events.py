@@ -142,7 +142,7 @@ class GoalTransition(Event, frozen=True):
     priority: str = ""
     resources: str = ""
     is_new: bool = False
-    slots: Mapping[str, str] = {}
+    slots: Mapping[str, str] = {}  # msgspec copies an empty default for each event
 
     @property
     def is_unnamed(self) -> bool:
@@ -310,7 +310,7 @@ class LoopTime(Event, frozen=True):
 
 
 class BlockWrite(Publication, frozen=True):
-    """The bytes of a written interface.
+    """The bytes of a written interface, for writers of bblogger files, which need no values.
 
     :param hash: the version of the interface type, 16 bytes.
     :param block: the whole block with time stamp, in the host's byte order.
@@ -371,6 +371,7 @@ class EventBus:
         """Compute the tables for :meth:`wants` and :meth:`emit`."""
         types = (event_type for types, _ in self._sinks for event_type in types)
         self._subscribed = {kind for event_type in types for kind in event_type.__mro__}
+        # a dictionary by exact type, because every rule firing and every fact passes here
         self._takers = {
             kind: tuple(sink for types, sink in self._sinks if kind in types)
             for kind in frozenset().union(*(types for types, _ in self._sinks))

@@ -74,6 +74,7 @@ class MainLoop:
         while not self._stopped.is_set():
             start_us = self.clock.now_us()
             self.run_once()
+            # without this check, a stop within the cycle would wait for the next period
             if done() or self._stopped.is_set():
                 return
             self.clock.sleep_until(start_us + self.period_us, self._stopped)

@@ -167,12 +167,12 @@ def _planners() -> Iterator[HealthCheck]:
 
 
 def _speech() -> HealthCheck:
-    found = shutil.which("espeak-ng") or shutil.which("espeak")
+    path = shutil.which("espeak-ng") or shutil.which("espeak")
     return HealthCheck(
         "speech",
-        fine=found is not None or platform.system() != "Linux",
+        fine=path is not None or platform.system() != "Linux",  # other systems have a voice
         required=False,
-        detail=found or "no espeak-ng: --speech has no voice (off is the default)",
+        detail=path or "no espeak-ng: --speech has no voice (off is the default)",
         remedy="apt install espeak-ng",
     )
 
@@ -185,7 +185,7 @@ def _speaker() -> list[HealthCheck]:
 
 
 def _program(name: str, program: str, purpose: str, remedy: str) -> HealthCheck:
-    found = shutil.which(program)
+    path = shutil.which(program)
     return HealthCheck(
-        name, fine=found is not None, required=False, detail=found or f"absent: {purpose}", remedy=remedy
+        name, fine=path is not None, required=False, detail=path or f"absent: {purpose}", remedy=remedy
     )

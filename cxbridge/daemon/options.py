@@ -11,7 +11,7 @@ from msgspec import Meta
 
 from cxbridge.run.options import BrokenOptions, LogOptions, Setting, SourceOptions
 
-# The settings of options, by path below ``cxbridge``.
+# The settings that options override, by path below ``cxbridge``.
 _SETTINGS = {
     "endpoints": "zmq/endpoints",
     "insecure": "zmq/insecure",
@@ -133,8 +133,9 @@ class DaemonOptions(
         for name, path in _SETTINGS.items():
             value = getattr(self, name)
             if isinstance(value, tuple):
-                value = list(value) or None
+                value = list(value) or None  # an empty tuple: the option is not given
             if value is not None:
+                # the configuration resolves relative paths against its own folder, not the user's
                 yield path, str(value.absolute()) if isinstance(value, Path) else value
         for group in self.more:
             yield from group.settings()

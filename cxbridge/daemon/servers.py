@@ -53,7 +53,7 @@ class ServerComponent(Component, ABC, Generic[ServerType]):
         try:
             server.start()
         except Exception:
-            server.stop()
+            server.stop()  # one of several endpoints may be open
             raise
         self._server = server
         self._daemon.add_endpoints(self.endpoints(server))

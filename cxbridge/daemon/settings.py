@@ -124,6 +124,7 @@ class DaemonSettings:
         )
         endpoints = tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DAEMON_URL]))
         has_fawkes = flag("fawkes/enable", True)
+        # clients of other machines may only run programs if the configuration says so
         local = (not has_fawkes or is_loopback(fawkes.host)) and all(map(is_private, endpoints))
         skiller = _choice(config, "skiller", SKILLERS, "lua", url=True)
         sections = plugin_settings(config, of_daemon=True)

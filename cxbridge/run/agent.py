@@ -158,9 +158,11 @@ class Run(Closing):
         self.name, self.config, self.early = base.name, base.config, base.early
         self.clock, self.bus, self.loop = base.clock, base.bus, base.loop
         self.source = source_of(options)
+        # without actions for it, a Skiller would only cost its start
         self.options = options if self.source.needs_skiller else replace(options, skiller="none")
         self.additions, self.is_look, self._replay = additions, is_look, replay
         self._first_components = components
+        # logged by start(): consoles and recorders do not listen yet
         self.warnings = [str(plugin.error) for plugin in installed_plugins() if plugin.error is not None]
         self.warnings += [*sections_without_package(self.config.keys), *map(str, self.config.warnings)]
         self.spec = self._choose_spec(base) if self.has_executive else ""
@@ -186,8 +188,10 @@ class Run(Closing):
         board_class = LocalBlackBoard if replay is None else replay.board_class
         self.board = board_class(self.registry, self.clock, self.bus, serials=_serials(self.clock))
         self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, embedded=base.embedded)
+        # before Hook.THINK: rules see the changes of other agents in the same cycle
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
         self.thinking_node: ManagedNode[ThinkingComponent] | None = None
+        # a run without one of its components would be another run: any failure ends it
         self.lifecycle = ComponentManager((), self.clock, policy=Policy.RAISE)
         self._shared: dict[Callable[[Self], Any], Any] = {}
         self._graph: NavGraph | None = None
@@ -284,6 +288,7 @@ class Run(Closing):
             for missing in self.missing:
                 self.bus.logger("Config").warn(f"{missing.location}: {missing.message}")
         thinking.watch()
+        # the executive starts last, because its rules open interfaces and call features of all others
         if self._replay is not None:
             for component in self._replay.components(self):
                 self._start_component(component)
@@ -341,6 +346,7 @@ class Run(Closing):
         A goal has ended when it is retracted or removed, or waits in MAINTAIN. A replay is over at the end of
         the recording.
         """
+        # a skill may run longer than the goal that has started it
         over = self.executive.is_over and not any(component.running for component in self.components)
         if self._replay is None:
             return over

@@ -86,6 +86,7 @@ def agent_names(config: Configuration) -> list[str]:
         raise config.error(AGENTS, f"{AGENTS} must be a map", "write agents: {robot1: {}, robot2: {}}")
     for name in names:
         path = f"{AGENTS}/{name}"
+        # the name is that of the CLIPS environment, and part of interface ids and file names
         if not _NAME.fullmatch(name) or name == ENVIRONMENT:
             hint = f"use letters, digits, _ and -; '{ENVIRONMENT}' is the environment of an unnamed agent"
             raise config.error(path, f"{path} is not a name of an agent", hint)
@@ -110,6 +111,7 @@ def choose_agent(config: Configuration, name: str) -> Configuration:
     if name not in names:
         hint = f"it has: {', '.join(names)}" if names else f"it has no {AGENTS[1:]}"
         raise CxbridgeError(f"the scenario has no agent '{name}'", hint=hint)
+    # a copy: the agents of a team share the scenario's configuration
     agent_config = Configuration()
     agent_config.overlay(config)
     agent_config.overlay(config.below(f"{AGENTS}/{name}/config"))

@@ -39,6 +39,9 @@ def _pddl_parser(context: Run) -> Feature:
     return context.pddl_parser
 
 
+# The features below are imported when an agent requests them, for the start of all other agents.
+
+
 def _robot_memory(context: Run) -> Feature:
     from cxbridge.executive.features.robot_memory import LIBRARY, RobotMemoryFeature  # noqa: PLC0415
 
@@ -121,6 +124,7 @@ def _make(row: Row, context: Run) -> Feature:
     make = FEATURES.load(row)
     if not row.origin:
         return make(context)
+    # a plug-in's mistake must name the plug-in
     try:
         feature = make(context)
     except CxbridgeError:

@@ -73,18 +73,18 @@ def fawkes_interface_dirs(fawkes: Path) -> list[Path]:
 
     :raises CxbridgeError: unless the folder is a Fawkes checkout.
     """
-    return [fawkes_part(fawkes, FAWKES_INTERFACES), *sorted(fawkes.glob(FAWKES_PLUGIN_INTERFACES))]
+    return [fawkes_folder(fawkes, FAWKES_INTERFACES), *sorted(fawkes.glob(FAWKES_PLUGIN_INTERFACES))]
 
 
-def fawkes_part(fawkes: Path, part: str) -> Path:
+def fawkes_folder(fawkes: Path, path: str) -> Path:
     """Return a folder of a Fawkes checkout.
 
     :raises CxbridgeError: if the checkout lacks the folder.
     """
-    if not (fawkes / part).is_dir():
+    if not (fawkes / path).is_dir():
         raise CxbridgeError(
-            f"this is not a Fawkes checkout: it has no {part}",
+            f"this is not a Fawkes checkout: it has no {path}",
             file=fawkes,
             hint="name the top folder of a clone of the Fawkes repository",
         )
-    return fawkes / part
+    return fawkes / path

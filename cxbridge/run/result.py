@@ -163,6 +163,7 @@ def sum_up(agents: Mapping[str, RunResult]) -> RunResult:
     results = list(agents.values())
     if len(results) == 1:
         return results[0]
+    # the statuses are ordered by severity, except bad input, which raises an error instead
     status = max(result.status for result in results)
     worst = {name: result.reason for name, result in agents.items() if result.status == status}
     is_shared = len(set(worst.values())) == 1 and len(worst) == len(agents)

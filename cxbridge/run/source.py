@@ -22,8 +22,8 @@ from cxbridge.run.paths import (
     FAWKES_PLUGIN_INTERFACES,
     SCENARIO_FILE,
     RunPaths,
+    fawkes_folder,
     fawkes_interface_dirs,
-    fawkes_part,
 )
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES
 
@@ -47,13 +47,13 @@ CLIPS_SUFFIX = ".clp"
 
 _EXECUTIVE = "/clips-executive"
 _TIME = f"{_EXECUTIVE}/assert-time-each-loop"
-_MOST_NAMED = 3  # folders in a hint
+_SHOWN_FOLDERS = 3  # in a hint
 
 _FAWKES_LIBRARY = "src/plugins/clips/clips"
 _FAWKES_CX = "src/plugins/clips-executive/clips"
 _FAWKES_ROBOT_MEMORY = "src/plugins/clips-robot-memory/robot-memory.clp"
 _FAWKES_LUA = "src/lua"
-_OWN_INTERFACES = "interfaces"  # in the scenario's folder
+_SCENARIO_INTERFACES = "interfaces"  # in the scenario's folder
 
 
 _PERIOD: Final = "/fawkes/mainapp/desired_loop_time"
@@ -141,22 +141,22 @@ class Source:
 
         :raises CxbridgeError: if the file does not exist.
         """
-        checkouts, named = self.checkouts, self.options.scenario
-        if named is None:
+        checkouts, path = self.checkouts, self.options.scenario
+        if path is None:
             assert checkouts.folders  # checked by check()
-            named = checkouts.find_configuration(Path())
-        if not named.exists():
-            named = checkouts.find_configuration(named)
-        if not named.exists() and len(named.parts) == 1 and (shipped_dir("scenarios") / named).is_dir():
-            named = shipped_dir("scenarios") / named
-        if named.is_dir():
-            return _file_in(named)
-        if not named.is_file():
+            path = checkouts.find_configuration(Path())
+        if not path.exists():
+            path = checkouts.find_configuration(path)
+        if not path.exists() and len(path.parts) == 1 and (shipped_dir("scenarios") / path).is_dir():
+            path = shipped_dir("scenarios") / path
+        if path.is_dir():
+            return _file_in(path)
+        if not path.is_file():
             shipped = ", ".join(shipped_scenarios())
             raise CxbridgeError(
-                "there is no such scenario", file=named, hint=f"shipped with cxbridge: {shipped}"
+                "there is no such scenario", file=path, hint=f"shipped with cxbridge: {shipped}"
             )
-        return named
+        return path
 
     def load_configuration(self) -> tuple[Configuration, Path]:
         """Return the configuration with overlays, and its file.
@@ -194,14 +194,14 @@ class Source:
         :raises CxbridgeError: if a checkout lacks a folder.
         """
         options, checkouts = self.options, self.checkouts
-        here = checkouts.confdir(config_file).resolve()
+        folder = checkouts.confdir(config_file).resolve()
         fawkes = options.fawkes_dir.resolve() if options.fawkes_dir else None
         base = checkouts.base(config_file)
         placeholders = {
             "BASEDIR": str(base),
             "FAWKES_BASEDIR": str(fawkes or base),
             "RESDIR": str(base / "res"),
-            "CONFDIR": str(here),
+            "CONFDIR": str(folder),
         }
         use_fawkes_core = (options.core or ("fawkes" if fawkes else "builtin")) == "fawkes"
         if use_fawkes_core and fawkes is None:
@@ -209,21 +209,21 @@ class Source:
         cx, library, robot_memory = BUILTIN_CX, HOST_LIBRARY, None
         clips_dirs = [*options.clips_dirs]
         for text in config.get_strings("/clips-executive/clips-dirs", default=[]):
-            clips_dirs += checkouts.expand(text, placeholders, here)
+            clips_dirs += checkouts.expand(text, placeholders, folder)
         overlays = Checkouts(checkouts.folders[: len(options.overlays)])
         interface_dirs = [*options.interface_dirs, *overlays.matching_folders(FAWKES_INTERFACES)]
         interface_dirs += overlays.matching_folders(FAWKES_PLUGIN_INTERFACES)
         skill_dirs = [*options.skill_dirs, *overlays.matching_folders(_FAWKES_LUA)]
         if config_file.name == SCENARIO_FILE:
-            clips_dirs.append(here)
-            if (here / _OWN_INTERFACES).is_dir():
-                interface_dirs.append(here / _OWN_INTERFACES)
+            clips_dirs.append(folder)
+            if (folder / _SCENARIO_INTERFACES).is_dir():
+                interface_dirs.append(folder / _SCENARIO_INTERFACES)
         if fawkes is not None:
-            fawkes_cx = fawkes_part(fawkes, _FAWKES_CX)
+            fawkes_cx = fawkes_folder(fawkes, _FAWKES_CX)
             interface_dirs += fawkes_interface_dirs(fawkes)
-            skill_dirs.append(fawkes_part(fawkes, _FAWKES_LUA))
+            skill_dirs.append(fawkes_folder(fawkes, _FAWKES_LUA))
             if use_fawkes_core:
-                cx, library = fawkes_cx, fawkes_part(fawkes, _FAWKES_LIBRARY)
+                cx, library = fawkes_cx, fawkes_folder(fawkes, _FAWKES_LIBRARY)
                 robot_memory = fawkes / _FAWKES_ROBOT_MEMORY
             else:
                 # Fawkes' own agents lie in the folder of its core
@@ -349,7 +349,7 @@ def _file_in(folder: Path) -> Path:
     for name in (SCENARIO_FILE, "config.yaml"):
         if (folder / name).is_file():
             return folder / name
-    below = sorted(path.parent for path in folder.glob(f"*/{SCENARIO_FILE}"))[:_MOST_NAMED]
+    below = sorted(path.parent for path in folder.glob(f"*/{SCENARIO_FILE}"))[:_SHOWN_FOLDERS]
     raise CxbridgeError(
         "this folder has no scenario.yaml and no config.yaml",
         file=folder,

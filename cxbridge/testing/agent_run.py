@@ -76,7 +76,7 @@ class AgentRun(Closing):
         self.rules: deque[str] = deque(maxlen=_LAST_RULES)
         self.transitions: list[Transition] = []
         self._errors: list[str] = []
-        self._due: list[tuple[int, Callable[[], object]]] = []
+        self._due_actions: list[tuple[int, Callable[[], object]]] = []
         self._skills: ScriptedSkills | None = None
         with ExitStack() as stack:
             assembly = self._assembly = stack.enter_context(Run(options))
@@ -84,6 +84,7 @@ class AgentRun(Closing):
             self._start_us = assembly.clock.now_us()
             recorder = start_recording(assembly, options)
             stack.callback(recorder.close)
+            # before the recorder closes: the recording includes the finalization
             stack.callback(assembly.finalize)
             assembly.bus.subscribe(self._record_event, LogLine, RuleFired, *TRANSITION_TYPES)
             self._history = RunHistory(UNLIMITED, self._start_us)
@@ -106,7 +107,7 @@ class AgentRun(Closing):
     def __getattr__(self, name: str) -> Any:
         """Return a member of a plug-in, e.g. ``run.assert_properties`` of cxbridge-explore."""
         if name.startswith("_"):
-            raise AttributeError(name)
+            raise AttributeError(name)  # copy and pickle look for such names
         return find_member("run", self, name)
 
     @property
@@ -116,7 +117,7 @@ class AgentRun(Closing):
 
     def _record_event(self, event: Event) -> None:
         if isinstance(event, LogLine):
-            if event.text.startswith(_HALTED):
+            if event.text.startswith(_HALTED):  # CLIPS prints the error first, then the rule
                 cause = self.log[-1].text if self.log and self.log[-1].level is Level.ERROR else ""
                 self._errors.append(f"{cause} {event.text}".strip())
             self.log.append(event)
@@ -172,6 +173,7 @@ class AgentRun(Closing):
         """
         self.wait_for(lambda: self.is_over, timeout)
         executive = self._assembly.executive
+        # a MAINTAIN goal that rests is no end, but no failure, either
         if not self.is_over and not executive.maintained:
             raise AssertionError(self._with_goals(f"the run was not over within {timeout:g} s"))
         if executive.env.quit_requested and executive.goals.open_roots and not executive.maintained:
@@ -203,12 +205,12 @@ class AgentRun(Closing):
 
     def at(self, seconds: float, action: Callable[[], object]) -> None:
         """Call ``action`` before the rules in the first cycle that starts at this time or later."""
-        self._due.append((self._start_us + round(seconds * MICROSECONDS), action))
-        self._due.sort(key=lambda item: item[0])
+        self._due_actions.append((self._start_us + round(seconds * MICROSECONDS), action))
+        self._due_actions.sort(key=lambda item: item[0])
 
     def _call_due_actions(self) -> None:
-        while self._due and self._due[0][0] <= self._assembly.clock.now_us():
-            self._due.pop(0)[1]()
+        while self._due_actions and self._due_actions[0][0] <= self._assembly.clock.now_us():
+            self._due_actions.pop(0)[1]()
 
     def _run(self, done: Callable[[], bool]) -> None:
         loop, clock = self._assembly.loop, self._assembly.clock
@@ -217,6 +219,7 @@ class AgentRun(Closing):
                 start_us = clock.now_us()
                 loop.run_once()
                 clock.sleep_until(start_us + loop.period_us)
+                # an error in a rule ends the test at once: later failures would only be its consequences
                 if self._problem or done():
                     break
         self._check(self._checks.look)

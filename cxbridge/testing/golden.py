@@ -115,6 +115,7 @@ def compare_with_golden(
     with tempfile.TemporaryDirectory(prefix="cxbridge-golden-") as folder:
         run_file = Path(folder, "this run")
         write_golden(run_file, transitions, start_us)
+        # both as files of the same format: what the format does not keep cannot differ
         run, golden = TransitionsText(run_file), TransitionsText(file)
         if not any(True for _ in golden):
             raise TraceError("holds no transitions", file=file, hint="write it with pytest --update-golden")

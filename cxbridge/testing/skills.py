@@ -217,7 +217,7 @@ class SkillScript:
 class ScriptedDecider(Decider):
     """Decides outcomes by the script, for a Skiller or an agent on the skill board."""
 
-    priority = sys.maxsize
+    priority = sys.maxsize  # before the deciders of plug-ins and of the configuration
 
     def __init__(self, script: SkillScript, skiller: str) -> None:
         self._script = script

@@ -84,7 +84,7 @@ def list_interfaces(
         writer = (info.writer or "yes") if info.has_writer else "-"
         readers = ", ".join(name for name in info.readers if name) or str(info.num_readers)
         rows.append((info.uid, writer, readers, local_time(info.timestamp_us)))
-    widths = [max(len(row[column]) for row in rows) for column in range(3)]
+    widths = [max(len(row[column]) for row in rows) for column in range(3)]  # the last needs no padding
     for row in rows:
         cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
         say("  ".join([*cells, row[3]]))
@@ -131,6 +131,7 @@ def watch(
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
         last_values: dict[str, dict[str, Any]] = {}
         say_unmatched(board, globs)
+        # the present values, so that the first line of an interface has the changed fields only
         for type_glob, id_glob in map(split_glob, globs):
             for instance in feed.follow(type_glob, id_glob):
                 last_values[instance.uid] = feed.now(instance).values
@@ -165,10 +166,10 @@ def set_fields(
         board.open_for_writing(*parse_uid(uid), owner=OWNER) as writer,
         Feed(board, OWNER) as feed,
     ):
-        writer.read()
+        writer.read()  # a new writer starts with the values of the last one
         if assign(writer, assignments or ()):
             writer.mark_data_changed()
-        writer.mark_data_refreshed()
+        writer.mark_data_refreshed()  # a write of equal values has a new time stamp
         writer.write()
         if not writer.num_readers and hold is None:
             say("it has no reader: it is gone with this command; --hold keeps it", err=True)

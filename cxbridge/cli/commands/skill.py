@@ -27,7 +27,7 @@ app = typer.Typer(
 )
 
 Skiller = Annotated[str, typer.Option(metavar="ID", help="the Skiller, by the id of its interface")]
-_LIST_S = 3.0
+_LIST_S = 3.0  # seconds for the list of skills, which a Fawkes does not tell
 
 
 @app.callback()
@@ -71,7 +71,7 @@ def execute(
         try:
             result = call.execute(skill_string, timeout)
         finally:
-            progress.end()
+            progress.end()  # also before the traceback or the error of an interrupt
     word = result.outcome.name.lower().replace("_", " ")
     if as_json:
         say_json({"outcome": word, "error": result.error, "msgid": result.msgid})

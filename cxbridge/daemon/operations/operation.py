@@ -54,7 +54,7 @@ class OperationContext:
     """
 
     rights: Rights
-    find_executive: Callable[[], Executive | None] | None
+    find_executive: Callable[[], Executive | None] | None  # a function: a reset makes a new executive
     component_rows: Callable[[], Sequence[Mapping[str, Any]]] = tuple
     change_component: Callable[[str, str], None] = lambda _name, _transition: None
     describe_state: Callable[[Mapping[str, Any]], dict[str, Any]] = lambda _parameters: {}

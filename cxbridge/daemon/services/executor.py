@@ -21,24 +21,22 @@ from cxbridge.skiller.board.host import ExecutorHost, make_host
 if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface, Message
 
-# seconds between steps
-PERIOD_S = 1 / 30
+PERIOD_S = 1 / 30  # seconds between steps, as in the main loop of a daemon
 
-# the server may not have noticed its end
 PATIENCE_S = 5.0
-"""The seconds in which a predecessor with the same id must disappear."""
+"""The seconds in which a predecessor with the same id must disappear, whose end is noticed late."""
 
 _AGAIN_S = 0.1  # seconds between attempts
 
 
-class _Mail(Listener):
+class _MessageSignal(Listener):
     """Signals messages on arrival, so that they do not wait for the next step."""
 
     def __init__(self) -> None:
-        self.came = threading.Event()
+        self.arrived = threading.Event()
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002
-        self.came.set()
+        self.arrived.set()
         return True
 
 
@@ -57,9 +55,9 @@ def run_executor(
     settings = parse_settings(options.settings)
     kind = load_executor(options.target, Path.cwd())
     name = options.name or f"{options.agent}-{kind.__name__.lower()}"
-    mail = _Mail()
+    signal = _MessageSignal()
     with Service(console, on_ready) as service:
-        service.wake_by(mail.came.set)
+        service.wake_by(signal.arrived.set)
         log = service.bus.logger(name)
         board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
         context = ExecutorContext(options.agent, board, service.clock, log, settings, Path.cwd())
@@ -67,7 +65,7 @@ def run_executor(
         if host is None:
             return
         service.callback(host.close)
-        host.listen(mail, EventKind.MESSAGE_RECEIVED)
+        host.listen(signal, EventKind.MESSAGE_RECEIVED)
         text = f"{name} executes {', '.join(kind.skills)} for {options.agent} on {options.url}"
         log.info(f"Ready: {text}")
         service.ready(text)
@@ -79,8 +77,8 @@ def run_executor(
                 host.step()
             if not host.valid:
                 raise SkillerError(f"another process is the executor {name} now")
-            mail.came.wait(max(0.0, next_step_s - time.monotonic()))
-            mail.came.clear()
+            signal.arrived.wait(max(0.0, next_step_s - time.monotonic()))
+            signal.arrived.clear()
 
 
 def _patiently(make: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:

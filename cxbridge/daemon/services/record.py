@@ -91,38 +91,44 @@ def record(
     patterns = [Pattern.parse(text) for text in options.patterns]
     report = RecordReport(options.url, tuple(str(path) for path in options.outputs))
     with Service(console, on_ready) as service:
-        out = service.make_bus()
+        # a separate bus: the blackboard emits its own events on the bus of the service
+        recorded = service.make_bus()
         board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
         definition = partial(interface_source, InterfaceRegistry(options.interface_dirs))
         writers = _writers(options, service.clock.now_us(), definition)
-        recorder = service.enter_context(Recorder(out, writers))
+        recorder = service.enter_context(Recorder(recorded, writers))
         recorder.describe({"cxbridge": VERSION, "clock": service.clock.name, "blackboard": options.url})
-        forwarder = WriteForwarder(board, patterns, out)
+        forwarder = WriteForwarder(board, patterns, recorded)
         service.callback(forwarder.close)
         service.wake_by(forwarder.wake)
         began_s = time.monotonic()
-        found = forwarder.start()
-        _serve_switch(options, board, forwarder, recorder, out, service)
-        text = f"{found} interfaces at {options.url} match" if found else "nothing matches yet"
-        out.logger(COMPONENT).info(f"Ready: {text}")
+        count = forwarder.start()
+        _serve_switch(options, board, forwarder, recorder, recorded, service)
+        text = f"{count} interfaces at {options.url} match" if count else "nothing matches yet"
+        recorded.logger(COMPONENT).info(f"Ready: {text}")
         service.ready(f"recording {options.url}")
 
-        def look() -> float:
+        def update_report() -> float:
+            """Update the report; return the remaining seconds."""
             seconds = report.seconds = time.monotonic() - began_s
             report.writes, report.skipped = dict(forwarder.counts), board.skipped
             report.gaps = [(gap.start_us, gap.seconds) for gap in forwarder.gaps]
             report.errors = [str(error) for error in recorder.errors]
             return _TICK_S if options.duration_s is None else options.duration_s - seconds
 
-        enough = len(options.outputs)
-        while not service.stopped.is_set() and (rest_s := look()) > 0 and len(report.errors) < enough:
-            forwarder.poll(min(rest_s, _TICK_S))
+        # the recording ends when all of its files have failed
+        while (
+            not service.stopped.is_set()
+            and (remaining_s := update_report()) > 0
+            and len(report.errors) < len(options.outputs)
+        ):
+            forwarder.poll(min(remaining_s, _TICK_S))
             recorder.flush_when_due()
             on_progress(report)
         forwarder.close()
         recorder.describe({"skipped": str(board.skipped), "gaps": str(len(forwarder.gaps))})
         recorder.close()
-        look()
+        update_report()
     return report
 
 
@@ -156,7 +162,7 @@ def _serve_switch(
     board: BlackBoard,
     forwarder: WriteForwarder,
     recorder: Recorder,
-    out: EventBus,
+    bus: EventBus,
     stack: ExitStack,
 ) -> None:
     """Serve the switch for ``ffbblog enable`` and ``disable``, unless another program does."""
@@ -167,7 +173,7 @@ def _serve_switch(
         forwarder.enabled = enabled
         recorder.enable(enabled)
 
-    log = out.logger(COMPONENT)
+    log = bus.logger(COMPONENT)
     try:
         stack.callback(RecordingSwitch(board, switch, log).close)
     except BlackBoardError as error:
@@ -176,5 +182,5 @@ def _serve_switch(
 
 def same_output(outputs: Sequence[Path]) -> Path | None:
     """Return an output that is named twice."""
-    seen = [path.absolute() for path in outputs]
-    return next((path for path in seen if seen.count(path) > 1), None)
+    paths = [path.absolute() for path in outputs]
+    return next((path for path in paths if paths.count(path) > 1), None)

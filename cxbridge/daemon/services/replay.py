@@ -109,18 +109,20 @@ def replay(
     patterns = tuple(Pattern.parse(text) for text in options.patterns)
     selection = ReplaySelection(patterns, options.start_s, options.end_s, options.messages)
     run = open_run(options.run, registry)
-    found = _survey(run, selection)
-    add_attached(registry, run, found.writes.keys() | found.messages.keys())
+    # one pass before the first write, because all interfaces are opened first: another writer refuses the
+    # whole replay
+    overview = _survey(run, selection)
+    add_attached(registry, run, overview.writes.keys() | overview.messages.keys())
     report = ReplayReport(str(options.run), options.url, notes=list(run.notes))
-    report.last_s = found.last_us / MICROSECONDS
-    report.total = sum(found.writes.values()) + sum(found.messages.values())
+    report.last_s = overview.last_us / MICROSECONDS
+    report.total = sum(overview.writes.values()) + sum(overview.messages.values())
     with Service(console, on_ready) as service:
         board = service.open_blackboard(options.url, registry)
         player = ReplayPlayer(board, service.bus.logger(COMPONENT), restamp=options.restamp)
         service.callback(player.close)
         session = _Session(options, board, player, report, service.stopped)
         session.on_progress, session.announce = on_progress, announce
-        player.open(found)
+        player.open(overview)
         service.ready(f"replaying {options.run} to {options.url}")
         session.run(lambda: moves(run, selection), keys)
     return report
@@ -158,19 +160,19 @@ class _Session:
         try:
             while True:
                 report.rounds += 1
-                whole = self._player.play(make_moves(), pace, self._record_move)
-                if not (whole and self._options.loop) or self._stop.is_set():
+                is_complete = self._player.play(make_moves(), pace, self._record_move)
+                if not (is_complete and self._options.loop) or self._stop.is_set():
                     break
             # a stop after the last write still reports done, because the last values may be held
-            if not self._stop.is_set() or (whole and not self._options.loop):
+            if not self._stop.is_set() or (is_complete and not self._options.loop):
                 report.end = DONE
                 self._board.flush()
             while self._options.hold and not self._stop.wait(_TICK_S):
-                self._player.drop_messages()
+                self._player.drop_messages()  # else the queues of the held interfaces would fill up
                 self._update_report()
         except BlackBoardError:
             if self._board.connected and not self._lost:
-                raise
+                raise  # a refusal of the blackboard, not the end of the connection
             self._lost = True
         if self._lost:
             report.end = LOST
@@ -201,10 +203,10 @@ class _Session:
 
 def _survey(run: Run, selection: ReplaySelection) -> Survey:
     """Read the run and return the overview of its replay."""
-    found = survey(run, selection)
-    if found.writes:
-        return found
-    if found.unselected_writes:
+    overview = survey(run, selection)
+    if overview.writes:
+        return overview
+    if overview.unselected_writes:
         raise TraceError(
             "no interface write of it is selected",
             file=run.path,

@@ -1,4 +1,4 @@
-"""A process that serves until a signal: clock, log, blackboards and notifications of systemd."""
+"""The frame of the services: clock, log, blackboards, signals and notifications of systemd."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Service(ExitStack):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool | None:
-        if self._is_ready:
+        if self._is_ready:  # systemd must not see the end of a start that failed as a stop
             self._notifier.stopping()
         return super().__exit__(kind, error, trace)
 
@@ -78,7 +78,7 @@ class Service(ExitStack):
     def wake_by(self, wake: Callable[[], None]) -> None:
         """Set a function that ends a wait when the service is to stop."""
         self._wake = wake
-        if self.stopped.is_set():
+        if self.stopped.is_set():  # the signal came before
             wake()
 
     def stop(self) -> None:

@@ -31,7 +31,7 @@ class PlanningPlugins(Component):
                 context.board, context.clock, context.bus, config, store, files, service
             )
         except BaseException:
-            self._generator.close()
+            self._generator.close()  # its interface would keep its writer
             raise
 
     def loop(self) -> None:

@@ -53,7 +53,7 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
         f"{_PACKAGE}.remote_skiller:RemoteSkillers",
         lambda run: run.options.has_remote_skiller,
     ),
-    Row("speech", f"{_PACKAGE}.skillers:Speech", _speaks),
+    Row("speech", f"{_PACKAGE}.skillers:Speech", _speaks),  # before the skills that open its interface
     Row("skiller", f"{_PACKAGE}.skillers:Skillers", lambda run: bool(local_skillers(run))),
     Row(
         "skill-board",
@@ -74,12 +74,13 @@ def needed_components(run: Any, *daemon: Row, replayed: bool = False) -> list[Ro
     :raises CxbridgeError: if the configuration is wrong or two components have the same name.
     """
     executive = COMPONENTS.find(EXECUTIVE)
-    others = [
+    # a recording has the messages to the planning plugins, and their plans
+    before_executive = [
         row for row in COMPONENTS.rows if row is not executive and (not replayed or row.name == PLANNING)
     ]
-    wanted = [row for row in (*others, executive) if row.needed(run)]
-    wanted.sort(key=lambda row: not row.early(run))
-    needed = [*(row for row in daemon if row.needed(run)), *wanted]
+    rows = [row for row in (*before_executive, executive) if row.needed(run)]
+    rows.sort(key=lambda row: not row.early(run))  # stable: the order of the table otherwise
+    needed = [*(row for row in daemon if row.needed(run)), *rows]
     for first, second in combinations(needed, 2):
         if first.name == second.name:
             raise two_of_a_name(COMPONENTS.hook, first, second)

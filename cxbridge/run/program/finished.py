@@ -97,13 +97,14 @@ class Run:
 
         :raises CxbridgeError: unless exactly one goal matches.
         """
-        found = goals_named(self.goals, name)
-        if len(found) != 1:
-            known = ", ".join(dict.fromkeys(goal.goal_class for goal in self.goals)) or "none"
+        goals = goals_named(self.goals, name)
+        if len(goals) != 1:
+            classes = ", ".join(dict.fromkeys(goal.goal_class for goal in self.goals)) or "none"
             raise CxbridgeError(
-                f"{len(found) or 'no'} goals are '{name}'", hint=f"give an id, or one of the classes: {known}"
+                f"{len(goals) or 'no'} goals are '{name}'",
+                hint=f"give an id, or one of the classes: {classes}",
             )
-        return found[0]
+        return goals[0]
 
     def log(self, level: str = "I") -> list[LogLine]:
         """Return the log lines.
@@ -111,9 +112,9 @@ class Run:
         :param level: the minimum level: ``D`` (debug), ``I`` (info), ``W`` (warning) or ``E`` (error).
         """
         levels = list(Level)
-        least = levels.index(Level(level))
+        included = levels[levels.index(Level(level)) :]
         lines = (event for event in self.source.select(LogLine) if isinstance(event, LogLine))
-        return [line for line in lines if levels.index(line.level) >= least]
+        return [line for line in lines if line.level in included]
 
     def why(self, name: str) -> str:
         """Explain the outcome of a goal, or why a rule did not fire.

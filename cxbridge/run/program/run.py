@@ -50,7 +50,7 @@ def run(
         scenario, config=config, trace=trace, trace_level=trace_level, timeout=timeout, **options
     )
     name = Path(scenario).name if scenario is not None else "run"
-    kept = MemoryRun(name)
-    additions = Additions(tuple(features), executor_classes(skills), (kept.writer(),))
+    recording = MemoryRun(name)
+    additions = Additions(tuple(features), executor_classes(skills), (recording.writer(),))
     run_scenario(run_options, additions=additions)
-    return Run(kept)
+    return Run(recording)

@@ -61,9 +61,9 @@ def function_skill(function: SkillFunction, name: str = "") -> type[SkillExecuto
             arguments = _arguments(signature, call)
             if not inspect.isgeneratorfunction(function):
                 yield None  # one loop as RUNNING: the rules must see this state of each skill
-            answer = function(*arguments)
-            last = (yield from answer) if inspect.isgenerator(answer) else answer
-            return Progress(1.0, last) if isinstance(last, str) else last
+            result = function(*arguments)
+            result = (yield from result) if inspect.isgenerator(result) else result
+            return Progress(1.0, result) if isinstance(result, str) else result
 
     FunctionSkill.__name__ = FunctionSkill.__qualname__ = skill
     FunctionSkill.__doc__ = inspect.getdoc(function)
@@ -72,16 +72,13 @@ def function_skill(function: SkillFunction, name: str = "") -> type[SkillExecuto
 
 def _arguments(signature: inspect.Signature, call: SkillCall) -> list[Any]:
     """Return the arguments of a call in the order of the function's parameters."""
-    unnamed = [call.parameters[key] for key in sorted(call.parameters, key=_place) if key.isdigit()]
-    named = {name: value for name, value in call.parameters.items() if not name.isdigit()}
+    # unnamed arguments of a skill string have their positions as names: 1, 2, ... 10
+    positions = sorted(filter(str.isdigit, call.parameters), key=int)
+    keywords = {name: value for name, value in call.parameters.items() if not name.isdigit()}
     try:
-        bound = signature.bind(*unnamed, **named)
+        bound = signature.bind(*(call.parameters[key] for key in positions), **keywords)
     except TypeError as error:
-        given = ", ".join(call.parameters) or "none"
-        raise SkillFailedError(f"{call.skill}{signature}: {error}; given: {given}") from None
+        names = ", ".join(call.parameters) or "none"
+        raise SkillFailedError(f"{call.skill}{signature}: {error}; given: {names}") from None
     bound.apply_defaults()
     return [*bound.args, *bound.kwargs.values()]
-
-
-def _place(key: str) -> tuple[int, str]:
-    return (int(key), "") if key.isdigit() else (0, key)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from cxbridge_mcp.commands import call
-from cxbridge_mcp.places import Places
+from cxbridge_mcp.folders import Folders
 from cxbridge_mcp.recordings import cut
 
 
 class ProgramTools:
     """The tools that run agents as child processes.
 
-    :param places: the files that the assistant may name.
+    :param folders: the files that the assistant may name.
     """
 
-    def __init__(self, places: Places) -> None:
-        self._places = places
+    def __init__(self, folders: Folders) -> None:
+        self._folders = folders
 
     async def run(self, scenario: str, recording: str, limit: float = 600.0, patience: float = 120.0) -> str:
         """Run an agent headless, and record the run with its facts.
@@ -23,9 +23,9 @@ class ProgramTools:
         :param limit: seconds of the run's clock.
         :param patience: seconds of real time.
         """
-        file = self._places.new_recording(recording)
+        file = self._folders.new_recording(recording)
         arguments = [
-            self._places.scenario(scenario),
+            self._folders.scenario(scenario),
             "--quiet",
             "--trace",
             str(file),
@@ -49,7 +49,7 @@ class ProgramTools:
         :param properties: names or forms; without any the scenario's and those that are built in.
         :param patience: seconds of real time.
         """
-        arguments = [self._places.scenario(scenario), "--faults", str(faults)]
+        arguments = [self._folders.scenario(scenario), "--faults", str(faults)]
         arguments += [f"--property={text}" for text in properties or ()]
         _, output = await call("explore", *arguments, patience_s=patience)
         return cut(output)

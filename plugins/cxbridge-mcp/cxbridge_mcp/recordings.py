@@ -7,7 +7,7 @@ from typing import Any, Final, Literal
 import cxbridge as cx
 from cxbridge.printing import visible
 from cxbridge_mcp.commands import call
-from cxbridge_mcp.places import Places
+from cxbridge_mcp.folders import Folders
 
 MOST_ROWS: Final = 200  # limit of rows in an answer
 
@@ -28,23 +28,23 @@ def cut(text: str) -> str:
 class RecordingTools:
     """The tools for scenarios and recordings.
 
-    :param places: the files that the assistant may name.
+    :param folders: the files that the assistant may name.
     """
 
-    def __init__(self, places: Places) -> None:
-        self._places = places
+    def __init__(self, folders: Folders) -> None:
+        self._folders = folders
 
     def list_scenarios(self) -> list[str]:
         """List the agents that can be checked: shipped scenarios by name, further ones by their folder."""
-        return self._places.scenarios()[:MOST_ROWS]
+        return self._folders.scenarios()[:MOST_ROWS]
 
     def list_recordings(self) -> list[dict[str, Any]]:
         """List the recordings of runs, the newest first, with format and size."""
-        return self._places.recordings()[:MOST_ROWS]
+        return self._folders.recordings()[:MOST_ROWS]
 
     def goal_tree(self, recording: str) -> dict[str, Any]:
         """Return how a recorded run ended, and the tree of its goals with modes, outcomes and errors."""
-        run = cx.open_run(self._places.recording(recording))
+        run = cx.open_run(self._folders.recording(recording))
         return {
             "status": run.status,
             "reason": run.reason,
@@ -59,7 +59,7 @@ class RecordingTools:
         :param name: a goal's id, a class of goals (CLASS#2 for its second goal), or a rule. A rule needs a
             recording with facts.
         """
-        return cut(cx.open_run(self._places.recording(recording)).why(name))
+        return cut(cx.open_run(self._folders.recording(recording)).why(name))
 
     def compare_recordings(
         self, first: str, second: str, order: Literal["partial", "total"] = "partial"
@@ -68,7 +68,7 @@ class RecordingTools:
 
         :param order: partial: the order of each goal's transitions; total: the order of all.
         """
-        a, b = (cx.open_run(self._places.recording(name)) for name in (first, second))
+        a, b = (cx.open_run(self._folders.recording(name)) for name in (first, second))
         comparison = a.compare(b, order=order)
         rows = comparison.differences[:MOST_ROWS]
         return {
@@ -84,6 +84,6 @@ class RecordingTools:
 
     async def check_agent(self, scenario: str) -> str:
         """Find mistakes of an agent without running it: each with file, line, code and what to do."""
-        command = ["check", self._places.scenario(scenario), "--format", "text"]
+        command = ["check", self._folders.scenario(scenario), "--format", "text"]
         status, output = await call(*command, patience_s=_CHECK_S)
         return cut(output) or ("no mistakes" if status == 0 else "there are mistakes")

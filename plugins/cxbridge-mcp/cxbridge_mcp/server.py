@@ -17,7 +17,7 @@ from cxbridge.daemon.operations.table import verbs
 from cxbridge.errors import CxbridgeError
 from cxbridge.suggestions import or_similar
 from cxbridge_mcp.daemons import DaemonTools
-from cxbridge_mcp.places import Places
+from cxbridge_mcp.folders import Folders
 from cxbridge_mcp.programs import ProgramTools
 from cxbridge_mcp.recordings import RecordingTools
 
@@ -40,11 +40,11 @@ def make_server(folders: Sequence[Path], url: str, allow: Sequence[str]) -> MCPS
     :raises CxbridgeError: if a name or a folder is unknown.
     """
     _check_names(allow)
-    places = Places(folders)
+    allowed_folders = Folders(folders)
     server = MCPServer("cxbridge", version=__version__, instructions=_INSTRUCTIONS, log_level="WARNING")
     read_only = ToolAnnotations(read_only_hint=True)
     destructive = ToolAnnotations(read_only_hint=False, destructive_hint=True)
-    files, programs = RecordingTools(places), ProgramTools(places)
+    files, programs = RecordingTools(allowed_folders), ProgramTools(allowed_folders)
     operations = [name for name in allow if name not in PROGRAMS]
     daemon = DaemonTools(url, operations)
     for tool in (

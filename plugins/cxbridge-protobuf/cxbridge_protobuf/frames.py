@@ -74,6 +74,7 @@ def open_datagram(data: bytes, version: int = 2) -> tuple[int, bytes]:
         raise ProtobufError("the datagram is too short for a frame")
     if version == 1:
         component, type_, size = _HEADER_V1.unpack_from(data)
+        # version 1 has the ids in its header, version 2 in the payload, where they are encrypted, too
         content = payload(Frame(component, type_, data[header.size :]))
         cipher, size = NO_CIPHER, size + _MESSAGE_HEADER.size
     else:
@@ -118,7 +119,7 @@ class StreamDecoder:
             else:
                 yield parse_payload(content)
             start = end
-        del self._buffer[:start]
+        del self._buffer[:start]  # once, because each deletion moves the remaining bytes
 
     def _size(self, start: int) -> int:
         """Return the size in the header of the frame at an offset."""

@@ -83,7 +83,7 @@ class Inbox:
         """Whether reading should pause; the next drain then reports a full inbox."""
         with self._lock:
             full = self._messages >= self._max_messages or self._bytes >= _MOST_BYTES
-            self._was_full |= full
+            self._was_full |= full  # the next drain resumes the paused connections
             return full
 
     def put(self, event: Event, size: int = 0) -> None:

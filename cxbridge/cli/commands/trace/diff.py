@@ -87,7 +87,7 @@ def diff(
     from cxbridge.trace.compare.side_by_side import page_report
     from cxbridge.trace.formats.registry import open_run
 
-    _spare((a, *b), outputs.junit, outputs.page)
+    _check_outputs((a, *b), outputs.junit, outputs.page)
     view, kind = _choice(View, "--level", method.level), _choice(Order, "--order", method.order)
     selection = Selection(method.only, method.ignore)
     run, others = open_run(a), [open_run(path) for path in b]
@@ -103,9 +103,10 @@ def diff(
         raise typer.Exit(1)
 
 
-def _spare(runs: tuple[Path, ...], *outputs: Path | None) -> None:
+def _check_outputs(runs: tuple[Path, ...], *outputs: Path | None) -> None:
     """Check that outputs do not overwrite a compared run."""
     for output in outputs:
+        # the same file by another path or link, too
         if output is not None and output.exists() and any(r.exists() and output.samefile(r) for r in runs):
             raise typer.BadParameter(f"'{output}' is one of the runs")
 

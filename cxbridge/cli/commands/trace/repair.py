@@ -60,7 +60,7 @@ def repair(
             results.append(_repair(path, target, in_place=in_place, dry_run=dry_run))
         except CxbridgeError as error:
             if not file.is_dir():
-                raise
+                raise  # of a folder, the other files are mended
             complain(error)
             results.append({"path": str(path), "error": error.message})
             status = UNREADABLE
@@ -78,7 +78,7 @@ def _repair(path: Path, output: Path | None, *, in_place: bool, dry_run: bool) -
 
     mending = examine(path)
     if not mending.actions:
-        read_whole(path)
+        read_whole(path)  # "fine" is only said of a file that can be read to its end
     written, backup = (None, None) if dry_run else _write(mending, output, in_place=in_place)
     if written is not None:
         read_whole(written)

@@ -23,7 +23,7 @@ LOST = 4
 
 INTERRUPTED = 130
 _CLEAR = "\r\x1b[K"
-_LONGEST = 100
+_LONGEST = 100  # characters of an event, so that it stays on a line of most terminals
 
 
 @option_groups
@@ -74,10 +74,10 @@ def replay(
 def _show(report: ReplayReport) -> None:
     """Show the progress on a terminal."""
     done = sum(report.writes.values()) + report.messages + report.undelivered
-    again = f", round {report.rounds}" if report.rounds > 1 else ""
+    round_text = f", round {report.rounds}" if report.rounds > 1 else ""
     total = report.total * max(report.rounds, 1)
     terminal_of(sys.stderr).write(
-        f"{_CLEAR}{report.position_s:.1f} of {report.last_s:.1f} s, {done} of {total}{again}"
+        f"{_CLEAR}{report.position_s:.1f} of {report.last_s:.1f} s, {done} of {total}{round_text}"
     )
     sys.stderr.flush()
 

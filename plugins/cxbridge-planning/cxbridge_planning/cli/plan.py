@@ -127,7 +127,7 @@ def _plan(
 
     options = _options(planning.option)
     with PlanningService(at_once=1) as service:
-        service.warm_up()
+        service.warm_up()  # the imports of the process take longer than the parser
         domain, problem = _read(domain_file, problem_file, as_fawkes=as_fawkes)
         choose_planners(planning.planner, domain, problem, options)  # refused here: bad input
         request = PlanRequest(domain, problem, planning.planner, options, planning.timeout)

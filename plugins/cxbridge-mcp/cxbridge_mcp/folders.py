@@ -16,7 +16,7 @@ MOST_FILES: Final = 20_000  # limit of files that are searched
 _SCENARIO: Final = "scenario.yaml"
 
 
-class Places:
+class Folders:
     """The folders with scenarios and recordings.
 
     :raises CxbridgeError: if a folder does not exist.
@@ -40,6 +40,7 @@ class Places:
 
         :raises CxbridgeError: if the path, with its links resolved, is outside the folders.
         """
+        # resolved first: a link must not lead out of the folders
         path = (self.home / name).resolve()
         if not any(path.is_relative_to(folder) for folder in self.folders):
             raise CxbridgeError(
@@ -94,7 +95,7 @@ class Places:
             try:
                 run, stat = open_run(path), path.stat()
             except (CxbridgeError, OSError):
-                continue
+                continue  # no recording, or removed in the meantime
             entries.append((stat.st_mtime, self._short(path), run.format, stat.st_size))
         rows = sorted(entries, reverse=True)
         return [{"path": path, "format": form, "bytes": size} for _, path, form, size in rows]
