@@ -2,8 +2,8 @@
 
 A handler only records its signal, because exceptions cannot pass through C, and a handler must not take locks
 that the interrupted code may hold. A second thread also waits for signals, on the socket of
-:func:`signal.set_wakeup_fd` to which C writes. It requests the end of the process and, if it does not come
-soon, forces it, for example by interrupting rules in ``(while TRUE ...)``.
+:func:`signal.set_wakeup_fd` to which C writes. The thread requests the end of the work and soon forces it,
+    for example by interrupting rules in ``(while TRUE ...)``.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from types import FrameType, TracebackType
 from typing import Any, ClassVar, Final, Self
 
 GRACE_S: Final = 0.5
-"""The seconds in which running work may end itself."""
+"""The seconds in which running work may end by itself, e.g. the current cycle of the main loop."""
 
 GOODBYE_S: Final = 2.0
 """The additional seconds for rules of the shutdown."""
@@ -32,14 +32,13 @@ _SIGNALS = (
 # The type of handlers for :func:`signal.signal`.
 _Handler = Callable[[int, FrameType | None], Any] | int | signal.Handlers | None
 
-_AGAIN_SECONDS = 0.05  # seconds between calls of ``stop``, then of ``force``
-_SIGNALS_TO_DIE = 3  # signals after which the process ends immediately
+_REPEAT_S = 0.05  # seconds between calls of ``stop``, then of ``force``
+_FATAL_SIGNALS = 3  # signals after which the process ends immediately
 _INTERRUPTED = 130  # the exit status of shells for SIGINT
 _END = b"\0"
 
 
-def _nothing() -> None:
-    pass
+def _do_nothing() -> None: ...
 
 
 class Interrupt:
@@ -61,18 +60,18 @@ class Interrupt:
 
     def __init__(
         self,
-        stop: Callable[[], None] = _nothing,
-        force: Callable[[], None] = _nothing,
+        stop: Callable[[], None] = _do_nothing,
+        force: Callable[[], None] = _do_nothing,
         *,
         service: bool = False,
     ) -> None:
         self._stop, self._force = stop, force
         self._service = service
-        self._before: dict[signal.Signals, _Handler] = {}
+        self._replaced: dict[signal.Signals, _Handler] = {}
         self._over = threading.Event()
         self._thread: threading.Thread | None = None
         self._pair: tuple[socket.socket, socket.socket] | None = None
-        self._wakeup_before = -1
+        self._outer_wakeup_fd = -1
         self._force_at_s = 0.0
         self._numbers = [int(number) for number in _SIGNALS]
         self.received = False
@@ -83,12 +82,12 @@ class Interrupt:
         for number in _SIGNALS:
             ignored = signal.getsignal(number) is signal.SIG_IGN
             if not ignored or (self._service and number == signal.SIGINT):
-                self._before[number] = signal.signal(number, self._record_signal)
-        self._numbers = [int(number) for number in self._before]
+                self._replaced[number] = signal.signal(number, self._record_signal)
+        self._numbers = [int(number) for number in self._replaced]
         # a socket, because Windows cannot wait for a pipe
         self._pair = reading, writing = socket.socketpair()
         writing.setblocking(False)
-        self._wakeup_before = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
+        self._outer_wakeup_fd = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
         self._thread = threading.Thread(target=self._wait, args=(reading,), name="interrupt", daemon=True)
         self._thread.start()
         outer = self._entered[-1] if self._entered else None
@@ -102,10 +101,10 @@ class Interrupt:
     ) -> None:
         if self._thread is None or self._pair is None:
             return
-        signal.set_wakeup_fd(self._wakeup_before)
-        for number, handler in self._before.items():
+        signal.set_wakeup_fd(self._outer_wakeup_fd)
+        for number, handler in self._replaced.items():
             signal.signal(number, handler)
-        self._before = {}
+        self._replaced = {}
         self._over.set()
         with contextlib.suppress(BlockingIOError):  # full of signals, so the thread is awake
             self._pair[1].send(_END)
@@ -118,14 +117,14 @@ class Interrupt:
             self._hand_over(self._entered[-1])
 
     @staticmethod
-    def _hand_over(other: Interrupt) -> None:
+    def _hand_over(receiver: Interrupt) -> None:
         """Pass a signal to another instance."""
-        other.received = True
-        if other._pair is not None:
+        receiver.received = True
+        if receiver._pair is not None:
             with contextlib.suppress(BlockingIOError):  # full of signals, so the thread is awake
-                other._pair[1].send(bytes(other._numbers[:1]))
+                receiver._pair[1].send(bytes(receiver._numbers[:1]))
 
-    def on_signal(self, stop: Callable[[], None], force: Callable[[], None] = _nothing) -> None:
+    def on_signal(self, stop: Callable[[], None], force: Callable[[], None] = _do_nothing) -> None:
         """Replace the functions; they are called soon if a signal was recorded."""
         self._stop, self._force = stop, force
 
@@ -138,18 +137,18 @@ class Interrupt:
 
     def _wait(self, signals: socket.socket) -> None:
         """Wait for a signal, then request the end repeatedly."""
-        noted = 0
+        count = 0
         while not self._over.is_set():
-            signals.settimeout(_AGAIN_SECONDS if noted else None)
+            signals.settimeout(_REPEAT_S if count else None)
             with contextlib.suppress(TimeoutError):  # the time for the next call of ``stop`` or ``force``
-                came = sum(number in self._numbers for number in signals.recv(64))
-                if came and not noted:
+                new_signals = sum(number in self._numbers for number in signals.recv(64))
+                if new_signals and not count:
                     self._force_at_s = max(self._force_at_s, time.monotonic() + GRACE_S)
-                noted += came
-            if noted >= _SIGNALS_TO_DIE:
+                count += new_signals
+            if count >= _FATAL_SIGNALS:
                 os.write(2, b"cxbridge: it does not react, it is ended on the spot\n")
                 os._exit(_INTERRUPTED)
-            if noted:
+            if count:
                 self.received = True
                 self._stop()
                 if time.monotonic() >= self._force_at_s:

@@ -25,23 +25,23 @@ def spawning() -> Iterator[SpawnContext]:
 
     It applies to processes that start before the context is left.
     """
-    before = os.environ.get(_SAFE_PATH)
+    setting = os.environ.get(_SAFE_PATH)
     os.environ[_SAFE_PATH] = "1"
     try:
         yield multiprocessing.get_context("spawn")
     finally:
-        _restore(before)
+        _restore(setting)
 
 
 @contextmanager
 def spawned_pool(processes: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool of such processes, whose child processes have the user's path."""
-    before = os.environ.get(_SAFE_PATH)
-    with spawning() as context, ProcessPoolExecutor(processes, context, _restore, (before,)) as pool:
+    """Yield a pool of such processes, whose own child processes have the user's path."""
+    setting = os.environ.get(_SAFE_PATH)
+    with spawning() as context, ProcessPoolExecutor(processes, context, _restore, (setting,)) as pool:
         yield pool
 
 
-def _restore(before: str | None) -> None:
+def _restore(setting: str | None) -> None:
     os.environ.pop(_SAFE_PATH, None)
-    if before is not None:
-        os.environ[_SAFE_PATH] = before
+    if setting is not None:
+        os.environ[_SAFE_PATH] = setting

@@ -36,7 +36,7 @@ _EXHAUSTED = frozenset(
 )
 
 _UNKNOWN_COMMAND = re.compile(r"No such command '([\w-]+)'")
-_SILENCED = "PacifyFlushWrapper"
+_SILENCED = "PacifyFlushWrapper"  # the stdout with which click replaces that of a closed pipe
 
 # typer depends on click or contains a copy of it; this is the ClickException of either
 _UsageProblem: type[Exception] = next(
@@ -55,8 +55,8 @@ app = typer.Typer(
 )
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(is_given: bool) -> None:
+    if is_given:
         say(f"cxbridge {VERSION}")
         for plugin in installed_plugins():
             say(f"{plugin.name}: {plugin.error or plugin.package}")
@@ -146,10 +146,10 @@ def _system_failed(error: OSError) -> int:
     if error.filename is not None:
         complain(f"{error.filename}: {error.strerror}")
         return FAULT if _is_exhausted(error) else USAGE
-    at = traceback.extract_tb(error.__traceback__)[-1]
+    frame = traceback.extract_tb(error.__traceback__)[-1]
     complain(
         f"the system refused something: {error.strerror or error} "
-        f"(in {at.name}, {os.path.basename(at.filename)}:{at.lineno})"  # noqa: PTH119 - may be no path
+        f"(in {frame.name}, {os.path.basename(frame.filename)}:{frame.lineno})"  # noqa: PTH119 - may be no path
     )
     return FAULT
 

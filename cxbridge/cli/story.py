@@ -38,9 +38,9 @@ _STACK: Final = "stack traceback:"
 _OF_CLIPS: Final = re.compile(r"\[[A-Z]+\d+\] ")
 
 
-def _without_stack(why: str) -> str:
-    text, _, more = why.partition("\n")
-    return text if _STACK.startswith(more[: len(_STACK)]) else why
+def _without_stack(reason: str) -> str:
+    head, _, tail = reason.partition("\n")
+    return head if _STACK.startswith(tail[: len(_STACK)]) else reason
 
 
 class RunLog(ConsoleLog):
@@ -53,8 +53,8 @@ class RunLog(ConsoleLog):
     def __init__(self, *, quiet: bool = False, verbose: bool = False) -> None:
         super().__init__(quiet=quiet, verbose=verbose)
         self._verbose = verbose
-        self._printing = 0
-        self._goes_on = False
+        self._printing = 0  # the thread in which a rule prints
+        self._continues = False
 
     def attach(self, assembly: Run) -> None:
         """Separate the output of an agent's rules from the other log lines of its environment.
@@ -69,11 +69,11 @@ class RunLog(ConsoleLog):
         def print_line(level: Level, line: str) -> None:
             self._printing = threading.get_ident()
             try:
-                before(level, line)
+                print_to_log(level, line)
             finally:
-                self._printing = 0
+                self._printing = 0  # the thread in which a rule prints
 
-        before = output.redirect(print_line)
+        print_to_log = output.redirect(print_line)
 
     def __call__(self, event: Event) -> None:
         """Print a log line if it is to be shown."""
@@ -86,10 +86,10 @@ class RunLog(ConsoleLog):
 
     def _is_of_clips(self, line: LogLine) -> bool:
         """Return whether a line belongs to an error report of CLIPS, whose further lines are indented."""
-        self._goes_on = line.level is Level.ERROR and (
-            _OF_CLIPS.match(line.text) is not None or (self._goes_on and line.text.startswith("  "))
+        self._continues = line.level is Level.ERROR and (
+            _OF_CLIPS.match(line.text) is not None or (self._continues and line.text.startswith("  "))
         )
-        return self._goes_on
+        return self._continues
 
 
 class RunStory:
@@ -150,10 +150,10 @@ class RunStory:
         icon = f"{outcome.icon} " if self._brush.on else ""
         return f"{icon}{outcome.word:{_WORD}}"
 
-    def _print(self, *parts: str) -> None:
-        out = terminal_of(sys.stdout)
-        out.write("  ".join(parts) + "\n")
-        out.flush()
+    def _print(self, *columns: str) -> None:
+        terminal = terminal_of(sys.stdout)
+        terminal.write("  ".join(columns) + "\n")
+        terminal.flush()
 
     def finish(self, result: RunResult) -> None:
         """Print the goal tree and the result of the run."""
@@ -166,8 +166,10 @@ class RunStory:
             yield self._tree_line(line) if isinstance(line, GoalLine) else one_line(line)
         for text in () if result.replay is None else result.replay.lines:
             yield one_line(text)
-        how = OutcomeKind.COMPLETED if result.status == COMPLETED else OutcomeKind.FAILED
-        yield self._brush(one_line(result.verdict), how.colour) + self._brush(one_line(result.figures), "dim")
+        outcome = OutcomeKind.COMPLETED if result.status == COMPLETED else OutcomeKind.FAILED
+        yield self._brush(one_line(result.verdict), outcome.colour) + self._brush(
+            one_line(result.figures), "dim"
+        )
 
     def _tree_line(self, line: GoalLine) -> str:
         if not self._brush.on:

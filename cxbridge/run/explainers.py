@@ -23,7 +23,7 @@ EXPLAINERS: Final[Table[ModuleType]] = Table(
 
 
 class Explainer(Protocol):
-    """Answers questions about a recorded run at a moment."""
+    """Answers questions about a recorded run at a moment, e.g. why a rule has not fired."""
 
     def __call__(self, kind: str, name: str) -> Mapping[str, Any]:
         """Return ``lines`` for people and ``data`` for programs.

@@ -46,12 +46,13 @@ def read_samples(path: Path) -> list[Sample]:
             if isinstance(event, FactChange):
                 history.take(event)  # the fact has the reason of a failure
             history.take(status)
-    first = next((history for history in histories.values() if history.calls), RunHistory())
+    # in the order of their exactness
+    history = next((history for history in histories.values() if history.calls), RunHistory())
     return [
         Sample(
             call.skill_string, (call.end[1] - call.begin[1]) / MICROSECONDS, _ENDS[call.status], call.error
         )
-        for call in first.calls
+        for call in history.calls
         if call.end is not None and call.end != call.begin and call.status in _ENDS
     ]
 
