@@ -29,7 +29,7 @@ from cxbridge.plugins import HOOKS, PluginError, Row, Table, installed_plugins, 
 from cxbridge.run import Run, RunOptions, run_scenario
 from cxbridge.run.agents import clock_of
 from cxbridge.run.explainers import with_explanations
-from cxbridge.run.program.finished import VIEWS
+from cxbridge.run.pages import VIEWS
 from cxbridge.run.program.finished import open_run as read_run
 from cxbridge.run.program.plain_options import make_options
 from cxbridge.run.source import source_of

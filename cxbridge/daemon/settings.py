@@ -10,6 +10,7 @@ from pathlib import Path
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.listening import LOOPBACK, is_loopback, is_private
+from cxbridge.mainloop import STALL_S
 from cxbridge.plugins import package_hint
 from cxbridge.resources import DAEMON_URL
 from cxbridge.rights import Rights
@@ -17,7 +18,6 @@ from cxbridge.run.components.manager import Policy
 from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS
 from cxbridge.run.plugin_settings import PluginSettings, plugin_keys, plugin_settings
 from cxbridge.run.rights import read_rights
-from cxbridge.run.watchdog import LIMIT_S
 from cxbridge.suggestions import did_you_mean
 
 TREE = "/cxbridge"
@@ -142,7 +142,7 @@ class DaemonSettings:
             sections=sections,
             on_failure=Policy(_choice(config, "on-failure", ("continue", "stop"), "stop")),
             rights=rights,
-            watchdog_s=_seconds(config, "watchdog", LIMIT_S),
+            watchdog_s=_seconds(config, "watchdog", STALL_S),
             trace=file("record/trace"),
             trace_level=_choice(config, "record/level", TRACE_LEVELS, "transitions"),
             trace_files=flag("record/files", True),

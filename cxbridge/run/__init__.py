@@ -22,12 +22,17 @@ _MODULES = {"Run": "agent", "RunOptions": "options", "RunResult": "result", "run
 
 def __getattr__(name: str) -> Any:
     """Import a public name on first use."""
-    # lazy, because the help of a command needs only the options of runs
-    from importlib import import_module  # noqa: PLC0415 - importing the package alone costs nothing
-
     if name not in _MODULES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    return _import(_MODULES[name], name)
+
+
+def _import(module: str, name: str) -> Any:
+    """Return an object of a module of this package."""
+    # on first use, because the help of a command needs only the options of runs
+    from importlib import import_module  # noqa: PLC0415 - importing the package alone costs nothing
+
+    return getattr(import_module(f"{__name__}.{module}"), name)
 
 
 class _CallablePackage(ModuleType):
@@ -35,9 +40,7 @@ class _CallablePackage(ModuleType):
 
     def __call__(self, *args: Any, **options: Any) -> Any:
         """Run a scenario, see :func:`cxbridge.run.program.run.run`."""
-        from cxbridge.run.program.run import run  # noqa: PLC0415 - the command line has no need of it
-
-        return run(*args, **options)
+        return _import("program.run", "run")(*args, **options)
 
 
 sys.modules[__name__].__class__ = _CallablePackage

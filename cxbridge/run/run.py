@@ -15,17 +15,17 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine, Sink
 from cxbridge.interrupt import GOODBYE_S, Interrupt
-from cxbridge.mainloop import Hook
+from cxbridge.mainloop import STALL_S, Hook
 from cxbridge.run.agent import Run, make_base
 from cxbridge.run.agents import agent_names
-from cxbridge.run.components.table import COMPONENTS, RECORDER
 from cxbridge.run.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
+from cxbridge.run.recording import RecorderComponent
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
 from cxbridge.run.servers import REST_S, RunServer, Stay, no_stay
 from cxbridge.run.stuck import RuleErrors, StuckWatch, waits_for
-from cxbridge.run.watchdog import LIMIT_S, Stall, Stalls, environments_of
+from cxbridge.run.watchdog import Stall, Stalls, environments_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -34,9 +34,6 @@ if TYPE_CHECKING:
     from cxbridge.run.replay.replay import Replay
     from cxbridge.run.team import Team
 
-
-STALL_S = LIMIT_S
-"""Seconds of real time before a long loop causes a warning."""
 
 LEAST_STALL_S = 60.0
 """The minimum limit on the real time of a loop's rules, in seconds."""
@@ -98,7 +95,8 @@ def _run(
         stack.enter_context(assembly)
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
-        recorder = COMPONENTS.load(RECORDER)(assembly, additions.writers)
+        # not in the table of components: a run records before it makes any of them
+        recorder = RecorderComponent(assembly, additions.writers)
         stack.callback(recorder.close)
         if replay is not None:
             stack.enter_context(replay.comparing(assembly.bus))

@@ -1,14 +1,18 @@
-"""The settings of the Skillers of a run or daemon, from its configuration."""
+"""The settings of the Skillers of a run or daemon, and the deciders of plug-ins for simulated Skillers."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from typing import get_args
+from collections.abc import Callable, Collection
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 from msgspec import Struct
 
 from cxbridge.config import Configuration
+from cxbridge.plugins import Table
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES, Mode
+
+if TYPE_CHECKING:
+    from cxbridge.skiller.simulation.deciders import Decider
 
 KINDS = ("lua", "simulator")
 """The kinds of Skillers in this process."""
@@ -73,3 +77,19 @@ def _read(config: Configuration, name: str, default_kind: str, default_mode: Mod
         raise config.error(f"{path}/kind", f"{path}/kind is '{kind}'", f"one of: {', '.join(KINDS)}")
     space = config.get_str(f"{path}/skillspace", default="") or None
     return SkillerSettings(name, kind, space, skiller_mode(config, f"{path}/mode", default_mode))
+
+
+DECIDERS: Final[Table[Callable[[Any, str], Decider]]] = Table(
+    "DECIDERS",
+    callable,
+    "a function that makes a decider from the context of a run and the name of a Skiller or an agent",
+)
+"""The deciders of plug-ins for simulated skills. ``make_simulator`` makes those of cxbridge."""
+
+
+def make_deciders(context: Any, skiller: str) -> list[Decider]:
+    """Return the plug-ins' deciders for a simulated Skiller, or for an agent on the skill board.
+
+    :param context: the run.
+    """
+    return [DECIDERS.load(row)(context, skiller) for row in DECIDERS.rows if row.needed(context)]

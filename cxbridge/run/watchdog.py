@@ -20,18 +20,15 @@ from typing import TYPE_CHECKING, Any, Final, Self
 from msgspec import Struct
 
 from cxbridge.executive.host.activity import MATCHING, executing, executing_functions
+from cxbridge.mainloop import STALL_S, MainLoop
 
 if TYPE_CHECKING:
     from cxbridge.events import Logger
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.mainloop import MainLoop
     from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
 
     Environments = Callable[[], Mapping[str, ClipsEnvironment]]
-
-LIMIT_S: Final = 5.0
-"""The default limit of a cycle in seconds. A longer cycle is a stall."""
 
 # A right-hand side takes milliseconds, so one of this duration hardly ends; a long cycle may consist of many
 # rules.
@@ -92,7 +89,7 @@ class Watchdog:
         loop: MainLoop,
         environments: Environments,
         report: Callable[[Stall | None], None],
-        limit_s: float = LIMIT_S,
+        limit_s: float = STALL_S,
     ) -> None:
         self._loop, self._environments, self._report = loop, environments, report
         self._limit_s = limit_s
@@ -250,7 +247,7 @@ class Stalls:
         log: Logger,
         advice: str,
         *,
-        limit_s: float = LIMIT_S,
+        limit_s: float = STALL_S,
         on_stall: Callable[[Stall | None], None],
     ) -> None:
         self._stall: Stall | None = None

@@ -13,7 +13,7 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.event_kinds import View
 from cxbridge.file_access import replacing
 from cxbridge.history.transitions import Transition
-from cxbridge.run.program.finished import write_document
+from cxbridge.run.pages import write_document
 from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.render.text import make_report, text_report

@@ -5,7 +5,7 @@ from __future__ import annotations
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.components.skillers import make_deciders
+from cxbridge.run.skillers import make_deciders
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.executor import Execution, as_executor
 from cxbridge.skiller.board.service import SkillBoardService

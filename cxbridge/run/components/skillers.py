@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from functools import partial
-from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import SkillError
 from cxbridge.executive.executive import place_of_skill
 from cxbridge.mainloop import Hook
-from cxbridge.plugins import Table
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.table import local_skillers
-from cxbridge.run.skillers import SkillerSettings
+from cxbridge.run.skillers import SkillerSettings, make_deciders
 from cxbridge.skiller.backend import SkillerBackend
-
-if TYPE_CHECKING:
-    from cxbridge.skiller.simulation.deciders import Decider
 
 _SPACE = "/skiller/skillspace"
 
@@ -78,19 +73,6 @@ class Speech(Component):
 
     def close(self) -> None:
         self._writer.close()
-
-
-DECIDERS: Final[Table[Callable[[Run, str], Decider]]] = Table(
-    "DECIDERS",
-    callable,
-    "a function that makes a decider from the context of a run and the name of a Skiller or an agent",
-)
-"""The deciders of plug-ins for simulated skills. ``make_simulator`` makes those of cxbridge."""
-
-
-def make_deciders(context: Run, skiller: str) -> list[Decider]:
-    """Return the plug-ins' deciders for a simulated Skiller, or for an agent on the skill board."""
-    return [DECIDERS.load(row)(context, skiller) for row in DECIDERS.rows if row.needed(context)]
 
 
 def _make_skillers(context: Run) -> list[SkillerBackend]:

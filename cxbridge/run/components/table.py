@@ -15,10 +15,6 @@ PLANNING: Final = "planning"
 _PACKAGE = "cxbridge.run.components"
 
 
-RECORDER: Final = Row("recorder", "cxbridge.run.recording:RecorderComponent")
-"""The recorder. A run starts it separately before all components; a daemon has its own row for it."""
-
-
 def local_skillers(run: Any) -> tuple[SkillerSettings, ...]:
     """Return the settings of the Skillers in this process.
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Callable, Mapping
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
@@ -15,8 +14,8 @@ from cxbridge.events import Level, LogLine
 from cxbridge.file_access import write_file
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import GoalRecord, PlanActionRecord, SkillExecution, goal_tree, goals_named
-from cxbridge.plugins import Table
 from cxbridge.run.explainers import why
+from cxbridge.run.pages import VIEWS
 from cxbridge.trace.formats import registry
 from cxbridge.trace.formats.base import Run as RecordedRun
 
@@ -24,21 +23,7 @@ if TYPE_CHECKING:
     from cxbridge.trace.compare.model import Comparison
 
 
-VIEWS: Final[Table[Callable[..., str]]] = Table(
-    "VIEWS", callable, "a function that makes a page, as HTML, of a recorded run"
-)
-"""HTML pages about runs. ``document`` makes a page from kind, title and text of a JSON document."""
-
 _REPORT: Final = "report"
-
-
-def write_document(path: Path, kind: str, title: str, document: Mapping[str, Any]) -> None:
-    """Write a page that shows a JSON document.
-
-    :raises CxbridgeError: if no plug-in makes pages or the file cannot be written.
-    """
-    page = VIEWS.load(VIEWS.find("document"))
-    write_file(path, page(kind, title, document))
 
 
 class Run:

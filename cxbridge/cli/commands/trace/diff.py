@@ -139,7 +139,7 @@ def _print_outcome(report: ComparisonReport, outputs: _DiffOutputs, method: dict
 
 def _write_page(path: Path, document: dict[str, Any]) -> None:
     """Write the comparison as a page."""
-    from cxbridge.run.program.finished import write_document
+    from cxbridge.run.pages import write_document
 
     title = " and ".join(Path(document[side]["path"]).name for side in "ab")
     write_document(path, "comparison", title, document)

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from cxbridge.run.program.finished import write_document
+from cxbridge.run.pages import write_document
 from cxbridge_explore.game.judge import PRODUCTION
 from cxbridge_explore.game.score import POST_GAME, Award, GameResult
 from cxbridge_explore.game.timeline import Span

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from cxbridge.run.program.finished import write_document
+from cxbridge.run.pages import write_document
 from cxbridge_explore.map.coverage import as_dict
 from cxbridge_explore.map.rows import run_rows
 from cxbridge_explore.result import ExploreResult

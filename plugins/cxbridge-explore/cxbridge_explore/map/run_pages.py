@@ -13,7 +13,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
 from cxbridge.run.explainers import explainer
 from cxbridge.run.options import RunOptions
-from cxbridge.run.program.finished import VIEWS
+from cxbridge.run.pages import VIEWS
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_explore.counterexample import Counterexample
 from cxbridge_explore.counterexample_playing import play

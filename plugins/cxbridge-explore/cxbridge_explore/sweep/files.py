@@ -12,7 +12,7 @@ from typing import Any, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge.extras import install_command
 from cxbridge.file_access import replacing
-from cxbridge.run.program.finished import write_document
+from cxbridge.run.pages import write_document
 from cxbridge_explore.sweep.rows import RunRow
 from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
 

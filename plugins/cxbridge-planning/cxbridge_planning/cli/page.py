@@ -12,7 +12,7 @@ from cxbridge.executive.pddl.printer import format_number
 from cxbridge.executive.planning import PlannedAction, PlanResult
 from cxbridge.executive.planning.validation.plan import PlanCheck, PlanMoment, check_plan
 from cxbridge.executive.planning.validation.world import WorldState
-from cxbridge.run.program.finished import write_document
+from cxbridge.run.pages import write_document
 from cxbridge_planning.worth import Service, services, value_of_metric
 
 

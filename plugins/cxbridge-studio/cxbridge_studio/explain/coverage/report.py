@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.printing import short_path
-from cxbridge.run.program.finished import write_document
+from cxbridge.run.pages import write_document
 from cxbridge_studio.explain.coverage.model import MODES, Coverage, FileCoverage, UsedNames
 
 _SHORT_FOLDER: Final = 12  # a common folder of at most this length is not worth a separate heading

@@ -1,0 +1,24 @@
+"""HTML pages about runs and results, which plug-ins make."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from cxbridge.file_access import write_file
+from cxbridge.plugins import Table
+
+VIEWS: Final[Table[Callable[..., str]]] = Table(
+    "VIEWS", callable, "a function that makes a page, as HTML, of a recorded run"
+)
+"""HTML pages about runs. ``document`` makes a page from kind, title and text of a JSON document."""
+
+
+def write_document(path: Path, kind: str, title: str, document: Mapping[str, Any]) -> None:
+    """Write a page that shows a JSON document.
+
+    :raises CxbridgeError: if no plug-in makes pages or the file cannot be written.
+    """
+    page = VIEWS.load(VIEWS.find("document"))
+    write_file(path, page(kind, title, document))
