@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from contextlib import contextmanager
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import RealClock
@@ -26,6 +27,16 @@ class SharedBoard(LocalBlackBoard):
         """Owners of what commands opened and did not close."""
         owners = [owner for info in self.list_all() for owner in (info.writer, *info.readers)]
         return [owner for owner in owners if owner.startswith("cxbridge")]
+
+
+@contextmanager
+def board_of(commands, monkeypatch):
+    """The board that a module of commands connects to; what a command leaves open fails the test."""
+    board = SharedBoard()
+    monkeypatch.setattr(commands, "connect", lambda _url, _dirs: board)
+    yield board
+    assert board.left_open() == []
+    board.shutdown()
 
 
 class Looping:

@@ -12,16 +12,13 @@ from cxbridge.blackboard.following import Feed
 from cxbridge.cli.commands import bb
 from cxbridge.cli.main import invoke
 from cxbridge.interfaces import SkillerInterface
-from tests.cli.boards import WAIT_S, SharedBoard
+from tests.cli.boards import WAIT_S, board_of
 
 
 @pytest.fixture
 def board(monkeypatch):
-    made = SharedBoard()
-    monkeypatch.setattr(bb, "connect", lambda _url, _dirs: made)
-    yield made
-    assert made.left_open() == []
-    made.shutdown()
+    with board_of(bb, monkeypatch) as board:
+        yield board
 
 
 @pytest.fixture

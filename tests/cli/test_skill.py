@@ -17,7 +17,7 @@ from cxbridge.skiller.simulation.deciders import Outcome
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.skiller.status import Status
-from tests.cli.boards import WAIT_S, Looping, SharedBoard, silent_bus
+from tests.cli.boards import WAIT_S, Looping, board_of, silent_bus
 
 
 class Estimator(StaticEstimator):
@@ -31,11 +31,8 @@ class Estimator(StaticEstimator):
 
 @pytest.fixture
 def board(monkeypatch):
-    made = SharedBoard()
-    monkeypatch.setattr(skill, "connect", lambda _url, _dirs: made)
-    yield made
-    assert made.left_open() == []
-    made.shutdown()
+    with board_of(skill, monkeypatch) as board:
+        yield board
 
 
 @pytest.fixture

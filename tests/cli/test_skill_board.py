@@ -14,7 +14,7 @@ from cxbridge.daemon.services.options import ExecutorOptions
 from cxbridge.errors import SkillerError
 from cxbridge.skiller.board import ExecutorContext, SkillExecutor
 from cxbridge.skiller.board.host import ExecutorHost
-from tests.cli.boards import SharedBoard, silent_bus
+from tests.cli.boards import SharedBoard, board_of, silent_bus
 
 CLASS = """
 from cxbridge.skiller.board import SkillExecutor
@@ -34,11 +34,8 @@ class Wave(SkillExecutor):
 
 @pytest.fixture
 def board(monkeypatch):
-    made = SharedBoard()
-    monkeypatch.setattr(skill, "connect", lambda _url, _dirs: made)
-    yield made
-    assert made.left_open() == []
-    made.shutdown()
+    with board_of(skill, monkeypatch) as board:
+        yield board
 
 
 def executor(board, agent, name):

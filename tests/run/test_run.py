@@ -20,6 +20,7 @@ from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.agent import make_base
 from cxbridge.trace.formats.registry import open_run
 from tests.forked import nursery
+from tests.run.core_malformed import MODES
 from tests.run.mini import AGENT, write_scenario
 from tests.support import FAWKES_DIR, ROOT, SHARED, many, needs_fawkes, needs_shared
 
@@ -153,16 +154,22 @@ def test_a_goal_that_was_made_without_id_ends_no_run(tmp_path, made, core):
         assert len(lines) == 3
 
 
+def run_until_the_goal_is_dropped(directory, core, **options):
+    """Run an agent that retracts its goal, plan and action while the action's skill runs."""
+    drop = """(defrule drop
+        ?g <- (goal (id G) (mode DISPATCHED)) ?p <- (plan) ?a <- (plan-action (state RUNNING))
+        => (retract ?g ?a ?p))"""
+    scenario = write_scenario(directory, agent=AGENT + drop, mapping="act: say{text=?(text)s, wait=true}")
+    fawkes = {"fawkes_dir": FAWKES_DIR} if core == "fawkes" else {}
+    result, _ = run(scenario, timeout=30, **fawkes, **options)
+    return result
+
+
 @pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
 @pytest.mark.parametrize("skiller", ["lua", "simulator"])
 def test_a_goal_that_is_dropped_while_its_skill_runs_leaves_no_run_behind(tmp_path, core, skiller):
     """Fawkes' rules leave a skill behind that is S_RUNNING: the run waited for it until its timeout."""
-    drop = """(defrule drop
-        ?g <- (goal (id G) (mode DISPATCHED)) ?p <- (plan) ?a <- (plan-action (state RUNNING))
-        => (retract ?g ?a ?p))"""
-    scenario = write_scenario(tmp_path, agent=AGENT + drop, mapping="act: say{text=?(text)s, wait=true}")
-    fawkes = {"fawkes_dir": FAWKES_DIR} if core == "fawkes" else {}
-    result, _ = run(scenario, skiller=skiller, timeout=30, **fawkes)
+    result = run_until_the_goal_is_dropped(tmp_path, core, skiller=skiller)
     assert (result.status, result.reason) == (1, "G ended UNKNOWN")
     assert result.run_seconds < 10
 
@@ -170,12 +177,7 @@ def test_a_goal_that_is_dropped_while_its_skill_runs_leaves_no_run_behind(tmp_pa
 @pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
 def test_a_run_waits_until_the_skiller_has_stopped_what_nobody_wants(tmp_path, core):
     """With the built-in core it ended while rules still saw the skill run."""
-    drop = """(defrule drop
-        ?g <- (goal (id G) (mode DISPATCHED)) ?p <- (plan) ?a <- (plan-action (state RUNNING))
-        => (retract ?g ?a ?p))"""
-    scenario = write_scenario(tmp_path, agent=AGENT + drop, mapping="act: say{text=?(text)s, wait=true}")
-    fawkes = {"fawkes_dir": FAWKES_DIR} if core == "fawkes" else {}
-    run(scenario, timeout=30, trace=tmp_path / "run.mcap", **fawkes)
+    run_until_the_goal_is_dropped(tmp_path, core, trace=tmp_path / "run.mcap")
     told = [event.status for event in open_run(tmp_path / "run.mcap") if isinstance(event, SkillStatus)]
     assert told[-2:] == ["S_RUNNING", "S_INACTIVE"]
 
@@ -413,16 +415,7 @@ def test_what_is_recorded_is_what_happened(tmp_path):
     modes = [
         event.mode for event in with_mcap if getattr(event, "goal", "") == "G" and hasattr(event, "mode")
     ]
-    assert modes == [
-        "FORMULATED",
-        "SELECTED",
-        "EXPANDED",
-        "COMMITTED",
-        "DISPATCHED",
-        "FINISHED",
-        "EVALUATED",
-        "RETRACTED",
-    ]
+    assert modes == list(MODES)
 
 
 @needs_shared
