@@ -11,7 +11,7 @@ from cxbridge.cli.commands import daemon
 from cxbridge.cli.main import invoke
 from cxbridge.daemon.board import DaemonBoard
 from cxbridge.run.components.manager import ComponentStatus, State
-from tests.cli.boards import board_of
+from tests.cli.boards import SharedBoard
 
 
 class Obey(Listener):
@@ -30,8 +30,10 @@ class Obey(Listener):
 
 @pytest.fixture
 def board(monkeypatch):
-    with board_of(daemon, monkeypatch) as board:
-        yield board
+    made = SharedBoard()
+    monkeypatch.setattr(daemon, "connect", lambda _url, _dirs: made)
+    yield made
+    made.shutdown()
 
 
 @pytest.fixture
