@@ -18,12 +18,11 @@ from cxbridge.clock import split_us
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, ExecutiveError
 from cxbridge.events import EventBus, Level, Logger
-from cxbridge.executive.goals import GoalWatch
+from cxbridge.executive.goals import GoalWatch, SkillWatch
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.facts.making import NumberFact
 from cxbridge.executive.host.values import Value
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.skillwatch import SkillWatch
 from cxbridge.history.transitions import (
     CALL_TEMPLATES,
     FORGETFUL_TEMPLATES,

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.feature import Feature, LazyFeature
 from cxbridge.executive.features.blackboard import BlackBoardFeature
-from cxbridge.executive.features.config import ConfigFeature
-from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
+from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
 from cxbridge.plugins import PluginError, Row, Table, always, configured
 
 if TYPE_CHECKING:

@@ -9,8 +9,7 @@ from cxbridge.errors import ClipsError, ConfigError, ExecutiveError
 from cxbridge.events import Level
 from cxbridge.executive.executive import CoreFiles, Executive, action_mapping
 from cxbridge.executive.feature import Feature
-from cxbridge.executive.features.config import ConfigFeature
-from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
+from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.skiller.mapping import ActionSkillMapping
 

@@ -15,9 +15,8 @@ from cxbridge.config import Configuration
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, EventBus, Level, LogLine
 from cxbridge.executive.executive import BUILTIN_CX, CoreFiles, Executive, action_mapping
-from cxbridge.executive.features.config import ConfigFeature
+from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.host.values import show
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition

@@ -1,4 +1,4 @@
-"""The feature ``config``: configuration values as facts."""
+"""The features that the executive requests first: the configuration as facts, and warnings of redefinitions."""
 
 from __future__ import annotations
 
@@ -60,3 +60,15 @@ def _convert(item: ConfigValue, text: str) -> Value:
     if item.type is ConfigType.BOOL:
         return TRUE if text.lower() in ("y", "yes", "true", "on") else FALSE
     return clips_scalar(text)
+
+
+class RedefineWarningFeature(Feature):
+    """Makes the loader report redefinitions. As in Fawkes, the redefinition still happens."""
+
+    name = "redefine-warning"
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        env.loader.warn_redefinitions = True
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        env.loader.warn_redefinitions = False

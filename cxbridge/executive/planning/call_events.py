@@ -8,8 +8,7 @@ from typing import Self
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import EventBus, PlannerCall, SourceRead
 from cxbridge.executive.pddl import Problem, format_problem
-from cxbridge.executive.planning.plan_text import plan_text
-from cxbridge.executive.planning.planner import PlanResult, PlanStatus
+from cxbridge.executive.planning.planner import PlanResult, PlanStatus, plan_text
 
 _STATUS = {
     PlanStatus.PLANNED: "found",

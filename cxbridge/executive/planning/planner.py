@@ -1,9 +1,14 @@
-"""The interface of planners: from domain and problem to a sequence of actions."""
+"""The interface of planners: from domain and problem to a plan, a sequence of actions.
+
+A plan is printed in two notations: for readers as plan files have it, with few decimals, and for recordings
+with exact times (:func:`plan_text`).
+"""
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from math import inf
@@ -15,6 +20,9 @@ from cxbridge.executive.planning.errors import UnsupportedProblemError
 from cxbridge.executive.planning.needs import Need
 
 _DECIMALS: Final = 3
+_ACTION: Final = re.compile(
+    r"\s*+(?:([^\s():]++)\s*+:)?\s*+\(\s*+([^\s()]++)([^()]*+)\)\s*+(?:\[\s*+([^\s\]]++)\s*+\]\s*+\)?\s*+)?"
+)
 
 RANK: Final = 10
 """The default rank, also pyperplan's."""
@@ -45,6 +53,39 @@ def _seconds(value: float) -> str:
     # more decimals where needed: rounding could swap the order of moments
     text = f"{value:.9f}".rstrip("0")
     return text if len(text.partition(".")[2]) > _DECIMALS else f"{value:.3f}"
+
+
+def plan_text(actions: Iterable[PlannedAction]) -> str:
+    """Return a plan as ``START: (NAME ARGUMENT...) [DURATION]``, without missing times."""
+    return "\n".join(map(_line, actions))
+
+
+def parse_plan_text(text: str) -> tuple[PlannedAction, ...]:
+    """Parse a plan from :func:`plan_text`.
+
+    :raises ValueError: if a line is not an action.
+    """
+    return tuple(map(_action, text.splitlines()))
+
+
+def _line(action: PlannedAction) -> str:
+    # repr() of a float parses to the same float
+    start = "" if action.start is None else f"{action.start!r}: "
+    duration = "" if action.duration is None else f" [{action.duration!r}]"
+    return f"{start}({' '.join((action.name, *action.arguments))}){duration}"
+
+
+def _action(line: str) -> PlannedAction:
+    match = _ACTION.fullmatch(line)
+    if match is None:
+        raise ValueError(f"no action of a plan: {line!r}")
+    start, name, arguments, duration = match.groups()
+    return PlannedAction(
+        name,
+        tuple(arguments.split()),
+        None if start is None else float(start),
+        None if duration is None else float(duration),
+    )
 
 
 class PlanStatus(Enum):

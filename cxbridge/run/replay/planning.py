@@ -8,8 +8,7 @@ from typing import Final
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.events import PlannerCall
-from cxbridge.executive.planning.plan_text import parse_plan_text
-from cxbridge.executive.planning.planner import PlanResult, PlanStatus
+from cxbridge.executive.planning.planner import PlanResult, PlanStatus, parse_plan_text
 from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
 from cxbridge.run.replay.divergence import Divergence
 from cxbridge.run.replay.scan import Scan

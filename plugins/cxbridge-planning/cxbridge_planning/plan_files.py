@@ -9,8 +9,7 @@ from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.pddl.ast import names_of
 from cxbridge.executive.pddl.decoding import read_text
 from cxbridge.executive.planning.errors import PlanningError
-from cxbridge.executive.planning.plan_text import parse_plan_text
-from cxbridge.executive.planning.planner import PlannedAction
+from cxbridge.executive.planning.planner import PlannedAction, parse_plan_text
 
 
 class PlanNames:

@@ -13,8 +13,7 @@ from typing import Any, Final
 from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.needs import Need
-from cxbridge.executive.planning.plan_text import plan_text
-from cxbridge.executive.planning.planner import PlannedAction
+from cxbridge.executive.planning.planner import PlannedAction, plan_text
 from cxbridge_planning.engine import FOLDER, Engine, EnginePlanner
 from cxbridge_planning.plan_files import PlanNames, load_plan
 from cxbridge_planning.texts import read_task

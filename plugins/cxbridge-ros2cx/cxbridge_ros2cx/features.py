@@ -11,8 +11,8 @@ from cxbridge.blackboard import BlackBoard
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.executive.feature import Feature
+from cxbridge.executive.features.config import RedefineWarningFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.planning.settings import PlannerSettings
 from cxbridge_ros2cx.blackboard import Ros2CxBlackboardFeature
 from cxbridge_ros2cx.confvals import ParametersFeature

@@ -11,8 +11,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX, CoreFiles
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.blackboard import BlackBoardFeature
-from cxbridge.executive.features.config import ConfigFeature
-from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
+from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
 from cxbridge.executive.manager import HOST_LIBRARY
 from cxbridge.resources import shipped_dir
 from cxbridge.run.paths import RunPaths

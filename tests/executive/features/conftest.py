@@ -11,11 +11,10 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.config import Configuration
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.blackboard import BlackBoardFeature
-from cxbridge.executive.features.config import ConfigFeature
+from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
 from cxbridge.executive.features.motor_switch import MotorSwitchFeature
 from cxbridge.executive.features.navgraph import NavGraphFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.features.robot_memory import RobotMemoryFeature
 from cxbridge.executive.features.tf import TfFeature
 from cxbridge.executive.manager import EnvironmentManager

@@ -19,11 +19,10 @@ from cxbridge.events import Level
 from cxbridge.executive.executive import ENVIRONMENT, CoreFiles, Executive
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.blackboard import BlackBoardFeature
-from cxbridge.executive.features.config import ConfigFeature
+from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
 from cxbridge.executive.features.motor_switch import MotorSwitchFeature
 from cxbridge.executive.features.navgraph import NavGraphFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.features.robot_memory import RobotMemoryFeature
 from cxbridge.executive.features.tf import TfFeature
 from cxbridge.executive.host.environment import CORE_DIR
