@@ -1,4 +1,4 @@
-"""The features that the executive requests first: the configuration as facts, and warnings of redefinitions."""
+"""The features that the executive requests first: configuration as facts, and warnings of redefinitions."""
 
 from __future__ import annotations
 
