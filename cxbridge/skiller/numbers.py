@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import re
-from math import isinf
 
 _INTEGER = re.compile(r"[ \t\n\v\f\r]*([+-]?[0-9]+)")
 _FLOAT = re.compile(
-    r"[ \t\n\v\f\r]*([+-]?(?:(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?|inf(?:inity)?|nan))",
-    re.IGNORECASE,
+    r"""[ \t\n\v\f\r]*(?:
+        (?P<hex>[+-]?0x(?:[0-9a-f]+(?:\.[0-9a-f]*)?|\.[0-9a-f]+)(?:p[+-]?[0-9]+)?)
+      | (?P<dec>[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?)
+      | (?P<word>[+-]?(?:inf(?:inity)?|nan))
+    )""",
+    re.IGNORECASE | re.VERBOSE,
 )
 _LONG_MIN, _LONG_MAX = -(2**63), 2**63 - 1
+_SMALLEST_NORMAL = 2.2250738585072014e-308  # C's strtod reports an underflow below it
 
 
 class NumberError(ValueError):
@@ -43,7 +47,16 @@ def leading_float(text: str) -> str:
     match = _FLOAT.match(text)
     if match is None:
         raise NumberError("stod")
-    number = float(match[1])
-    if isinf(number) and "inf" not in match[1].lower():
+    if match["word"]:
+        word = match["word"].lower()
+        return ("-" if word.startswith("-") else "") + word.lstrip("+-")[:3]
+    digits = match["hex"] or match["dec"]
+    try:
+        number = float.fromhex(digits) if match["hex"] else float(digits)
+    except OverflowError:
+        raise NumberError("stod: out of range") from None
+    mantissa = re.split("p" if match["hex"] else "e", digits.lower())[0].lstrip("+-0x")
+    is_zero = not re.search(r"[1-9a-f]", mantissa)
+    if number in (float("inf"), float("-inf")) or (abs(number) < _SMALLEST_NORMAL and not is_zero):
         raise NumberError("stod: out of range")
     return f"{number:.6f}"

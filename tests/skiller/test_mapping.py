@@ -33,6 +33,7 @@ def map_one(template: str, mode: Mode = "fawkes", **params: str) -> MappedSkill:
         ("a{x=?(v)i}", {"v": "+007"}, "a{x=7}"),
         ("a{x=?(v)f}", {"v": "2"}, "a{x=2.000000}"),
         ("a{x=?(v)f}", {"v": "1.23456789xyz"}, "a{x=1.234568}"),
+        ("a{x=?(v)f}", {"v": "0x10p1"}, "a{x=32.000000}"),
         ("a{x=?(v)f}", {"v": "-Infinity"}, "a{x=-inf}"),
         ('say{text="?(a)y and ?(b)y"}', {"a": "x", "b": "y"}, 'say{text="x and y"}'),
         ("?(a)s?(a)s", {"a": "x"}, '"x""x"'),
