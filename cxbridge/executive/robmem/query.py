@@ -24,6 +24,13 @@ Order = list[tuple[str, int]]
 _COMPARISONS = {"$gt": operator.gt, "$gte": operator.ge, "$lt": operator.lt, "$lte": operator.le}
 _FLAGS = {"i": re.IGNORECASE, "m": re.MULTILINE, "s": re.DOTALL, "x": re.VERBOSE}
 
+# maximum number of steps of a match in the worst case; `re` takes a third of a second for them
+_MAX_STEPS = 20_000_000
+
+# the parts of a regular expression that decide how many steps a match takes; escapes and sets are read as
+# wholes, so that their characters do not count as parts
+_REGEX_TOKENS = re.compile(r"\\.|\[\^?\]?(?:\\.|[^\]\\])*\]|\)[*+{?]?|\(\?P=|\(\??|[*+{|?]")
+
 
 def needs_mongodb(name: str) -> QueryError:
     """Return the error about an operation that the embedded store lacks."""
@@ -85,7 +92,8 @@ def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     :param query: a query that has compiled before.
     """
     for name, operand in query.items():
-        if name == "$and":
+        # an $or of a single query requires that query, and an $in of a single value that value
+        if name == "$and" or (name == "$or" and len(operand) == 1):
             for part in operand:
                 yield from equalities(part)
         elif name == "$or" or isinstance(operand, Regex):
@@ -94,6 +102,8 @@ def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield name, operand
         elif "$eq" in operand:
             yield name, operand["$eq"]
+        elif len(operand.get("$in", ())) == 1 and not isinstance(operand["$in"][0], Regex):
+            yield name, operand["$in"][0]
 
 
 def _condition(path: str, operand: Any) -> Test:
@@ -195,7 +205,11 @@ def _regex(operand: Any, options: Any) -> Regex:
 def compile_regex(regex: Regex) -> Test:
     """Return a test that searches a text for a match, or finds the same regular expression.
 
-    :raises QueryError: if the expression is invalid.
+    Python's ``re`` has no time limit. Therefore an expression with exponential steps is refused, and so is a
+    text on which the expression may take too many steps.
+
+    :raises QueryError: if the expression is invalid or needs a MongoDB. The test raises it for a text that is
+        too long.
     """
     unknown = regex.options.strip("imsx")
     if unknown:
@@ -205,7 +219,43 @@ def compile_regex(regex: Regex) -> Test:
         search = re.compile(regex.pattern, flags).search
     except (re.error, RecursionError, OverflowError) as error:
         raise QueryError(f"not a regular expression: {regex.pattern}: {error}") from None
-    return lambda value: search(value) is not None if isinstance(value, str) else bool(value == regex)
+    exponent, factor = _worst_case(regex)
+
+    def test(value: Any) -> bool:
+        if not isinstance(value, str):
+            return bool(value == regex)
+        if factor * (len(value) + 1) ** exponent > _MAX_STEPS:
+            raise needs_mongodb(f"regular expression '{regex.pattern}' on {len(value)} characters")
+        return search(value) is not None
+
+    return test
+
+
+def _worst_case(regex: Regex) -> tuple[int, int]:
+    """Return exponent and factor of the steps of a match: ``factor * length ** exponent`` for a text.
+
+    :raises QueryError: for a repeated group, whose steps may be exponential.
+    """
+    # without an anchor, a match is attempted at each position
+    exponent = int(not regex.pattern.startswith("^") or "m" in regex.options or "|" in regex.pattern)
+    total, ways, depth, previous = 0, 1, 0, ""
+    for token in _REGEX_TOKENS.findall(regex.pattern):
+        if token[0] == ")":
+            depth -= 1
+            if token not in (")", ")?"):
+                raise needs_mongodb(f"regular expression '{regex.pattern}' with a repeated group")
+        if token == "|" and not depth:
+            # alternatives of the whole expression are tried in turn: their ways add up
+            total, ways = total + ways, 1
+        # a reference to a group may be as long as the text, like a repetition
+        elif token in ("*", "+", "{", "(?P=") or re.fullmatch(r"\\[1-9]", token):
+            exponent += 1
+        # `?` after a repetition makes it lazy, and adds no way
+        elif token in ("|", ")?") or (token == "?" and previous not in ("*", "+", "{")):
+            ways *= 2
+        depth += token[0] == "("
+        previous = token
+    return exponent, total + ways
 
 
 @lru_cache(maxsize=256)  # rules repeat few paths, for each document that they search

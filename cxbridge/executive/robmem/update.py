@@ -13,10 +13,10 @@ from itertools import pairwise
 from typing import Any, Final, NamedTuple
 
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.query import equalities, names_of_path, needs_mongodb
+from cxbridge.executive.robmem.query import equalities, has_operators, names_of_path, needs_mongodb
 from cxbridge.executive.robmem.values import MISSING, Document, copy, same
 
-_OPERATORS: Final = frozenset({"$set", "$unset", "$inc", "$currentDate"})
+_OPERATORS: Final = frozenset({"$set", "$unset", "$inc", "$push", "$currentDate"})
 
 
 @dataclass
@@ -52,6 +52,8 @@ class _UpdateStep(NamedTuple):
                 return now
             case "$inc" if old is not MISSING:
                 return self._increment(old)
+            case "$push":
+                return self._append(old)
             case _:
                 return self.operand
 
@@ -62,6 +64,13 @@ class _UpdateStep(NamedTuple):
         if isinstance(result, int) and not -(2**63) <= result < 2**63:
             raise QueryError(f"$inc: '{self.path}' would be {result}, more than an integer can hold")
         return result
+
+    def _append(self, old: Any) -> list[Any]:
+        if old is MISSING:
+            return [self.operand]
+        if not isinstance(old, list):
+            raise QueryError(f"$push: '{self.path}' is not an array")
+        return [*old, self.operand]
 
 
 def as_operators(changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -137,6 +146,8 @@ def _steps(name: str, fields: Any) -> Iterator[_UpdateStep]:
             raise QueryError(f"$inc of '{path}' takes a number")
         if name == "$currentDate" and not isinstance(operand, bool):
             raise needs_mongodb(f"$currentDate of '{path}' with anything but true")
+        if name == "$push" and has_operators(operand):
+            raise needs_mongodb(f"$push of '{path}' with {next(iter(operand))}")
         yield _UpdateStep(name, path, operand)
 
 
@@ -158,7 +169,11 @@ def _apply_step(step: _UpdateStep, result: Changed, now: datetime) -> None:
     # a second change to the same time would look like no update on a virtual clock
     elif step.operator == "$currentDate" or old is MISSING or not same(old, new):
         _set_value(result.document, step.path, new)
-        result.fields[step.path] = new
+        if step.operator == "$push" and len(new) > 1:
+            # MongoDB's events have an appended element by its index
+            result.fields[f"{step.path}.{len(new) - 1}"] = new[-1]
+        else:
+            result.fields[step.path] = new
 
 
 def _set_value(document: Document, path: str, new: Any) -> None:

@@ -201,14 +201,25 @@ UPDATE_CASES: dict[str, list[tuple[dict[str, Any], dict[str, Any], Any]]] = {
         ({}, {"$currentDate": {"a": True}}, {"a": NOW}),
         ({}, {"$currentDate": {"a": 1}}, "$currentDate"),
     ],
+    "$push": [
+        ({"a": [1]}, {"$push": {"a": 2}}, {"a": [1, 2]}),
+        ({}, {"$push": {"a": 2}}, {"a": [2]}),
+        ({}, {"$push": {"a.b": 2}}, {"a": {"b": [2]}}),
+        ({"a": [1]}, {"$push": {"a": [2, 3]}}, {"a": [1, [2, 3]]}),
+        ({"a": [1]}, {"$push": {"a": {"b": 1}}}, {"a": [1, {"b": 1}]}),
+        ({"a": 1}, {"$push": {"a": 2}}, "$push"),
+    ],
 }
 
 UPSERTS: list[tuple[dict[str, Any], dict[str, Any], Any]] = [
     # query, update, the document without its _id; a text is what the refusal names
     ({"x": 1}, {"$set": {"a": 1}}, {"x": 1, "a": 1}),
+    ({"x": {"$in": [1]}}, {"$set": {"a": 1}}, {"x": 1, "a": 1}),
+    ({"x": {"$in": [Regex("x")]}}, {"$set": {"a": 1}}, {"a": 1}),
     ({"x": {"$in": [1, 2]}}, {"$set": {"a": 1}}, {"a": 1}),
     ({"$and": [{"x": 1}, {"y": 2}]}, {"$set": {"a": 1}}, {"x": 1, "y": 2, "a": 1}),
     ({"$and": [{"x": 1}, {"x": 2}]}, {"$set": {"a": 1}}, "'x'"),
+    ({"$or": [{"x": 1}]}, {"$set": {"a": 1}}, {"x": 1, "a": 1}),
     ({"$or": [{"x": 1}, {"y": 2}]}, {"$set": {"a": 1}}, {"a": 1}),
     ({"x": {"$gt": 1}, "y": {"$ne": 1}}, {"$set": {"a": 1}}, {"a": 1}),
     ({"x": Regex("x")}, {"$set": {"a": 1}}, {"a": 1}),

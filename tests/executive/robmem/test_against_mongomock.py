@@ -131,6 +131,7 @@ def test_queries_find_the_same(document, query):
 
 ARRAYS = st.dictionaries(st.sampled_from("ab"), st.lists(COMPARABLE, max_size=3), min_size=2, max_size=2)
 UPDATES = st.one_of(
+    COMPARABLE.map(lambda value: {"$push": {"a": value}}),
     COMPARABLE.map(lambda value: {"$set": {"b": value}}),
     st.just({"$unset": {"b": 1}}),
     st.sampled_from([1, -1, 0.5]).map(lambda value: {"$inc": {"n": value, "c.d": value}}),

@@ -114,6 +114,7 @@ def test_each_update_operator_of_the_manual_has_cases_or_is_refused_by_name(embe
         assert any(not isinstance(expected, str) for *_, expected in mongodb.UPDATE_CASES[name])
     else:
         assert refuses(name, lambda: embedded.update(C, {}, {name: {"a": 1}}))
+        assert refuses(name, lambda: embedded.update(C, {}, {"$push": {"a": {name: 1}}}))
 
 
 @pytest.mark.parametrize("name", names.POSITIONAL_OPERATORS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
@@ -241,11 +242,44 @@ def test_names_of_fields(tmp_path):
     again.close()
 
 
-# --- events -----------------------------------------------------------------------------------------------
+# --- regular expressions, events --------------------------------------------------------------------------
+
+
+PATTERNS = [
+    # pattern, options, whether MongoDB is needed on a text of 60 letters
+    ("(a+)+$", "", True),
+    ("(a|a)*$", "", True),
+    ("(?:ab){2}", "", True),
+    ("a*a*a*a*a*$", "", True),
+    (r"(a*)\1\1\1$", "", True),
+    ("(a|a)" * 30, "", True),
+    ("a?" * 30, "", True),
+    ("^" + "a?" * 30, "", True),
+    ("a.*b.*c", "", False),
+    ("^a+b$", "", False),
+    ("|".join(f"name{number}" for number in range(200)), "", False),
+    (r"[)*+{]\)\*[^]*+)]*", "", False),
+    ("^a*a*a*a*$", "", False),
+    ("^a*a*a*a*$", "m", True),
+]
+
+
+@pytest.mark.parametrize(("pattern", "options", "refused"), PATTERNS, ids=lambda value: str(value)[:20])
+def test_a_regular_expression_of_too_many_steps_is_refused(pattern, options, refused):
+    store = EmbeddedStore(VirtualClock())
+    store.insert(C, {"a": "a" * 59 + "b"})
+    query = {"a": {"$regex": pattern, "$options": options}}
+    if refused:
+        with pytest.raises(QueryError, match="needs a MongoDB"):
+            store.find(C, query)
+    else:
+        assert len(store.find(C, query)) == bool(re.search(pattern, "a" * 59 + "b"))
 
 
 EVENTS = [
     # update, updatedFields and removedFields of its event
+    ({"$push": {"l": 3}}, {"l.2": 3}, []),
+    ({"$push": {"new": 3}}, {"new": [3]}, []),
     ({"$unset": {"l": 1, "a": 1}}, {}, ["a", "l"]),
     ({"$set": {"x.y": 1}}, {"x.y": 1}, []),
 ]
@@ -290,6 +324,6 @@ def test_an_update_that_is_refused_in_the_midst_leaves_the_document():
     told: list[dict[str, object]] = []
     store.watch(C, {}, told.append)
     with pytest.raises(QueryError, match="'c' is not a number"):
-        store.update(C, {}, {"$set": {"a.b": 2}, "$inc": {"c": 1}})
+        store.update(C, {}, {"$push": {"a.b": 2}, "$inc": {"c": 1}})
     assert store.find(C) == [{"_id": 1, "a": {"b": [1]}, "c": "text"}]
     assert told == []

@@ -221,8 +221,9 @@ def test_an_upsert_whose_query_misses_the_id_is_refused(store):
 
 def test_the_operators(store):
     fill(store, {"_id": 1, "a": 1, "b": {"c": 1, "d": 2}, "l": [1]})
-    store.update(C, {"_id": 1}, {"$inc": {"a": 2}, "$unset": {"b.c": ""}, "$set": {"l": [7, 2]}}, upsert=True)
-    assert store.find(C) == [{"_id": 1, "a": 3, "b": {"d": 2}, "l": [7, 2]}]
+    store.update(C, {"_id": 1}, {"$inc": {"a": 2}, "$unset": {"b.c": ""}, "$push": {"l": 2}})
+    store.update(C, {"_id": 1}, {"$set": {"a": 4}}, upsert=True)
+    assert store.find(C) == [{"_id": 1, "a": 4, "b": {"d": 2}, "l": [1, 2]}]
 
 
 def test_the_current_date(store):
