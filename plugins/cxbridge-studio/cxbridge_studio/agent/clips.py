@@ -1,7 +1,7 @@
 """Reads the names in CLIPS files: those that constructs define, match, assert, change and call.
 
-CLIPS' syntax is regular: the head of a list says which of its words are names. The tables below have the
-functions and slots of CLIPS, the CX core and its features whose arguments are names.
+CLIPS' syntax is regular: the head of a list shows which words in the list are names. The tables below list
+the functions and slots of CLIPS, the CX core and its features that have names as arguments or values.
 """
 
 from __future__ import annotations
@@ -31,21 +31,22 @@ QUERIES: Final[Mapping[str, NameKind]] = {
     **dict.fromkeys(("find-all-instances", "any-instancep"), NameKind.CLASS),
 }
 
-# Functions whose arguments include slots of an instance, `(SLOT VALUE...)`.
+# Functions with arguments that are slots of an instance, `(SLOT VALUE...)`.
 _MAKES_INSTANCES: Final = frozenset(
     f"{active}{change}-instance"
     for change in ("make", "initialize", "modify", "duplicate", "message-modify", "message-duplicate")
     for active in ("", "active-")
 )
 
-# Words that begin a list without being functions: the branches of a switch.
-_NO_CALLS: Final = frozenset({"case", "default"})
+# Words that begin a list but are not functions: the branches of a switch.
+_SWITCH_BRANCHES: Final = frozenset({"case", "default"})
+# Words that begin the definition of a slot: `field` and `multifield` are old, `single-slot` is for classes.
 _SLOTS: Final = frozenset({"slot", "multislot", "single-slot", "field", "multifield"})
+# Functions that change a fact; the loader rewrites `modify` in the built-in core to `cx-modify-goal`.
 _CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
 _LOOPS: Final = frozenset({"foreach", "progn$", "loop-for-count"})
-_FUNCTIONS: Final = frozenset({"deffunction", "defgeneric", "defmethod"})
 
-# Kinds of the names that constructs define. `defglobal` is missing: it defines several names.
+# Kinds of the names that constructs define. `defglobal` is missing: a defglobal defines several names.
 DEFINES: Final[Mapping[str, NameKind]] = {
     "defrule": NameKind.RULE,
     "deftemplate": NameKind.TEMPLATE,
@@ -58,7 +59,7 @@ DEFINES: Final[Mapping[str, NameKind]] = {
     "defmodule": NameKind.MODULE,
 }
 
-# Slots of the core's templates whose values are names.
+# Slots of the core's templates that have names as values.
 SLOT_VALUES: Final[Mapping[tuple[str, str], NameKind]] = {
     ("goal", "class"): NameKind.GOAL_CLASS,
     ("plan-action", "action-name"): NameKind.ACTION,
@@ -73,7 +74,7 @@ SLOT_VALUES: Final[Mapping[tuple[str, str], NameKind]] = {
     ("protobuf-msg", "type"): NameKind.PROTO_MESSAGE,
 }
 
-# Functions whose first argument is a name.
+# Functions that have a name as their first argument.
 ARGUMENTS: Final[Mapping[str, NameKind]] = {
     **dict.fromkeys(
         ("path-load", "path-load*", "load", "load*", "path-batch", "path-batch*", "batch", "batch*"),
@@ -90,8 +91,8 @@ ARGUMENTS: Final[Mapping[str, NameKind]] = {
     "plan-assert-action": NameKind.ACTION,
 }
 
-# Functions whose arguments are a protobuf message and the name of a field.
-OF_FIELDS: Final = frozenset(
+# Functions that have a protobuf message and the name of a field as their first two arguments.
+FIELD_FUNCTIONS: Final = frozenset(
     f"pb-{function}"
     for function in (
         *("field-type", "field-label", "has-field", "field-is-list", "field-value", "field-list"),
@@ -103,7 +104,7 @@ OF_FIELDS: Final = frozenset(
 def read_clips(path: str, text: str, previous: SourceFile | None = None) -> SourceFile:
     """Read a CLIPS file.
 
-    :param previous: the previous version of the file; its unchanged constructs are reused.
+    :param previous: the previous version of the file; the pieces of unchanged constructs are reused.
     """
     pieces = {} if previous is None else {placed.piece.text: placed.piece for placed in previous.pieces}
     lists = top_level_lists(text)
@@ -139,7 +140,7 @@ def _is_variable(node: SyntaxNode) -> bool:
 
 
 def _rebound(construct: SyntaxNode) -> Iterator[str]:
-    """Yield the variables that a construct binds to values other than a fact it asserts or modifies."""
+    """Yield the variables that a construct binds to anything but a fact that it asserts or modifies."""
     for node in construct.walk():
         if node.head == "bind" and len(node.arguments) > 1 and node.arguments[1].head != "assert":
             variable, value = node.arguments[:2]
@@ -160,7 +161,7 @@ class _Reader:
     def __init__(self) -> None:
         self.mentions: list[Mention] = []
         self._templates: dict[str, str] = {}  # template by variable, for variables that hold a fact
-        # variables bound to other values anywhere in the construct
+        # The variables that the construct binds to other values somewhere: they may hold no fact.
         self._rebound: frozenset[str] = frozenset()
         self._messages: dict[str, str] = {}  # type of the protobuf message by variable
 
@@ -234,7 +235,7 @@ class _Reader:
             self._instance(instance.items or ())
 
     def _instance(self, items: tuple[SyntaxNode, ...]) -> None:
-        """Read ``[NAME] of CLASS (SLOT VALUE...)...``, or a part of it."""
+        """Read ``[NAME] of CLASS (SLOT VALUE...)...``; calls such as ``modify-instance`` have no class."""
         for previous, item in zip((None, *items), items, strict=False):
             if previous is not None and previous.text == "of" and literal(item):
                 self._add(NameKind.CLASS, item, Use.NAMED)
@@ -256,6 +257,7 @@ class _Reader:
             self._expression(item)
 
     def _globals(self, node: SyntaxNode) -> None:
+        """Read ``(defglobal [MODULE] ?*NAME* = VALUE ...)``."""
         for name, sign, value in zip(node.arguments, node.arguments[1:], node.arguments[2:], strict=False):
             if sign.text == "=" and name.text.startswith("?*"):
                 self._add(NameKind.GLOBAL, name, Use.DEFINED)
@@ -273,14 +275,14 @@ class _Reader:
             elif ce.node.items and ce.node.items[0].items is None:
                 self._slots(ce.node, Use.MATCHED)
                 if ce.variable:
-                    self._is_fact(f"?{ce.variable}", without_module(ce.template))
+                    self._record_template(f"?{ce.variable}", without_module(ce.template))
 
     def _slots(self, node: SyntaxNode, use: Use) -> None:
         """Read a pattern or a fact: the template, and the slots or fields."""
         items = node.items or ()
         self._add(NameKind.TEMPLATE, items[0], use)
         template = without_module(items[0].text)
-        # An ordered fact: a list next to a single word is a call, not a slot.
+        # A single word among the arguments makes the fact ordered; the lists in an ordered fact are calls.
         has_slots = all(item.head and not item.head.startswith(("?", "$?")) for item in node.arguments)
         if template == "protobuf-msg":
             self._message(node.arguments)
@@ -291,7 +293,7 @@ class _Reader:
                 self._expression(item)
 
     def _message(self, slots: Iterable[SyntaxNode]) -> None:
-        """Record the message type of the variable in the slot ``ptr``."""
+        """Record the message type of the variable that the slot ``ptr`` of a ``protobuf-msg`` binds."""
         values = {slot.head: slot.arguments[0] for slot in slots if slot.arguments}
         if "type" in values and "ptr" in values and literal(values["type"]):
             self._messages[values["ptr"].text] = literal(values["type"])
@@ -305,10 +307,10 @@ class _Reader:
                 self._add(kind, value, use)
             else:
                 self._expression(value)
-        self._words(node.arguments, template, name.text, use)
+        self._multislot(node.arguments, template, name.text, use)
 
-    def _words(self, values: tuple[SyntaxNode, ...], template: str, slot: str, use: Use) -> None:
-        """Record names in multislots: action parameters and predicates of world model facts."""
+    def _multislot(self, values: tuple[SyntaxNode, ...], template: str, slot: str, use: Use) -> None:
+        """Record the names in multislots: action parameters, and predicates in keys of ``wm-fact``."""
         if (template, slot) == ("plan-action", "param-names"):
             for value in filter(literal, values):
                 self._add(NameKind.PARAMETER, value, use)
@@ -317,8 +319,8 @@ class _Reader:
             if words == ["domain", "fact"] and len(values) > len(words) and literal(values[2]):
                 self._add(NameKind.PREDICATE, values[2], use)
 
-    def _is_fact(self, variable: str, template: str) -> None:
-        """Record the template of a variable's fact; an ambiguous template is recorded as empty."""
+    def _record_template(self, variable: str, template: str) -> None:
+        """Record the template of the fact in a variable; an ambiguous template is recorded as empty."""
         recorded = self._templates.setdefault(variable, template)
         if recorded != template or variable in self._rebound:
             self._templates[variable] = ""
@@ -337,6 +339,7 @@ class _Reader:
                     self._expression(item)
 
     def _variable(self, node: SyntaxNode) -> None:
+        """Record a global variable, or the slot in ``?fact:slot``."""
         text = node.text
         if text.startswith(("?*", "$?*")):
             self._add(NameKind.GLOBAL, node, Use.READ)
@@ -347,7 +350,7 @@ class _Reader:
                 self.mentions.append(Mention(name, Use.QUERIED, node.end - len(slot), node.end))
 
     def _call(self, node: SyntaxNode, first: SyntaxNode) -> None:
-        if first.text not in _NO_CALLS:
+        if first.text not in _SWITCH_BRANCHES:
             self._add(NameKind.FUNCTION, first, Use.CALLED)
         arguments = node.arguments
         if first.text == "assert":
@@ -373,25 +376,25 @@ class _Reader:
                 self._add(kind, argument, Use.NAMED)
             elif position == 0 and function == "bind" and argument.text.startswith("?*"):
                 self._add(NameKind.GLOBAL, argument, Use.SET)
-            elif position == 1 and function in OF_FIELDS and literal(argument):
+            elif position == 1 and function in FIELD_FUNCTIONS and literal(argument):
                 if owner := self._messages.get(arguments[0].text):
                     self._add(NameKind.PROTO_FIELD, argument, Use.NAMED, owner)
             elif position == 1 and function == "bind":
-                self._made_fact(arguments[0].text, argument)
+                self._binding(arguments[0].text, argument)
             else:
                 self._expression(argument)
 
-    def _made_fact(self, variable: str, value: SyntaxNode) -> None:
+    def _binding(self, variable: str, value: SyntaxNode) -> None:
         """Read ``(bind ?fact (assert (TEMPLATE ...)))`` or ``(bind ?message (pb-create TYPE))``."""
         if value.head == "pb-create" and value.arguments:
             self._messages[variable] = literal(value.arguments[0])
         self._expression(value)
         if value.head == "assert" and value.arguments and value.arguments[0].head:
-            self._is_fact(variable, without_module(value.arguments[0].head))
+            self._record_template(variable, without_module(value.arguments[0].head))
 
     def _query(self, arguments: tuple[SyntaxNode, ...], kind: NameKind) -> None:
-        # The variables of a query hide those of the same name outside it, and end with it.
-        outside = dict(self._templates)
+        # A variable of a query hides a variable of the same name outside, up to the end of the query.
+        outer_templates = dict(self._templates)
         for member in arguments[0].items or ():
             templates = [argument for argument in member.arguments if argument.items is None]
             for template in templates:
@@ -402,7 +405,7 @@ class _Reader:
                 self._templates[member.items[0].text] = template_name
         for item in arguments[1:]:
             self._expression(item)
-        self._templates = outside
+        self._templates = outer_templates
 
     def _fact(self, node: SyntaxNode) -> None:
         if node.items and node.items[0].items is None and not _is_variable(node.items[0]):
@@ -410,9 +413,10 @@ class _Reader:
         else:
             self._expression(node)
 
-    # ---- notes
+    # ---- results
 
     def _add(self, kind: NameKind, node: SyntaxNode, use: Use, owner: str = "") -> None:
+        """Add a mention of the name in a node, without quotes, the marks of variables, and the module."""
         text = node.text
         start, end = node.start, node.end
         if text.startswith('"'):

@@ -1,7 +1,7 @@
 """Formats CLIPS text: indents lines by their parentheses and changes nothing but white space.
 
-White space within a line stays, so aligned columns remain. Text with unbalanced parentheses or quotes is not
-changed, since the depth of its lines is unknown.
+White space within a line stays, so that aligned columns remain. Text with unbalanced parentheses or quotes
+stays unchanged, since the depth of its lines is unknown.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from cxbridge_studio.agent.top_level import top_level_lists
 
 _STEP: Final = 2  # columns per level
 _BLANKS: Final = frozenset(" \t\n\r\f\v")
-_MAX_LINE_ENDS: Final = 3  # three line ends in a row: two empty lines
+_MAX_LINE_ENDS: Final = 3  # three line ends in a row are two empty lines
 
-# Lists whose content is indented by two blanks. The content of other lists is aligned with the first
+# Lists with content that is indented by `_STEP`. In other lists, the arguments are aligned with the first
 # argument.
 _BLOCKS: Final = frozenset(
     {"defrule", "deffunction", "deftemplate", "deffacts", "defglobal", "defmethod", "defgeneric", "defclass"}
@@ -30,7 +30,7 @@ _WORDS_OF_IF: Final = frozenset({"then", "else"})
 
 
 def is_balanced(text: str) -> bool:
-    """Return whether all parentheses and strings of a text are closed, with no ``)`` too many."""
+    """Return whether a text closes all its parentheses and strings, and has no ``)`` too many."""
     if any(not top_list.closed for top_list in top_level_lists(text)):
         return False
     depth = 0
@@ -45,36 +45,39 @@ def layout(text: str) -> str:
     """Return CLIPS text with its lines indented, or the same text if it is not balanced."""
     if not is_balanced(text):
         return text
-    ends = "\r\n" if "\r\n" in text else "\n"
+    line_end = "\r\n" if "\r\n" in text else "\n"
     writer = _Writer()
     for match in TOKEN.finditer(text.replace("\r\n", "\n")):
         writer.add(match.group(), is_blank=match.lastgroup == "blank")
-    return writer.text().replace("\n", ends)
+    return writer.text().replace("\n", line_end)
 
 
-class _Open:
+class _OpenList:
     """A list that is still open.
 
-    :ivar head: its first word, None before that word is read.
-    :ivar argument: the column for further arguments, None before the first argument is read.
+    :ivar column: the column of the opening parenthesis.
+    :ivar head: the first word of the list; None before that word is read.
+    :ivar argument_column: the column for further arguments; None before the first argument is read.
     """
 
     def __init__(self, column: int) -> None:
         self.column = column
         self.head: str | None = None
-        self.argument: int | None = None
+        self.argument_column: int | None = None
 
     def indent(self, token: str) -> int:
         """Return the column of a line that begins with this token inside the list."""
         if token == ")":
             return self.column
+        # `then` and `else` stand between the `(if` and the indented branches.
         if token in _WORDS_OF_IF and self.head == "if":
             return self.column + 1
+        # A list without a head word, such as ((?f template) (?g template)), aligns its elements.
         if self.head is None or self.head == "(":
             return self.column + 1
-        if self.head in _BLOCKS or self.argument is None:
+        if self.head in _BLOCKS or self.argument_column is None:
             return self.column + _STEP
-        return self.argument
+        return self.argument_column
 
 
 class _Writer:
@@ -82,11 +85,15 @@ class _Writer:
 
     def __init__(self) -> None:
         self._tokens: list[str] = []
-        self._open: list[_Open] = []
+        self._open_lists: list[_OpenList] = []
         self._column = 0
         self._begins_line = True
 
     def add(self, token: str, *, is_blank: bool) -> None:
+        """Write a token: code, a comment, or white space.
+
+        :param is_blank: whether the token is a comment or white space.
+        """
         if not is_blank:
             self._indent(token)
             self._code(token)
@@ -96,7 +103,7 @@ class _Writer:
         elif not _BLANKS.issuperset(token):
             self._write(token)  # CLIPS treats Unicode blanks as text
         elif "\n" in token:
-            if self._tokens:
+            if self._tokens:  # empty lines at the start of the file are dropped
                 self._write("\n" * min(token.count("\n"), _MAX_LINE_ENDS))
             self._begins_line = True
         elif not self._begins_line:
@@ -108,31 +115,32 @@ class _Writer:
         return written + "\n" if written else ""
 
     def _indent(self, token: str) -> None:
-        if self._begins_line and self._open:
-            self._write(" " * self._open[-1].indent(token))
+        """Write the indentation if a token begins its line."""
+        if self._begins_line and self._open_lists:
+            self._write(" " * self._open_lists[-1].indent(token))
         self._begins_line = False
 
     def _code(self, token: str) -> None:
         if token == ")":
-            self._open.pop()
+            self._open_lists.pop()
         else:
-            self._note(token)
+            self._record(token)
             if token == "(":
-                self._open.append(_Open(self._column))
+                self._open_lists.append(_OpenList(self._column))
         self._write(token)
 
-    def _note(self, token: str) -> None:
-        """Record a token as head or first argument of the innermost list."""
-        if not self._open:
+    def _record(self, token: str) -> None:
+        """Record a token as the head or the first argument of the innermost list."""
+        if not self._open_lists:
             return
-        inner = self._open[-1]
+        inner = self._open_lists[-1]
         if inner.head is None:
             inner.head = token
-        elif inner.argument is None and inner.head != "(":
+        elif inner.argument_column is None and inner.head != "(":
             # Only an argument in the line of the head sets the column for further arguments.
             since_head = takewhile(lambda written: written != inner.head, reversed(self._tokens))
             on_same_line = not any("\n" in written for written in since_head)
-            inner.argument = self._column if on_same_line else inner.column + _STEP
+            inner.argument_column = self._column if on_same_line else inner.column + _STEP
 
     def _write(self, text: str) -> None:
         self._tokens.append(text)

@@ -1,6 +1,7 @@
-"""Reads the names in Lua skills: the skill, its documented arguments, the skills and interfaces that it uses.
+"""Reads the names in Lua skills: the skill, its documented arguments, and the skills and interfaces it uses.
 
-Skills follow Fawkes' pattern of assignments at the start of lines, so regular expressions find them.
+Skills follow Fawkes' pattern: their settings are assignments at the start of lines, which regular expressions
+find.
 """
 
 from __future__ import annotations
@@ -11,15 +12,20 @@ from typing import Final
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use, file_of_one_piece
 
 _NAME: Final = re.compile(r"""^name\s*=\s*["']([\w-]+)["']""", re.MULTILINE)
-_NEEDS: Final = re.compile(r"^depends_skills\s*=\s*\{([^}]*)\}", re.MULTILINE)
+# The list in: depends_skills = {"drive", "grasp"}
+_NEEDED_SKILLS: Final = re.compile(r"^depends_skills\s*=\s*\{([^}]*)\}", re.MULTILINE)
 _STRING: Final = re.compile(r"""["']([\w-]+)["']""")
+# The type in: depends_interfaces = {{v = "pose", type = "Position3DInterface", id = "Pose"}}
 _INTERFACE: Final = re.compile(r"""\btype\s*=\s*["'](\w+)["']""")
-_CALLED: Final = re.compile(r"\bskills\s*=\s*\{\s*\{\s*([A-Za-z_]\w*)")
+# The first skill of a state in: skills = {{drive, x = 1}}
+_CALLED_SKILL: Final = re.compile(r"\bskills\s*=\s*\{\s*\{\s*([A-Za-z_]\w*)")
+# The text in: documentation = [==[ ... ]==]
 _DOCUMENTATION: Final = re.compile(r"^documentation\s*=\s*\[(=*)\[(.*?)\]\1\]", re.MULTILINE | re.DOTALL)
 _ARGUMENT: Final = re.compile(r"@param\s+(\w+)")
 
 
 def read_lua(path: str, text: str) -> SourceFile:
+    """Read a Lua file; a file that is not a skill has mentions, but defines no name."""
     name = _NAME.search(text)
     skill = name[1] if name else ""
     mentions: list[Mention] = []
@@ -29,14 +35,14 @@ def read_lua(path: str, text: str) -> SourceFile:
 
     if name:
         add_mention(NameKind.SKILL, Use.DEFINED, name)
-    for skill_list in _NEEDS.finditer(text):
+    for skill_list in _NEEDED_SKILLS.finditer(text):
         for match in _STRING.finditer(text, *skill_list.span(1)):
             add_mention(NameKind.SKILL, Use.NAMED, match)
     for match in _INTERFACE.finditer(text):
         add_mention(NameKind.INTERFACE, Use.NAMED, match)
-    for match in _CALLED.finditer(text):
+    for match in _CALLED_SKILL.finditer(text):
         add_mention(NameKind.SKILL, Use.CALLED, match)
-    # Lua declares no arguments of a skill: only its documentation names them.
+    # A skill does not declare its arguments: only its documentation names them.
     documentation = _DOCUMENTATION.search(text)
     if documentation and skill:
         for match in _ARGUMENT.finditer(text, *documentation.span(2)):
@@ -46,5 +52,6 @@ def read_lua(path: str, text: str) -> SourceFile:
 
 
 def skill_documentation(text: str) -> str:
+    """Return the documentation in the text of a skill; empty if there is none."""
     match = _DOCUMENTATION.search(text)
     return match[2].strip() if match else ""

@@ -25,16 +25,17 @@ _READERS: Final[Mapping[str, Callable[[str, str], SourceFile]]] = {
     ".xml": read_interface,
     ".proto": read_proto,
 }
-SUFFIXES: Final = (".clp", *_READERS)  # suffixes of the files of an agent
+SUFFIXES: Final = (".clp", *_READERS)  # the suffixes of an agent's files
 
-# The blackboard feature makes a deftemplate of each interface: both names mean the same.
-_AS_TEMPLATE: Final = {NameKind.TEMPLATE: NameKind.INTERFACE, NameKind.SLOT: NameKind.FIELD}
+# The blackboard feature makes a deftemplate from each interface: a template and its slots may be defined as
+# an interface and its fields.
+_COUNTERPARTS: Final = {NameKind.TEMPLATE: NameKind.INTERFACE, NameKind.SLOT: NameKind.FIELD}
 
 
 def read_source(path: str, text: str, previous: SourceFile | None = None) -> SourceFile | None:
-    """Read a file by the reader for its suffix, or return None for an unknown suffix.
+    """Read a file with the reader for its suffix; return None for an unknown suffix.
 
-    :param previous: the previous version of the file; its unchanged constructs are reused.
+    :param previous: the previous version of the file; the pieces of unchanged CLIPS constructs are reused.
     """
     suffix = PurePath(path).suffix
     if suffix == ".clp":
@@ -44,7 +45,7 @@ def read_source(path: str, text: str, previous: SourceFile | None = None) -> Sou
 
 
 class FileMention(NamedTuple):
-    """A mention, with offsets in its file."""
+    """A mention, with offsets in the file that contains the mention."""
 
     file: SourceFile
     mention: Mention
@@ -53,15 +54,15 @@ class FileMention(NamedTuple):
 class AgentModel:
     """The files of an agent and the names in them.
 
-    Nothing of the agent is executed, and broken files are read as far as possible. :meth:`update` reuses
-    unchanged CLIPS constructs. Queries search the index of each file.
+    No file is executed, and broken files are read as far as possible. :meth:`update` reuses unchanged CLIPS
+    constructs. Queries search the index of each file.
     """
 
     def __init__(self) -> None:
         self._files: dict[str, SourceFile] = {}
 
     def update(self, path: str, text: str) -> SourceFile | None:
-        """Read new text of a file and add the file; return None for an unknown suffix."""
+        """Parse the new text of a file and add the file; return None for an unknown suffix."""
         file = read_source(path, text, self._files.get(path))
         if file is not None:
             self.take(file)
@@ -91,21 +92,21 @@ class AgentModel:
         self._files.pop(path, None)
 
     def mentions(self, name: Name, *uses: Use) -> Iterator[FileMention]:
-        """Yield the mentions of a name in all its spellings (see :func:`same_as`), in the order of the files.
+        """Yield the mentions of a name in all its kinds (see :func:`same_as`), in the order of the files.
 
-        :param uses: the uses to include; without uses, all mentions.
+        :param uses: the uses to include; without uses, all mentions are included.
         """
         names = same_as(name)
         for file in self._files.values():
-            positions = [position for spelling in names for position in file.by_name.get(spelling, ())]
+            positions = [position for same in names for position in file.by_name.get(same, ())]
             if len(names) > 1:
-                positions.sort(key=lambda position: position[0])  # by the start of the piece
+                positions.sort(key=lambda position: position[0])  # in the order of the pieces
             for start, mention in positions:
                 if not uses or mention.use in uses:
                     yield FileMention(file, mention.moved(start))
 
     def calls(self, function: str) -> Iterator[FileMention]:
-        """Yield the calls of a function. In ordered facts, a call looks like a slot and is included."""
+        """Yield the calls of a function, including those that look like slots because a fact is ordered."""
         yield from self.mentions(Name(NameKind.FUNCTION, function), Use.CALLED)
         for file in self._files.values():
             for start, piece in file.pieces:
@@ -122,7 +123,7 @@ class AgentModel:
     def defined(self, kind: NameKind, owner: str | None = None) -> Iterator[FileMention]:
         """Yield the definitions of all names of a kind.
 
-        :param owner: the owner of the names; None includes all owners.
+        :param owner: the owner of the names, such as a template for slots; None for any owner.
         """
         for file in self._files.values():
             for start, piece in file.pieces:
@@ -143,10 +144,10 @@ class AgentModel:
 
 
 def same_as(name: Name) -> tuple[Name, ...]:
-    """Return all spellings of a name: an interface is also a template, and its fields are slots."""
-    if name.kind in _AS_TEMPLATE:
-        return name, Name(_AS_TEMPLATE[name.kind], name.text, name.owner)
-    for template, interface in _AS_TEMPLATE.items():
-        if name.kind is interface:
-            return name, Name(template, name.text, name.owner)
+    """Return a name with all its kinds: an interface is also a template, and its fields are slots."""
+    if name.kind in _COUNTERPARTS:
+        return name, Name(_COUNTERPARTS[name.kind], name.text, name.owner)
+    for template_kind, interface_kind in _COUNTERPARTS.items():
+        if name.kind is interface_kind:
+            return name, Name(template_kind, name.text, name.owner)
     return (name,)

@@ -15,6 +15,8 @@ from cxbridge.errors import CxbridgeError
 
 
 class NameKind(StrEnum):
+    """The kind of a named thing; the values appear in messages to users."""
+
     RULE = "rule"
     TEMPLATE = "template"
     SLOT = "slot"
@@ -59,8 +61,8 @@ class Use(StrEnum):
 class Name(NamedTuple):
     """A name in the files of an agent.
 
-    :param owner: the template of a slot, the action of a parameter, or the interface of a field or message;
-        empty if the owner is unknown.
+    :param owner: the template of a slot, the action of a PDDL parameter, the skill of an argument, or the
+        interface or protobuf message of a field; empty for other kinds, and if the owner is unknown.
     """
 
     kind: NameKind
@@ -71,11 +73,11 @@ class Name(NamedTuple):
 class Mention(Struct, frozen=True, gc=False):
     """A position where a name is written.
 
-    The class opts out of garbage collection: an agent has tens of thousands of mentions, and none is part of
-    a cycle.
+    Mentions opt out of garbage collection (``gc=False``): an agent has tens of thousands, and no mention is
+    part of a cycle.
 
-    :param start: offset of the first character; in a :class:`Piece`, relative to the piece.
-    :param end: offset after the last character.
+    :param start: the offset of the first character; in a :class:`Piece`, relative to the start of the piece.
+    :param end: the offset after the last character.
     """
 
     name: Name
@@ -90,13 +92,13 @@ class Mention(Struct, frozen=True, gc=False):
 class Piece(Struct, frozen=True, dict=True):
     """A construct of a file, or another unit that is read as a whole.
 
-    A piece is independent of its position in the file, so that it is read again only after a change.
+    A piece does not know its position in the file: a change elsewhere in the file leaves the piece valid.
 
     :param keyword: ``defrule``, ``:action``, ``skill``, or the first word of a command.
-    :param name: the name that the piece defines, None if it defines none.
+    :param name: the name that the piece defines; None if the piece defines none.
     :param text: the source text.
-    :param mentions: the names, in the order of the text.
-    :param closed: whether all its parentheses are closed.
+    :param mentions: the names in the piece, in the order of the text.
+    :param closed: whether all parentheses of the piece are closed.
     """
 
     keyword: str
@@ -107,9 +109,10 @@ class Piece(Struct, frozen=True, dict=True):
 
     @cached_property
     def asserted_slots(self) -> dict[str, list[Mention]]:
-        """Mentions of slots in asserted facts, by slot name.
+        """The mentions of slots in asserted facts, by the name of the slot.
 
-        For undefined templates, these are function calls in ordered facts: ``(assert (total (+ 1 2)))``.
+        If no file defines the template, the fact is ordered, and the apparent slots are calls of functions:
+        ``(assert (total (+ 1 2)))``.
         """
         slots: dict[str, list[Mention]] = {}
         for mention in self.mentions:
@@ -123,10 +126,10 @@ class Piece(Struct, frozen=True, dict=True):
 
 
 class ParseProblem(Struct, frozen=True):
-    """A syntax error that prevents reading the whole file.
+    """A syntax error that ends the reading of a file.
 
-    :param line: counted from 1.
-    :param column: counted from 1.
+    :param line: the line of the error, from 1.
+    :param column: the column of the error, from 1.
     """
 
     message: str
@@ -155,8 +158,8 @@ class PlacedPiece(NamedTuple):
 class SourceFile(Struct, frozen=True, dict=True):
     """A file of an agent, as far as it can be read.
 
-    :param path: absolute path.
-    :param problem: the syntax error that prevents reading the rest.
+    :param path: the absolute path of the file.
+    :param problem: the syntax error that ends the reading of the file; None if there is none.
     """
 
     path: str
@@ -170,7 +173,7 @@ class SourceFile(Struct, frozen=True, dict=True):
 
     @cached_property
     def by_name(self) -> dict[Name, list[tuple[int, Mention]]]:
-        """Mentions by name, each with the start of its piece."""
+        """The mentions by name, each with the start of its piece, since offsets count from there."""
         mentions_by_name: dict[Name, list[tuple[int, Mention]]] = {}
         for start, piece in self.pieces:
             for mention in piece.mentions:
@@ -195,23 +198,23 @@ class SourceFile(Struct, frozen=True, dict=True):
         candidates = [
             mention for mention in placed.piece.mentions if mention.start <= offset_in_piece <= mention.end
         ]
-        # Of nested names, the cursor means the shortest: `f` in `m.f`.
+        # Where mentions overlap, the user means the shortest name under the cursor: `f` in `m.f`.
         best = min(candidates, key=lambda mention: mention.end - mention.start, default=None)
         return None if best is None else best.moved(placed.start)
 
 
 def parse_problem(error: CxbridgeError) -> ParseProblem:
-    """Return the syntax error of a reader."""
+    """Return the problem that a reader's exception describes."""
     return ParseProblem(error.message, error.line or 1, error.column or 1, error.hint or "")
 
 
 def file_of_one_piece(
     path: str, text: str, keyword: str, name: Name | None, mentions: Iterable[Mention]
 ) -> SourceFile:
-    """Return a file that is read as a whole.
+    """Return a file with a single piece, for formats that are read as a whole.
 
-    :param keyword: of the piece.
-    :param name: the name that the file defines, or None.
+    :param keyword: the keyword of the piece, such as ``skill``.
+    :param name: the name that the file defines; None if the file defines none.
     """
     ordered = tuple(sorted(mentions, key=lambda mention: mention.start))
     return SourceFile(path, text, (PlacedPiece(0, Piece(keyword, name, text, ordered)),))

@@ -1,7 +1,7 @@
 """Reads the names in PDDL files: types, constants, predicates, and actions with their parameters.
 
-The executive's parser gives up at the first mistake. This reader takes any section that has brackets, since
-an editor shows names while a user types.
+The executive's parser stops at the first mistake. This reader takes each section with balanced brackets,
+since an editor shows names while a user types.
 """
 
 from __future__ import annotations
@@ -32,22 +32,27 @@ _CONNECTIVES: Final = frozenset(
     {"and", "or", "not", "imply", "forall", "exists", "when", "either", "increase", "decrease"}
     | {"assign", "scale-up", "scale-down", "=", "<", ">", "<=", ">=", "+", "-", "*", "/"}
 )
-_TYPED: Final = {
+# Sections that are typed lists, with the kind of the names that they define.
+_TYPED_SECTIONS: Final = {
     ":types": NameKind.OBJECT_TYPE,
     ":constants": NameKind.CONSTANT,
     ":objects": NameKind.CONSTANT,
 }
+# The first two words of a timed condition or effect of a durative action.
 _TIMES: Final = (("at", "start"), ("at", "end"), ("over", "all"))
+# A section of a domain or problem begins its line, which also holds in broken files.
 _SECTION: Final = re.compile(r"^[ \t]*(\(:[a-z-]+)", re.MULTILINE | re.IGNORECASE)
 _COMMENT: Final = re.compile(r";[^\n]*")
 
 
 def read_pddl(path: str, text: str) -> SourceFile:
-    """Read a PDDL file; of a broken file, the sections that can be parsed."""
+    """Read a PDDL file. In a broken file, only the sections that can be parsed have names."""
     try:
         items = read_items(text)
     except PddlError as error:
-        return SourceFile(path, text, tuple(_as_declared(list(_broken(text)))), parse_problem(error))
+        return SourceFile(
+            path, text, tuple(_with_declared_case(list(_parsable_sections(text)))), parse_problem(error)
+        )
     lines = Lines(text)
     sections = [
         (section, _offset(lines, section.position))
@@ -58,38 +63,38 @@ def read_pddl(path: str, text: str) -> SourceFile:
     ]
     ends = [*(start for _, start in sections[1:]), len(text)] if sections else []
     pieces = [_piece(section, text, start, end) for (section, start), end in zip(sections, ends, strict=True)]
-    return SourceFile(path, text, tuple(_as_declared(pieces)))
+    return SourceFile(path, text, tuple(_with_declared_case(pieces)))
 
 
-def _as_declared(pieces: list[PlacedPiece]) -> Iterator[PlacedPiece]:
-    """Yield pieces with each name in the spelling of its declaration: PDDL ignores case."""
+def _with_declared_case(pieces: list[PlacedPiece]) -> Iterator[PlacedPiece]:
+    """Yield the pieces with each name in the case of its declaration, since PDDL ignores case."""
     declared: dict[Name, str] = {}
     for _, piece in pieces:
         for mention in piece.mentions:
             if mention.use is Use.DEFINED:
                 declared.setdefault(_lower(mention.name), mention.name.text)
 
-    def renamed(mention: Mention) -> Mention:
+    def with_declared_case(mention: Mention) -> Mention:
         text = declared.get(_lower(mention.name), mention.name.text)
         if text == mention.name.text:
             return mention
         return replace(mention, name=mention.name._replace(text=text))
 
     for start, piece in pieces:
-        yield PlacedPiece(start, replace(piece, mentions=tuple(map(renamed, piece.mentions))))
+        yield PlacedPiece(start, replace(piece, mentions=tuple(map(with_declared_case, piece.mentions))))
 
 
 def _lower(name: Name) -> Name:
     return name._replace(text=name.text.lower())
 
 
-def _broken(text: str) -> Iterator[PlacedPiece]:
-    """Yield the sections of a text with unbalanced brackets; each is parsed alone."""
+def _parsable_sections(text: str) -> Iterator[PlacedPiece]:
+    """Yield the sections that can be parsed alone in a text with unbalanced brackets."""
     starts = [match.start(1) for match in _SECTION.finditer(text)]
     for start, end in zip(starts, [*starts[1:], len(text)], strict=True):
-        code = _COMMENT.sub(lambda match: " " * len(match[0]), text[start:end])
+        code = _without_comments(text[start:end])
         missing = code.count("(") - code.count(")")
-        # The last section has the bracket that closes the whole definition.
+        # The last section also contains the bracket that closes the whole definition.
         while missing < 0 and (last := code.rfind(")")) >= 0:
             code = code[:last] + " " + code[last + 1 :]
             missing += 1
@@ -101,6 +106,11 @@ def _broken(text: str) -> Iterator[PlacedPiece]:
             yield _piece(items[0], text, start, end, Lines(code))
 
 
+def _without_comments(text: str) -> str:
+    """Return a text with blanks in place of the comments, so that offsets stay the same."""
+    return _COMMENT.sub(lambda match: " " * len(match[0]), text)
+
+
 def _offset(lines: Lines, position: Position) -> int:
     return lines.place(position.line, position.column)
 
@@ -108,14 +118,15 @@ def _offset(lines: Lines, position: Position) -> int:
 def _piece(section: Group, text: str, start: int, end: int, lines: Lines | None = None) -> PlacedPiece:
     """Return the piece of a section.
 
-    :param lines: the lines of the section's text; None if positions refer to the whole file.
+    :param text: the text of the whole file.
+    :param lines: the lines of the section's text; None if the positions refer to the whole file.
     """
-    reader = _Section(Lines(text) if lines is None else lines, start if lines is None else 0)
+    reader = _SectionReader(Lines(text) if lines is None else lines, start if lines is None else 0)
     reader.read(section)
     mentions = tuple(sorted(reader.mentions, key=lambda mention: mention.start))
-    # Blanks in place of comments keep the offsets.
-    code = _COMMENT.sub(lambda match: " " * len(match[0]), text[start:end])
-    defined_name = next((m.name for m in mentions if m.use is Use.DEFINED), None)
+    code = _without_comments(text[start:end])
+    defined_name = next((mention.name for mention in mentions if mention.use is Use.DEFINED), None)
+    # The names that other sections define, such as types, are not names of the section.
     has_name = section.head.lower() in (*_ACTIONS, "domain")
     return PlacedPiece(
         start,
@@ -128,10 +139,11 @@ def _piece(section: Group, text: str, start: int, end: int, lines: Lines | None 
     )
 
 
-class _Section:
+class _SectionReader:
     """Reader of one section.
 
-    :param start: offset of the piece in the text that the positions refer to.
+    :param lines: the lines of the text that the positions refer to.
+    :param start: the offset of the section in that text.
     """
 
     def __init__(self, lines: Lines, start: int) -> None:
@@ -146,13 +158,13 @@ class _Section:
             self._action(items)
         elif head in ("domain", ":domain"):
             self._words(items[:1], NameKind.DOMAIN, Use.DEFINED if head == "domain" else Use.NAMED)
-        elif head in _TYPED:
-            self._typed(items, _TYPED[head])
+        elif head in _TYPED_SECTIONS:
+            self._typed_list(items, _TYPED_SECTIONS[head])
         elif head in (":predicates", ":functions"):
             for item in items:
                 if isinstance(item, Group):
                     self._words(item.items[:1], NameKind.PREDICATE, Use.DEFINED)
-                    self._typed(item.items[1:], None)
+                    self._typed_list(item.items[1:], None)
         elif head in (":init", ":goal"):
             for item in items:
                 self._formula(item, "")
@@ -168,12 +180,15 @@ class _Section:
             if isinstance(item, BracketWord) and item.text.startswith(":"):
                 key = item.text.lower()
             elif key == ":parameters" and isinstance(item, Group):
-                self._typed(item.items, NameKind.PARAMETER, action)
+                self._typed_list(item.items, NameKind.PARAMETER, action)
             else:
                 self._formula(item, action)
 
-    def _typed(self, items: Iterable[Item], kind: NameKind | None, owner: str = "") -> None:
-        """Read ``a b - c``."""
+    def _typed_list(self, items: Iterable[Item], kind: NameKind | None, owner: str = "") -> None:
+        """Read ``a b - TYPE``, or ``a b - (either TYPE...)``.
+
+        :param kind: the kind of the names that the list defines; None if only the types are names.
+        """
         is_type = False
         for item in items:
             if isinstance(item, Group):
@@ -188,6 +203,11 @@ class _Section:
             is_type = False
 
     def _formula(self, item: Item, action: str) -> None:
+        """Record the names in a formula.
+
+        :param action: the action that owns the formula's parameters; empty outside of actions.
+        """
+        # A loop, because formulas may be nested deeper than Python's stack.
         pending = [item]
         while pending:
             word = pending.pop()
@@ -203,14 +223,16 @@ class _Section:
         words = tuple(item.text.lower() for item in group.items[:2] if isinstance(item, BracketWord))
         if words in _TIMES:
             return group.items[2:]
-        if not group.head:
+        if not group.head:  # an empty group, or a list of groups
             return group.items
         head = group.head.lower()
         if head not in _CONNECTIVES:
             self._words(group.items[:1], NameKind.PREDICATE, Use.NAMED)
+        # The second item of a quantified formula is the list of its own variables.
         return group.items[2 if head in ("forall", "exists") else 1 :]
 
     def _words(self, items: Iterable[Item], kind: NameKind, use: Use, owner: str = "") -> None:
+        """Record the words among the items as names; the question mark is not part of a parameter's name."""
         for item in items:
             if isinstance(item, BracketWord):
                 start = _offset(self._lines, item.position) - self._start

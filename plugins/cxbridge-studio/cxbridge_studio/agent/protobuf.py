@@ -3,51 +3,64 @@
 from __future__ import annotations
 
 import re
-from typing import Final
+from typing import Final, NamedTuple
 
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use, file_of_one_piece
 
-_WORD: Final = re.compile(
-    r"""(?P<hidden>//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:[^"\\\n]|\\.)*"?|'(?:[^'\\\n]|\\.)*'?|\s+)"""
+# Comments, strings and white space, which name nothing; then words, numbers and punctuation.
+_TOKEN: Final = re.compile(
+    r"""(?P<skipped>//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:[^"\\\n]|\\.)*"?|'(?:[^'\\\n]|\\.)*'?|\s+)"""
     r"|(?P<word>[A-Za-z_][\w.]*|\d[\w.]*|.)",
     re.DOTALL,
 )
-_SCOPES: Final = frozenset({"message", "enum", "oneof", "extend", "service", "group"})
+# Keywords before the brace of a block.
+_BLOCKS: Final = frozenset({"message", "enum", "oneof", "extend", "service", "group"})
 
 
 def read_proto(path: str, text: str) -> SourceFile:
     """Read a .proto file; a broken file is read as far as possible."""
-    words = [match for match in _WORD.finditer(text) if match["word"]]
+    words = [match for match in _TOKEN.finditer(text) if match["word"]]
     mentions: list[Mention] = []
     package = ""
-    scopes: list[tuple[str, str]] = []  # open blocks: keyword, and full name of the enclosing message
+    blocks: list[_Block] = []  # the open blocks, outermost first
     statement_start = 0  # index of the statement's first word
     for index, match in enumerate(words):
         word = match["word"]
         if word not in "{};":
             continue
         statement, statement_start = words[statement_start:index], index + 1
-        heads = [match["word"] for match in statement]
+        texts = [match["word"] for match in statement]
         if word == "}":
-            if scopes:
-                scopes.pop()
+            if blocks:  # a broken file may have a brace too many
+                blocks.pop()
         elif word == "{":
-            kind = next((head for head in heads if head in _SCOPES), "")
+            keyword = next((text for text in texts if text in _BLOCKS), "")
             name = statement[-1] if statement else None
-            outer = scopes[-1][1] if scopes else package
-            full = outer
-            if kind == "message" and name is not None:
-                full = ".".join(filter(None, (outer, name["word"])))
-                mentions.append(_defined(NameKind.PROTO_MESSAGE, full, "", name))
-            scopes.append((kind, full))
-        elif heads[:1] == ["package"] and len(heads) > 1:
-            package = heads[1]
-        elif scopes and scopes[-1][0] in ("message", "oneof") and "=" in heads[1:]:
-            name = statement[heads.index("=") - 1]
-            if heads[0] not in ("option", "reserved", "extensions"):
-                mentions.append(_defined(NameKind.PROTO_FIELD, name["word"], scopes[-1][1], name))
+            message = blocks[-1].message if blocks else package
+            if keyword == "message" and name is not None:
+                message = ".".join(filter(None, (message, name["word"])))
+                mentions.append(_definition(NameKind.PROTO_MESSAGE, message, "", name))
+            blocks.append(_Block(keyword, message))
+        elif texts[:1] == ["package"] and len(texts) > 1:
+            package = texts[1]
+        # An enum also has statements NAME = NUMBER: its values are not fields.
+        elif blocks and blocks[-1].keyword in ("message", "oneof") and "=" in texts[1:]:
+            name = statement[texts.index("=") - 1]
+            if texts[0] not in ("option", "reserved", "extensions"):
+                mentions.append(_definition(NameKind.PROTO_FIELD, name["word"], blocks[-1].message, name))
     return file_of_one_piece(path, text, "proto", None, mentions)
 
 
-def _defined(kind: NameKind, text: str, owner: str, word: re.Match[str]) -> Mention:
+class _Block(NamedTuple):
+    """A block in braces.
+
+    :param keyword: one of `_BLOCKS`, or empty.
+    :param message: the full name of the innermost enclosing message, or the package outside of messages.
+    """
+
+    keyword: str
+    message: str
+
+
+def _definition(kind: NameKind, text: str, owner: str, word: re.Match[str]) -> Mention:
     return Mention(Name(kind, text, owner), Use.DEFINED, word.start(), word.end())

@@ -1,6 +1,7 @@
 """Parses the conditions of rules, and finds their dependencies on functions and global variables.
 
-`why` and the debugger match a condition in an isolated environment, which needs only these definitions.
+`why` and the debugger match a condition in an isolated environment, which needs only these definitions and
+the deftemplates.
 """
 
 from __future__ import annotations
@@ -15,20 +16,20 @@ from cxbridge.errors import ClipsError
 
 _GLOBAL = re.compile(r"\?\*(.+)\*\Z")
 # Prefixes of functions that query facts of any template.
-_QUERIES = ("do-for-", "delayed-do-for-", "find-fact", "find-all-facts", "any-factp", "get-fact-list")
+_QUERY_PREFIXES = ("do-for-", "delayed-do-for-", "find-fact", "find-all-facts", "any-factp", "get-fact-list")
 
 
 class Prefix:
     """The conditional elements at the start of a condition, with a variable for the fact of each pattern.
 
-    :ivar texts: the conditional elements.
-    :ivar facts: the fact variables of the patterns.
+    :ivar texts: the texts of the conditional elements.
+    :ivar facts: the names of the fact variables, in the order of the patterns.
     """
 
     def __init__(self, ces: Sequence[CE]) -> None:
         self.texts: list[str] = []
         self.facts: list[str] = []
-        self._origins: dict[str, int] = {}  # by variable: the number of the first CE that binds it
+        self._origins: dict[str, int] = {}  # the number of the first CE that binds a variable, by variable
         for number, ce in enumerate(ces, 1):
             if not isinstance(ce, PatternCE):
                 self.texts.append(ce.text)
@@ -53,9 +54,10 @@ class Prefix:
 class Condition:
     """The left-hand side of a rule.
 
-    :param salience: the salience expression, or an empty text.
-    :param functions: the functions that the condition calls.
-    :param globals: the global variables it reads, without ``?*`` and ``*``.
+    :param rule: the name of the rule, without its module.
+    :param salience: the salience expression; empty if the rule declares none.
+    :param functions: the first words of all lists in the condition, which include the called functions.
+    :param globals: the global variables that the condition reads, without ``?*`` and ``*``.
     """
 
     rule: str
@@ -68,7 +70,7 @@ class Condition:
 def parse_rule(text: str) -> Condition:
     """Parse a defrule.
 
-    :raises ClipsError: if the text is not a defrule.
+    :raises ClipsError: if the text is not a defrule, or its condition is nested too deep.
     """
     nodes = read(text)
     if len(nodes) != 1 or nodes[0].head != "defrule" or not nodes[0].arguments:
@@ -91,7 +93,7 @@ def parse_rule(text: str) -> Condition:
 class Dependencies:
     """The dependencies of a condition on definitions other than templates.
 
-    :param functions: texts of the called deffunctions, direct or indirect; callees first.
+    :param functions: the texts of the deffunctions that the condition calls, directly or not; callees first.
     :param globals: the global variables in the condition and in the functions.
     :param all_facts: whether a function may query facts of any template.
     """
@@ -104,7 +106,7 @@ class Dependencies:
 def dependencies(condition: Condition, text_of: Callable[[str], str | None]) -> Dependencies:
     """Return the dependencies of a condition.
 
-    :param text_of: returns the text of a deffunction, or None if it is undefined.
+    :param text_of: returns the text of a deffunction, or None if the name is not that of a deffunction.
     :raises ClipsError: if the calls are nested too deep.
     """
     texts: dict[str, str] = {}
@@ -117,23 +119,23 @@ def dependencies(condition: Condition, text_of: Callable[[str], str | None]) -> 
                 continue
             texts[name] = ""  # marks the function as visited: it may be recursive
             nodes = tuple(read(text))
-            inner = called(nodes)
-            function_names.update(inner)
+            callees = called(nodes)
+            function_names.update(callees)
             global_names.update(named_globals(nodes))
-            visit(inner)
-            del texts[name]  # insert again at the end: callees come first
+            visit(callees)
+            del texts[name]  # the text is inserted again at the end: callees come first
             texts[name] = text
 
     try:
         visit(condition.functions)
     except RecursionError:
         raise ClipsError(f"the functions of '{condition.rule}' call one another too deep") from None
-    queries = any(word.startswith(_QUERIES) for word in function_names)
-    return Dependencies(tuple(filter(None, texts.values())), frozenset(global_names), queries)
+    queries_facts = any(word.startswith(_QUERY_PREFIXES) for word in function_names)
+    return Dependencies(tuple(filter(None, texts.values())), frozenset(global_names), queries_facts)
 
 
 def called(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
-    """Return the first words of all lists; functions are among them."""
+    """Return the first words of all lists, which include the called functions."""
     return frozenset(node.head for top in nodes for node in top.walk() if node.head)
 
 

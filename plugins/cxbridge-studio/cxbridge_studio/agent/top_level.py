@@ -11,7 +11,8 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import HIDDEN, PARENTHESIS, blank, top_level
 
-# A line that begins a construct: CLIPS has no nested constructs.
+# A line that begins a construct. CLIPS has no nested constructs, so such a line also ends an unclosed
+# construct.
 _BEGIN: Final = re.compile(
     r"^[ \t]*(\((?:def(?:rule|template|facts|function|global|generic|method|class|module|instances|"
     r"message-handler))(?=[\s(]))",
@@ -22,8 +23,8 @@ _BEGIN: Final = re.compile(
 class TopLevelList(Struct, frozen=True):
     """A top-level list of a text.
 
-    :param start: offset of its first character.
-    :param text: the source text; an unclosed list ends before the next construct.
+    :param start: the offset of the list's first character.
+    :param text: the source text of the list; an unclosed list ends before the next construct.
     :param closed: whether the list is closed.
     """
 
@@ -53,13 +54,15 @@ def _is_balanced(text: str, code: str, lists: list[TopLevelList]) -> bool:
 
 
 def _split_at_constructs(text: str) -> Iterator[TopLevelList]:
+    """Yield the top-level lists of each part between the beginnings of two constructs."""
     begins = [match.start(1) for match in _BEGIN.finditer(text)]
     for begin, end in pairwise([0, *begins, len(text)]):
-        # Blanked piece by piece: a string without end hides nothing behind the next construct.
+        # Each part is blanked alone, so that an unclosed string hides no text after the next construct
+        # begins.
         code = blank(text[begin:end])
         for start, stop in top_level(code):
-            last = len(code.rstrip()) if stop is None else stop
-            yield TopLevelList(begin + start, text[begin + start : begin + last], stop is not None)
+            list_end = len(code.rstrip()) if stop is None else stop
+            yield TopLevelList(begin + start, text[begin + start : begin + list_end], stop is not None)
 
 
 def open_lists(text: str) -> list[int]:

@@ -21,14 +21,17 @@ from cxbridge_studio.agent.names import (
 
 _SPECS: Final = ("clips-executive", "specs")
 _STAGE: Final = re.compile(r"stage-\d+")
+# The parts of a skill string in an action mapping, such as goto{place=?(to)S}: the skill, the arguments, and
+# the action's parameters.
 _SKILL: Final = re.compile(r"\b([A-Za-z_][\w-]*)\s*[{(]")
 _ARGUMENT: Final = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
 _PLACEHOLDER: Final = re.compile(r"\?\(([A-Za-z0-9_-]+)")
+# The next key in a later line, where a skill string of several lines ends.
 _KEY: Final = re.compile(r"\n[ \t]*[\w-]+:(?=\s)")
 
 
 def read_yaml(path: str, text: str) -> SourceFile:
-    """Read a configuration. A file with invalid YAML has no names."""
+    """Read a configuration. A file with invalid YAML has no names, only a problem."""
     try:
         documents = parse_documents(text, path)
     except ConfigError as error:
@@ -50,7 +53,7 @@ class _Reader:
     def node(self, node: YamlNode, path: tuple[str, ...]) -> None:
         """Record the names in a node.
 
-        :param path: the keys above the node; for maps in a list, the index is part of the path.
+        :param path: the keys above the node; in a list, the index of a map is part of the path.
         """
         if isinstance(node, YamlMap):
             for key, value in node.pairs:
@@ -68,6 +71,7 @@ class _Reader:
             self._value(node, path)
 
     def _key(self, key: YamlScalar, value: YamlNode, path: tuple[str, ...]) -> None:
+        """Record a key that is a name: a spec, or an action with its skill string."""
         if path[:2] != _SPECS:
             return
         match path[2:]:
@@ -76,9 +80,10 @@ class _Reader:
             case (_spec, "action-mapping", action):
                 self._add(NameKind.ACTION, key.mark, key.text, Use.NAMED)
                 if isinstance(value, YamlScalar):
-                    self._template(value, action)
+                    self._skill_string(value, action)
 
     def _value(self, value: YamlScalar, path: tuple[str, ...]) -> None:
+        """Record a value that is a name: a spec, an interface, a file or a feature."""
         if path == ("clips-executive", "spec"):
             self._add(NameKind.SPEC, value.mark, value.text, Use.NAMED)
         if path[:2] != _SPECS:
@@ -91,8 +96,11 @@ class _Reader:
             case (_spec, "init", "stage-1", _entry, "name"):
                 self._add(NameKind.FEATURE, value.mark, value.text, Use.NAMED)
 
-    def _template(self, value: YamlScalar, action: str) -> None:
-        """Record the skill, arguments and parameters in the skill string of an action."""
+    def _skill_string(self, value: YamlScalar, action: str) -> None:
+        """Record the skill, the arguments and the parameters in the skill string of an action.
+
+        The text of the file is searched, not the value: YAML's escapes and folded lines change the offsets.
+        """
         start = self._offset(value.mark)
         key = _KEY.search(self._text, start)
         end = key.start() if key else len(self._text)
@@ -111,6 +119,7 @@ class _Reader:
         return self._lines.place(mark.line, mark.column)
 
     def _add(self, kind: NameKind, mark: Mark, text: str, use: Use) -> None:
+        """Record a name unless the file spells it in another way, such as with escapes."""
         start = self._offset(mark)
         start += self._text.startswith(('"', "'"), start)
         if kind is NameKind.FILE and "|" in text:  # BATCH|FILE: the file follows the bar
@@ -121,10 +130,13 @@ class _Reader:
 
 
 def parents(file: SourceFile, offset: int) -> Iterator[str]:
-    """Yield the keys above a line, innermost first, judged by indentation alone."""
+    """Yield the keys above the line of an offset, innermost first.
+
+    Only the indentation counts: while a user types, the file is often not valid YAML.
+    """
     rows = file.text[: file.text.find("\n", offset) if "\n" in file.text[offset:] else None].split("\n")
     indent = len(rows[-1]) - len(rows[-1].lstrip(" "))
-    if not rows[-1].strip():
+    if not rows[-1].strip():  # in an empty line, the cursor is the indentation
         indent = len(rows[-1])
     for row in reversed(rows[:-1]):
         match = re.match(r"( *)(?:- +)*([\w/-]+):", row)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 from cxbridge.clipstext.syntax import read
-from cxbridge_studio.agent.clips import ARGUMENTS, CONDITIONS, DEFINES, OF_FIELDS, SLOT_VALUES
+from cxbridge_studio.agent.clips import ARGUMENTS, CONDITIONS, DEFINES, FIELD_FUNCTIONS, SLOT_VALUES
 from cxbridge_studio.agent.names import Name, NameKind, SourceFile, Use
 from cxbridge_studio.agent.yaml import parents
 from cxbridge_studio.lsp.context import Context, context_at, message_type, template_of_fact
@@ -113,7 +113,7 @@ def _arguments(session: Session, file: SourceFile, context: Context) -> Iterator
             action = _ACTION_NAME.search(context.pattern)
             yield from _defined(session, file, NameKind.PARAMETER, action[1] if action else None)
         yield from _allowed(session, file, template, head)
-    elif head in OF_FIELDS and (message := _MESSAGE.search(context.text)):
+    elif head in FIELD_FUNCTIONS and (message := _MESSAGE.search(context.text)):
         owner = message_type(context.text, message[1])
         yield from _defined(session, file, NameKind.PROTO_FIELD, owner) if owner else ()
     elif head in ARGUMENTS:
