@@ -33,13 +33,14 @@ from cxbridge.history.transitions import (
 BUILTIN_CX = CORE_DIR / "cx"
 """cxbridge's CX core."""
 
+# the name of the skill in a skill string: `goto{...}` in Lua, `goto(...)` in other notations
 _SKILL = re.compile(r"\s*[\w-]+\s*[{(]")
 
-ACTIONS_OVER: Final = frozenset({"FINAL", "FAILED"})
-"""The final states of plan-actions."""
+FINAL_ACTION_STATES: Final = frozenset({"FINAL", "FAILED"})
+"""The states of plan-actions that have ended."""
 
 # rules may loop after (executive-finalize): those of the RCLL agent `rcll` close and open a peer forever
-MOST_FINAL_FIRINGS = 10_000
+MAX_FINAL_FIRINGS = 10_000
 """The maximum number of firings during finalization."""
 
 ENVIRONMENT = "executive"
@@ -73,6 +74,7 @@ class CoreFiles(Struct, frozen=True):
 
     :param cx: the folder of the CX core, with saliences.clp, init.clp ...
     :param clips_dirs: the agent's folders, searched after the core's.
+    :param before: folders that are searched before the core's.
     :param substitutions: values of ``@BASEDIR@`` and other placeholders.
     :param config_feature: the feature that provides the configuration to init.clp.
     :param redefine_feature: the feature that reports redefinitions.
@@ -240,19 +242,19 @@ class Executive:
         """Emit transitions of goals, plan-actions and Skillers from now on."""
         tracker = TransitionTracker(self.env.name)
 
-        def follow(template: str, slots: dict[str, str]) -> None:
+        def follow_fact(template: str, slots: dict[str, str]) -> None:
             event = tracker.fact(self.bus.clock.now_us(), template, slots)
             if event is not None:
                 self.bus.emit(event)
 
-        def retracted(template: str, slots: dict[str, str]) -> None:
+        def follow_retraction(template: str, slots: dict[str, str]) -> None:
             tracker.retracted(template, slots, is_final=not self.env.maker.replaces)
 
         # a retraction within a modify is no end: the tracker learns whether the fact has a successor
         for template, slots in {**TRACKED_TEMPLATES, **CALL_TEMPLATES}.items():
-            self.env.watcher.follow(template, follow, slots)
+            self.env.watcher.follow(template, follow_fact, slots)
         for template, slots in FORGETFUL_TEMPLATES.items():
-            self.env.watcher.follow_retractions(template, retracted, slots)
+            self.env.watcher.follow_retractions(template, follow_retraction, slots)
 
     @property
     def is_over(self) -> bool:
@@ -286,7 +288,7 @@ class Executive:
             return []
         pursued = {state.goal for state in self.goals.open.values() if state.is_maintaining}
         for _, _, slots in self.env.facts("plan-action"):
-            if slots["state"] not in ACTIONS_OVER and str(slots["goal-id"]) in pursued:
+            if slots["state"] not in FINAL_ACTION_STATES and str(slots["goal-id"]) in pursued:
                 return []
         return [root.goal for root in roots]
 
@@ -299,9 +301,9 @@ class Executive:
         """Run the finalization rules and destroy the environment."""
         self.env.assert_string("(executive-finalize)")
         self.env.refresh_agenda()
-        if self.env.run(MOST_FINAL_FIRINGS) >= MOST_FINAL_FIRINGS:
+        if self.env.run(MAX_FINAL_FIRINGS) >= MAX_FINAL_FIRINGS:
             self.log.warn(
-                f"{MOST_FINAL_FIRINGS} rules fired after (executive-finalize): they go round in circles, "
+                f"{MAX_FINAL_FIRINGS} rules fired after (executive-finalize): they go round in circles, "
                 "the environment is destroyed"
             )
         # the rules of the finalization may have changed the settings of the environment
@@ -333,7 +335,7 @@ class Executive:
                 return ""
             if isinstance(value, str | int | float):
                 params[str(name)] = _text(value)
-            else:
+            else:  # as in Fawkes, the action is mapped without this parameter
                 self.log.error(f"Param '{name}' for action '{action}' of invalid type")
         mapped = self._mapper.map(action, params)
         spec = self._config.get_str("/clips-executive/spec", default="")

@@ -10,14 +10,14 @@ from msgspec import Struct
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.history.forest import NO_PARENT
 
-KEPT = 1000
+MAX_ENDED = 1000
 """Limit of remembered root goals that have ended, for daemons that run for a long time."""
 
-MOST_LISTED: Final = 10_000
+MAX_LISTED: Final = 10_000
 """Limit of listed goals that have been removed, for long runs."""
 
-_FIRST = "FORMULATED"
-_OVER = "RETRACTED"
+_FIRST_MODE = "FORMULATED"
+_LAST_MODE = "RETRACTED"
 _SLOTS = ("id", "class", "parent", "mode", "outcome", "error", "type")
 _MAINTAIN = "MAINTAIN"
 _RUNNING = "S_RUNNING"
@@ -50,36 +50,37 @@ class GoalWatch:
     """Follows the goals of an environment. Without an environment it has no goals.
 
     :ivar open: goals with a present fact, by id.
-    :ivar ended: root goals in the order of their end; at most :data:`KEPT`.
+    :ivar ended: root goals in the order of their end; at most :data:`MAX_ENDED`.
     :ivar outcomes: the number of ended root goals by outcome.
     :ivar forgotten: the number of removed goals that are no longer listed.
     """
 
     def __init__(self, env: ClipsEnvironment | None) -> None:
         self.open: dict[str, GoalState] = {}
-        self.ended: deque[GoalState] = deque(maxlen=KEPT)
+        self.ended: deque[GoalState] = deque(maxlen=MAX_ENDED)
         self.outcomes: Counter[str] = Counter()
         self.forgotten = 0
+        # the last state of each goal; the number distinguishes goals that have had the same id
         self._last: dict[tuple[str, int], GoalState] = {}
-        self._lives: Counter[str] = Counter()
-        self._tidy_at = 2 * MOST_LISTED
-        self._facts: Counter[str] = Counter()  # goals without an id share the id nil
+        self._lives: Counter[str] = Counter()  # how many goals with an id have been removed
+        self._tidy_at = 2 * MAX_LISTED
+        self._facts: Counter[str] = Counter()  # facts by id: goals without an id share the id nil
         self._retracted_ids: set[str] = set()
         self._modified = ""  # id of a goal that a modify has retracted and will assert again
-        self._over: set[str] = set()
+        self._ended_ids: set[str] = set()  # present root goals that are recorded as ended
         self._env = env
         if env is not None:
-            env.watcher.follow("goal", self._asserted, _SLOTS)
-            env.watcher.follow_retractions("goal", self._retracted, ("id",))
+            env.watcher.follow("goal", self._record_assertion, _SLOTS)
+            env.watcher.follow_retractions("goal", self._record_retraction, ("id",))
 
-    def _asserted(self, _template: str, slots: dict[str, str]) -> None:
+    def _record_assertion(self, _template: str, slots: dict[str, str]) -> None:
         goal, mode = slots["id"], slots.get("mode", "")
         previous = self.open.get(goal)
         if self._modified not in ("", goal):
             self._retracted_ids.add(self._modified)  # the modify changed the goal's id
         self._modified = ""
-        if goal in self._retracted_ids and previous is not None and mode == _FIRST:
-            if previous.mode == _OVER:
+        if goal in self._retracted_ids and previous is not None and mode == _FIRST_MODE:
+            if previous.mode == _LAST_MODE:
                 self._record_removal(goal)  # an agent reuses the id of a removed goal
             else:
                 self._lives[goal] += 1
@@ -96,9 +97,9 @@ class GoalWatch:
         )
         if len(self._last) > self._tidy_at:
             self._forget()
-            self._tidy_at = len(self._last) + MOST_LISTED
+            self._tidy_at = len(self._last) + MAX_LISTED
 
-    def _retracted(self, _template: str, slots: dict[str, str]) -> None:
+    def _record_retraction(self, _template: str, slots: dict[str, str]) -> None:
         goal = slots["id"]
         self._facts[goal] -= 1
         if self._facts[goal] > 0:
@@ -116,17 +117,17 @@ class GoalWatch:
             self._record_removal(goal)
         self._retracted_ids.clear()
         for state in self.roots:
-            if state.mode == _OVER and state.goal not in self._over:
-                self._over.add(state.goal)
+            if state.mode == _LAST_MODE and state.goal not in self._ended_ids:
+                self._ended_ids.add(state.goal)
                 self._record_end(state)
 
     def _record_removal(self, goal: str) -> None:
         state = self.open.pop(goal, None)
         # a FORMULATED goal without an id that disappears has been given an id
-        has_id = state is not None and (goal != NO_PARENT or state.mode != _FIRST)
-        if state is not None and has_id and state.is_root and goal not in self._over:
+        has_id = state is not None and (goal != NO_PARENT or state.mode != _FIRST_MODE)
+        if state is not None and has_id and state.is_root and goal not in self._ended_ids:
             self._record_end(state)
-        self._over.discard(goal)
+        self._ended_ids.discard(goal)
         if has_id:
             self._lives[goal] += 1
 
@@ -138,17 +139,19 @@ class GoalWatch:
         """Return the last state of each goal in order of appearance."""
         self._forget()
         unnamed = self._last.get((NO_PARENT, self._lives[NO_PARENT]))
-        if unnamed is not None and unnamed.mode == _FIRST and NO_PARENT not in self.open:
+        if unnamed is not None and unnamed.mode == _FIRST_MODE and NO_PARENT not in self.open:
             del self._last[NO_PARENT, self._lives[NO_PARENT]]  # the goal has been given an id
         return tuple(self._last.values())
 
     def _forget(self) -> None:
-        removed = [key for key, state in self._last.items() if self.open.get(key[0]) is not state]
-        for key in removed[:-MOST_LISTED]:
-            del self._last[key]
+        removed = [
+            (goal, life) for (goal, life), state in self._last.items() if self.open.get(goal) is not state
+        ]
+        for goal, life in removed[:-MAX_LISTED]:
+            del self._last[goal, life]
             self.forgotten += 1
-            if key[0] not in self.open:
-                self._lives.pop(key[0], None)
+            if goal not in self.open:
+                self._lives.pop(goal, None)
 
     @property
     def roots(self) -> list[GoalState]:
@@ -158,7 +161,7 @@ class GoalWatch:
     @property
     def open_roots(self) -> list[GoalState]:
         """The root goals that have not ended, in order of appearance."""
-        return [root for root in self.roots if root.goal not in self._over]
+        return [root for root in self.roots if root.goal not in self._ended_ids]
 
     @property
     def maintaining(self) -> list[GoalState]:
@@ -175,7 +178,7 @@ class GoalWatch:
         queue = list(roots)
         while queue:
             state = queue.pop()
-            if state.mode == _OVER:
+            if state.mode == _LAST_MODE:
                 continue  # the removal of this goal removes its sub-goals
             if not state.is_maintaining:
                 return []
@@ -194,12 +197,12 @@ class SkillWatch:
         self._shown: dict[str, tuple[str, str]] = {}
         self._called: dict[str, str] = {}
         env.watcher.follow("SkillerInterface", self._record_fact, ("id", "msgid", "status"))
-        env.watcher.follow("skill", self._note_call, ("skiller", "msgid", "status"))
+        env.watcher.follow("skill", self._record_call, ("skiller", "msgid", "status"))
 
     def _record_fact(self, _template: str, slots: dict[str, str]) -> None:
         self._shown[slots.get("id", "").strip('"')] = slots.get("msgid", ""), slots.get("status", "")
 
-    def _note_call(self, _template: str, slots: dict[str, str]) -> None:
+    def _record_call(self, _template: str, slots: dict[str, str]) -> None:
         if slots.get("status") == _RUNNING:
             self._called[slots.get("skiller", "").strip('"')] = slots.get("msgid", "")
 

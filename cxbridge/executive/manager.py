@@ -25,19 +25,25 @@ _LIBRARY_FILES = ("utils.clp", "time.clp", "path.clp")
 
 
 class _Entry(Struct):
+    """An environment with its features.
+
+    :param loaded: the names of the features, sorted.
+    :param run_before: the features with work before each run.
+    :param functions: the functions by feature.
+    """
+
     environment: ClipsEnvironment
     loaded: list[str] = field(default_factory=list)
-    waiting: list[Feature] = field(default_factory=list)
-    """The features with work before each run."""
+    run_before: list[Feature] = field(default_factory=list)
     functions: dict[str, frozenset[str]] = field(default_factory=dict)
-    """The functions by feature."""
 
 
 class FeatureInfo(Struct, frozen=True):
-    """Describes a feature.
+    """A feature and its environments.
 
     :param origin: the Python class, or the description of a plug-in that is not loaded.
     :param offered: whether environments may request the feature.
+    :param environments: the environments that have loaded the feature.
     """
 
     name: str
@@ -51,6 +57,7 @@ class EnvironmentManager:
 
     :param library: the folder of utils.clp, time.clp and path.clp, by default cxbridge's. Fawkes' files need
         Fawkes' own (``src/plugins/clips/clips``).
+    :param environment: the class of the environments.
     """
 
     def __init__(
@@ -99,7 +106,7 @@ class EnvironmentManager:
     def find(self, name: str) -> ClipsEnvironment:
         """Return an environment.
 
-        :raises ClipsError: if there is none of this name.
+        :raises ClipsError: if no environment has this name.
         """
         return self._entry(name).environment
 
@@ -181,7 +188,7 @@ class EnvironmentManager:
         env.build(_deffacts("ff-features-available", "ff-feature", self.features))
 
     def _find(self, name: str) -> Feature | None:
-        """Return a feature; None if it is unknown or withdrawn."""
+        """Return a feature, imported if necessary; None if the feature is unknown or withdrawn."""
         if name in self._withdrawn:
             return None
         if name not in self._features and name in self._lazy:
@@ -191,6 +198,7 @@ class EnvironmentManager:
     def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
         """Create an environment and load the library.
 
+        :param log_component: the component of the environment's log lines, by default ``CLIPS (NAME)``.
         :raises ClipsError: if the name exists or the library does not load.
         """
         if name in self._entries:
@@ -237,7 +245,7 @@ class EnvironmentManager:
         entry.functions[feature_name] = env.udfs.names - existing - owned
         # most features have no work before a run: calls of their empty methods would cost time in each loop
         if type(feature).before_run is not Feature.before_run:
-            entry.waiting.append(feature)
+            entry.run_before.append(feature)
         entry.loaded.append(feature_name)
         entry.loaded.sort()
         env.assert_string(f"(ff-feature-loaded {feature_name})")
@@ -262,8 +270,8 @@ class EnvironmentManager:
             self.log.info(f"Removing feature {feature_name} from environment {name}")
             feature.context_destroyed(env)
             entry.loaded.remove(feature_name)
-            if feature in entry.waiting:
-                entry.waiting.remove(feature)
+            if feature in entry.run_before:
+                entry.run_before.remove(feature)
             reason = f"the CLIPS feature '{feature_name}' was removed from the environment '{name}'"
             env.udfs.revoke(entry.functions.pop(feature_name), reason)
             _retract(env, "ff-feature-loaded", feature_name)
@@ -280,7 +288,7 @@ class EnvironmentManager:
     def before_run(self, name: str) -> None:
         """Let features assert new input. The environment must be locked."""
         entry = self._entries[name]
-        for feature in entry.waiting:
+        for feature in entry.run_before:
             feature.before_run(entry.environment)
 
     def run_extra(self) -> None:
@@ -311,11 +319,13 @@ class EnvironmentManager:
 
 
 def _retract(env: ClipsEnvironment, relation: str, value: str) -> None:
+    """Retract the fact ``(RELATION VALUE)``."""
     for index, _, slots in list(env.facts(relation)):
         if slots["implied"] == (value,):
             env.retract(index)
 
 
 def _deffacts(name: str, relation: str, values: Iterable[str]) -> str:
+    """Return a deffacts with the fact ``(RELATION VALUE)`` of each value."""
     facts = " ".join(f"({relation} {value})" for value in values)
     return f"(deffacts {name} {facts})"

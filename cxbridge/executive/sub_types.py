@@ -55,7 +55,7 @@ def files_of_core(*folders: Path) -> Mapping[str, str]:
 
 
 def advice(sub_type: str, known: Iterable[str], files: Mapping[str, str]) -> str:
-    """Return how to mend an unhandled sub-type; empty without a similar known one.
+    """Return the remedy for an unhandled sub-type; empty without a similar sub-type.
 
     :param known: the handled sub-types.
     :param files: the result of :func:`files_of_core`.

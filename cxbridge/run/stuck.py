@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, condition_of
 from cxbridge.clipstext.syntax import definitions, read
 from cxbridge.executive import sub_types
-from cxbridge.executive.executive import ACTIONS_OVER
+from cxbridge.executive.executive import FINAL_ACTION_STATES
 from cxbridge.executive.host.constructs import allowed_values, rule_texts
 from cxbridge.run.mistakes import places_of
 
@@ -264,7 +264,7 @@ def _actions(agent: Run, places: Places) -> Iterator[str]:
     """Yield the unfinished plan-actions of open goals."""
     open_goals = agent.executive.goals.open
     for _, _, slots in agent.executive.env.facts("plan-action"):
-        if str(slots["goal-id"]) in open_goals and slots["state"] not in ACTIONS_OVER:
+        if str(slots["goal-id"]) in open_goals and slots["state"] not in FINAL_ACTION_STATES:
             values = slots["param-values"]
             words = " ".join(map(str, values)) if isinstance(values, tuple) else ""
             place = _in_parentheses(places.of_action(str(slots["action-name"])))

@@ -149,7 +149,7 @@ def test_a_mapping_that_is_a_list_is_an_error_with_its_place():
 
 
 def test_rules_that_go_round_in_circles_at_the_end_are_ended(bus, log, tmp_path, monkeypatch):
-    monkeypatch.setattr("cxbridge.executive.executive.MOST_FINAL_FIRINGS", 50)
+    monkeypatch.setattr("cxbridge.executive.executive.MAX_FINAL_FIRINGS", 50)
     circle = "(defrule circle (executive-finalize) ?f <- (n ?i) => (retract ?f) (assert (n (+ ?i 1))))"
     executive = make(bus, tmp_path, f"(deffacts start (n 0)) {circle}")
     executive.init()

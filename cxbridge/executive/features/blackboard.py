@@ -30,6 +30,7 @@ _INTERFACE = Symbol("blackboard-interface")
 # Errors of a type's definition, which are mistakes of the agent.
 _DEFINITION_ERRORS = (InterfaceError, UnknownTypeError)
 
+# Fawkes opens a type under this id to preload it
 _PRELOAD_ID = "__clips_blackboard_preload__"
 
 
@@ -135,6 +136,7 @@ class BlackBoardFeature(Feature):
 
     @staticmethod
     def _enable_time_read(env: ClipsEnvironment) -> None:
+        """Read the interfaces at each ``time`` fact, before the rules of the agent."""
         env.build("(defrule blackboard-read (declare (salience 1000)) (time $?) => (blackboard-read))")
 
     def _define_type(self, context: _BlackBoardContext, interface: Interface) -> bool:
@@ -207,8 +209,8 @@ class BlackBoardFeature(Feature):
             "writing": TRUE if writing else FALSE,
         }
         # ros2_cx's template lacks these slots
-        marks = {"hash": interface.hash.hex().upper(), "serial": str(interface.serial)}
-        slots |= {name: value for name, value in marks.items() if context.has_slot(name)}
+        identification = {"hash": interface.hash.hex().upper(), "serial": str(interface.serial)}
+        slots |= {name: value for name, value in identification.items() if context.has_slot(name)}
         context.env.assert_fact(str(_INTERFACE), slots)
 
     @staticmethod

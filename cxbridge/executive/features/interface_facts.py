@@ -95,7 +95,7 @@ def _finite(value: float) -> float:
 
 
 def store(block: Block, name: str, value: Value) -> None:
-    """Set a field from a CLIPS value. A multifield sets the first elements of an array.
+    """Set a field from a CLIPS value. A multifield sets as many elements of an array as it has.
 
     :raises InterfaceError: if the field is unknown or the value does not fit.
     """
@@ -107,7 +107,7 @@ def store(block: Block, name: str, value: Value) -> None:
         return
     if not field.is_array:
         raise InterfaceError(f"field {name} of {block.type} takes one value, not a multifield")
-    for index, item in enumerate(value[: field.runtime_length]):
+    for index, item in enumerate(value[: field.runtime_length]):  # surplus elements are dropped
         block.set(name, _from_clips(block, field, item), index)
 
 

@@ -12,7 +12,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
 
-_LOG = "ClipsMotorSwitchThread"
+_LOG = "ClipsMotorSwitchThread"  # the name of Fawkes' thread, so that logs compare
 
 
 class MotorSwitchFeature(Feature):

@@ -21,7 +21,7 @@ _LOG = "ClipsNavGraphThread"
 class NavGraphFeature(Feature):
     """Provides ``navgraph-block-edge``, ``navgraph-unblock-edge`` and the facts of the graph.
 
-    :param graph: returns the shared graph; raises a CxbridgeError without one.
+    :param graph: returns the shared graph, or raises a CxbridgeError if there is no graph.
     """
 
     name = "navgraph"
@@ -34,8 +34,15 @@ class NavGraphFeature(Feature):
         env.load(_FILE)
         self._assert_graph(env)
         define = env.define
-        define("navgraph-block-edge", lambda *ends: self._set(env, *ends, block=True), 2, types="*;sy;sy")
-        define("navgraph-unblock-edge", lambda *ends: self._set(env, *ends, block=False), 2, types="*;sy;sy")
+        define(
+            "navgraph-block-edge", lambda *ends: self._set_blocked(env, *ends, block=True), 2, types="*;sy;sy"
+        )
+        define(
+            "navgraph-unblock-edge",
+            lambda *ends: self._set_blocked(env, *ends, block=False),
+            2,
+            types="*;sy;sy",
+        )
 
     def before_run(self, env: ClipsEnvironment) -> None:
         """Assert the graph again after a change."""
@@ -58,10 +65,14 @@ class NavGraphFeature(Feature):
         self._asserted[env.name] = graph.revision
         env.assert_fact("navgraph", {"name": graph.name})
         for node in graph.nodes:
-            properties = _flat({**graph.default_properties, **node.properties})
+            properties = _alternating({**graph.default_properties, **node.properties})
             env.assert_fact(
                 "navgraph-node",
-                {"name": node.name, "pos": (_six(node.x), _six(node.y)), "properties": properties},
+                {
+                    "name": node.name,
+                    "pos": (_six_decimals(node.x), _six_decimals(node.y)),
+                    "properties": properties,
+                },
             )
         for edge in graph.edges:
             env.assert_fact(
@@ -70,11 +81,11 @@ class NavGraphFeature(Feature):
                     "from": edge.start,
                     "to": edge.end,
                     "directed": TRUE if edge.directed else FALSE,
-                    "properties": _flat(edge.properties),
+                    "properties": _alternating(edge.properties),
                 },
             )
 
-    def _set(self, env: ClipsEnvironment, start: str, end: str, *, block: bool) -> None:
+    def _set_blocked(self, env: ClipsEnvironment, start: str, end: str, *, block: bool) -> None:
         """Block or unblock an edge in both directions, as Fawkes' constraint does."""
         try:
             graph = self._graph()
@@ -95,11 +106,11 @@ class NavGraphFeature(Feature):
                 graph.block(origin, destination)
 
 
-def _flat(properties: Mapping[str, str]) -> tuple[Value, ...]:
-    """Return alternating names and values, sorted by name."""
+def _alternating(properties: Mapping[str, str]) -> tuple[Value, ...]:
+    """Return the names and values of properties in turn, sorted by name."""
     return tuple(text for name in sorted(properties) for text in (name, properties[name]))
 
 
-def _six(number: float) -> float:
+def _six_decimals(number: float) -> float:
     """Return a coordinate with the six decimals of Fawkes' facts."""
     return float(f"{number:f}")

@@ -37,7 +37,7 @@ def reads_as_fawkes(config: Configuration) -> bool:
 class PddlParserFeature(Feature):
     """Provides ``parse-pddl-domain`` and ``parse-pddl-formula``.
 
-    :param as_fawkes: see :func:`reads_as_fawkes`.
+    :param as_fawkes: whether to imitate Fawkes' parser, see :func:`reads_as_fawkes`.
     """
 
     name = "pddl-parser"
@@ -68,9 +68,9 @@ class PddlParserFeature(Feature):
         def warn(problem: PddlError) -> None:
             log.warn(str(problem))
 
-        def domain(path: str) -> None:
+        def read_domain(path: str) -> None:
             try:
-                # the bytes, so that a recording has the file even if it cannot be decoded
+                # as bytes, so that recordings contain a file that cannot be decoded, too
                 data = Path(path).read_bytes()
                 env.bus.emit_source("pddl", env.name, path, data, kind="domain")
                 text = decode_text(data, path)
@@ -91,7 +91,7 @@ class PddlParserFeature(Feature):
                 numbers.follow(parsed)
                 _assert_rows(env, rows)
 
-        def formula(text: str, identifier: str) -> None:
+        def read_formula(text: str, identifier: str) -> None:
             try:
                 parsed = parse_formula(text, fawkes_compat=self._as_fawkes)
                 rows = formula_facts(parsed, identifier)
@@ -101,8 +101,8 @@ class PddlParserFeature(Feature):
                 _assert_rows(env, rows)
 
         numbers = PddlNumbers(env, lambda: self.domain_of(env), log.error)
-        env.define("parse-pddl-domain", domain, 1, types="*;sy")
-        env.define("parse-pddl-formula", formula, 2, types="*;sy;sy")
+        env.define("parse-pddl-domain", read_domain, 1, types="*;sy")
+        env.define("parse-pddl-formula", read_formula, 2, types="*;sy;sy")
 
 
 def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactToAssert]) -> None:

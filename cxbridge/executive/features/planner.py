@@ -46,7 +46,7 @@ class _PlannerUser(PlanningUser):
         self._log = env.bus.logger(f"Planner|{env.name}")
         self._calls: dict[str, PlanCall] = {}
         self._checks = PlanChecks(env, self._log.warn)
-        self._parts: dict[str, Collection[str] | None] = {}
+        self._objects: dict[str, Collection[str] | None] = {}
         self._reporters: dict[str, PlannerCallReporter] = {}
         self._began_us: dict[str, int] = {}
         self._call_count = 0
@@ -57,7 +57,7 @@ class _PlannerUser(PlanningUser):
         return self._plan(goal_id, formula, planner, timeout)
 
     def plan_part(self, goal_id: str, formula: str, objects: tuple[Value, ...]) -> Value:
-        """Plan with some objects, and the facts about them."""
+        """Plan with some of the objects, and with the facts about these objects only."""
         return self._plan(goal_id, formula, objects=frozenset(map(str, objects)))
 
     def _plan(
@@ -68,7 +68,7 @@ class _PlannerUser(PlanningUser):
         timeout: float = 0.0,
         objects: Collection[str] | None = None,
     ) -> Value:
-        """Start planning; return the id of the call. An impossible request has FAILED at once."""
+        """Start planning; return the id of the call. The call of an impossible request FAILED immediately."""
         try:
             request, reporter = self.request(goal_id, formula, planner, timeout, objects)
         except PddlError as error:
@@ -80,7 +80,7 @@ class _PlannerUser(PlanningUser):
             return refused_id
         self._call_count += 1
         call_id = Symbol(f"plan-{self._call_count}")
-        self._parts[call_id] = objects
+        self._objects[call_id] = objects
         self._reporters[call_id] = reporter.started(call_id, request.problem)
         self._calls[call_id] = self.service.call(request)
         self._began_us[call_id] = self.env.bus.clock.now_us()
@@ -135,7 +135,7 @@ class _PlannerUser(PlanningUser):
 
     def _assert_result(self, call_id: str, request: PlanRequest, result: PlanResult) -> None:
         self._reporters.pop(call_id).ended(result)
-        objects = self._parts.pop(call_id)
+        objects = self._objects.pop(call_id)
         status, message = result.status.value, result.message
         if status == "PLANNED" and self.settings.check_plans:
             failure = self._checks.failure_now(request, result.actions, objects)
@@ -143,11 +143,11 @@ class _PlannerUser(PlanningUser):
                 status, message = "INVALID", f"the plan does not hold: {failure}"
         planned = status == "PLANNED"
         if planned:
-            self._assert(Symbol(call_id), request, result.actions, objects)
+            self._assert_actions(Symbol(call_id), request, result.actions, objects)
         text = f"{len(result.actions)} actions" if planned else message
         why = f" ({result.why})" if result.why else ""
         self._log.info(f"{call_id}: {status} by {result.planner}: {text}{why}")
-        # by the run's clock: real time in a fact would make each run another one
+        # by the run's clock: with real time in a fact, two runs would never be equal
         seconds = (self.env.bus.clock.now_us() - self._began_us.pop(call_id)) / MICROSECONDS
         self.env.call(
             "planner-call-ended",
@@ -167,14 +167,14 @@ class _PlannerUser(PlanningUser):
             if (result := call.wait()) is not None:
                 self._reporters.pop(call_id).ended(result)
 
-    def _assert(
+    def _assert_actions(
         self,
         call_id: Symbol,
         request: PlanRequest,
         actions: tuple[PlannedAction, ...],
         objects: Collection[str] | None,
     ) -> None:
-        # a rule may have retracted the call since
+        # rules may have retracted the fact of the call, and with it the id of the goal
         goals = [slots["goal-id"] for _, _, slots in self.env.facts("planner-call") if slots["id"] == call_id]
         goal_id = Symbol(str(goals[0])) if goals else NIL
         timed = any(action.start is not None for action in actions)

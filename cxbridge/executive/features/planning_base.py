@@ -33,7 +33,7 @@ Numbers = list[tuple[tuple[str, tuple[str, ...]], float]]
 class PlanningUser:
     """The planning of one environment.
 
-    :param domain_of: returns the environment's domain.
+    :param domain_of: returns the last domain parsed in the environment.
     """
 
     def __init__(
@@ -57,14 +57,14 @@ class PlanningUser:
     def known(self, domain: Domain) -> Known:
         """Return the objects and facts of a problem's initial state."""
 
-    def numbers(self, domain: Domain) -> Numbers:  # noqa: ARG002 - most know none
+    def numbers(self, domain: Domain) -> Numbers:  # noqa: ARG002  for subclasses with functions
         """Return the function values of a problem's initial state."""
         return []
 
     def part(self, domain: Domain, objects: Collection[str] | None) -> tuple[Known, Numbers]:
         """Return an initial state restricted to some objects and all constants.
 
-        :param objects: None: all objects.
+        :param objects: the objects to keep; None keeps all objects.
         """
         (typed_objects, facts), numbers = self.known(domain), self.numbers(domain)
         if objects is None:
@@ -94,9 +94,9 @@ class PlanningUser:
     ) -> tuple[PlanRequest, PlannerCallReporter]:
         """Return a planning request, and the reporter of the call.
 
-        :param planner: the planner's name; empty: as in the settings.
-        :param timeout: seconds; 0: as in the settings.
-        :param objects: the objects of the problem; None: all.
+        :param planner: the name of the planner, by default that of the settings.
+        :param timeout: the timeout in seconds; 0 selects that of the settings.
+        :param objects: the objects of the problem, by default all objects.
         :raises PddlError: without a domain, or if the formula does not fit it. The bus gets the reason.
         """
         from cxbridge.executive.pddl import parse_formula, problem_of_facts  # noqa: PLC0415
@@ -114,6 +114,7 @@ class PlanningUser:
         except PddlError as error:
             reporter.refused(str(error))
             raise
+        # the options of the settings are those of the planner in the settings
         options = settings.options if name == settings.planner else {}
         return PlanRequest(domain, problem, name, dict(options), float(timeout) or settings.timeout), reporter
 
@@ -148,7 +149,7 @@ class PlanningFeature(Feature, Generic[UserT]):
     """A feature with a planning service per environment.
 
     :param domain_of: returns the last domain parsed in an environment.
-    :param make_service: makes the service of an environment; None: planners.
+    :param make_service: makes the service of an environment, by default one that runs planners.
     """
 
     def __init__(
@@ -156,11 +157,11 @@ class PlanningFeature(Feature, Generic[UserT]):
     ) -> None:
         self._settings = settings
         self._domain_of = domain_of
-        self._make_service = make_service or self._planners
+        self._make_service = make_service or self._make_planners
         self._users: dict[str, UserT] = {}
 
-    def _planners(self, _environment: str) -> PlanningService:
-        from cxbridge.executive.planning import PlanningService  # noqa: PLC0415 - only agents that plan pay
+    def _make_planners(self, _environment: str) -> PlanningService:
+        from cxbridge.executive.planning import PlanningService  # noqa: PLC0415  slow: most agents do not plan
 
         return PlanningService(self._settings.at_once, self._settings.memory)
 

@@ -71,7 +71,7 @@ class CollectionFunctions:
 
     def _update(self, collection: str, fields: Document, query: Value, *, upsert: bool) -> None:
         criteria = self._query(query)
-        if not fields:
+        if not fields:  # MongoDB refuses a $set without fields before version 5
             return
         try:
             self._store.update(collection, criteria, {"$set": fields}, upsert=upsert)
@@ -150,6 +150,7 @@ class CollectionFunctions:
         return FALSE
 
     def _report_registration(self, name: str, trigger: Trigger | None) -> None:
+        # Fawkes' relation for all triggers, despite its name
         relation = "mutex-trigger-register-feedback"
         if trigger is None:
             self._context.enqueue_fact(relation, FAIL, name)

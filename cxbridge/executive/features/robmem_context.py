@@ -1,4 +1,4 @@
-"""The feature robot_memory in one environment, with its queue of events."""
+"""The feature ``robot_memory`` in one environment, with its queue of events."""
 
 from __future__ import annotations
 
@@ -15,6 +15,9 @@ from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.robmem.errors import RobotMemoryError
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.executive.robmem.store import Change, Store
+
+FAIL, OK, SUCCESS = Symbol("FAIL"), Symbol("OK"), Symbol("SUCCESS")
+"""The outcomes in facts about replies of the database."""
 
 _THREADS = 4  # operations that may wait for a remote store at once
 
@@ -65,10 +68,10 @@ class RobotMemoryContext:
             return True
         if self._threads is None:
             self._threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="robot-memory")
-        self._tasks[key] = self._threads.submit(self._guarded, key, operation)
+        self._tasks[key] = self._threads.submit(self._run_logged, key, operation)
         return True
 
-    def _guarded(self, key: str, operation: Callable[[], None]) -> None:
+    def _run_logged(self, key: str, operation: Callable[[], None]) -> None:
         try:
             operation()
         except Exception as error:  # noqa: BLE001  the result of the thread is not read
@@ -108,6 +111,3 @@ class RobotMemoryContext:
             self.env.assert_fact("robmem-trigger", slots)
         except ClipsError as error:
             self.log.warn(f"Asserting robmem-trigger fact failed: {error}")
-
-
-FAIL, OK, SUCCESS = Symbol("FAIL"), Symbol("OK"), Symbol("SUCCESS")

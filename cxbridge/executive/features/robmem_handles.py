@@ -19,9 +19,9 @@ from cxbridge.executive.robmem.values import Document
 T = TypeVar("T")
 
 # far from the numbers of messages, which are external addresses, too
-_FIRST = 1 << 32
+_FIRST_NUMBER = 1 << 32
 
-_SUSPICIOUS = 100_000  # handles above which rules probably forget to release them
+_MANY_HANDLES = 100_000  # handles above which rules probably forget to release them
 
 
 class Cursor:
@@ -45,7 +45,7 @@ class Trigger:
 
 
 class Handles:
-    """The objects behind the handles of one environment.
+    """The handles of one environment with their objects.
 
     :param log: gets a warning at a suspiciously large number of objects.
     """
@@ -53,9 +53,9 @@ class Handles:
     def __init__(self, log: Logger) -> None:
         self._objects: dict[int, object] = {}
         # counted per environment: facts show them, and runs must be reproducible
-        self._numbers = itertools.count(_FIRST)
+        self._numbers = itertools.count(_FIRST_NUMBER)
         self._log = log
-        self._warn_at = _SUSPICIOUS
+        self._warn_at = _MANY_HANDLES
 
     def __len__(self) -> int:
         return len(self._objects)
@@ -73,7 +73,7 @@ class Handles:
         return ExternalAddress(number)
 
     def get(self, address: Value, kind: type[T], function: str) -> T:
-        """Return the object behind a handle.
+        """Return the object of a handle.
 
         :raises ClipsError: if the handle is unknown or the object is of another kind.
         """
@@ -83,12 +83,12 @@ class Handles:
         name = _name(kind)
         if value is not None:
             raise ClipsError(f"{function}: this is a {_name(type(value))}, not a {name}")
-        if _number(address) >= _FIRST:
+        if _number(address) >= _FIRST_NUMBER:
             raise ClipsError(f"{function}: this {name} was destroyed before")
         raise ClipsError(f"{function}: this is not a {name}: {show(address)}")
 
     def take(self, address: Value, kind: type[T], function: str) -> T:
-        """Return the object behind a handle, and release the handle.
+        """Return the object of a handle, and release the handle.
 
         :raises ClipsError: as in :meth:`get`.
         """

@@ -96,7 +96,7 @@ class Skills(Protocol):
         """
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[SkillAction], None]) -> SkillAction:
-        """Request a skill string with one call.
+        """Request a skill by its skill string.
 
         :raises SkillError: if the skill string is invalid or the request is impossible.
         """
@@ -107,7 +107,14 @@ class Skills(Protocol):
 
 @dataclass
 class _SkillBoardContext:
-    """The feature's state in one environment."""
+    """The feature's state in one environment.
+
+    :ivar changed: the changed actions since the last update of the facts, by number.
+    :ivar open: the numbers of the actions without a final state.
+    :ivar facts: the facts of the open actions.
+    :ivar version: the board's version at the last update; -1 without a board.
+    :ivar executors: the executors with their facts, by id.
+    """
 
     env: ClipsEnvironment
     log: Logger
@@ -117,7 +124,7 @@ class _SkillBoardContext:
     version: int = -1
     executors: dict[str, tuple[Executor, HeldFact]] = field(default_factory=dict)
 
-    def note(self, action: SkillAction) -> None:
+    def queue_change(self, action: SkillAction) -> None:
         """Queue a changed action."""
         self.changed[action.number] = action
 
@@ -133,6 +140,7 @@ _TEMPLATES = (
          (slot id (type STRING)) (slot agent (type STRING)) (multislot skills (type SYMBOL))
          (slot state (type SYMBOL) (allowed-values IDLE RESERVED BUSY)))""",
 )
+# before the rules of the agent, which should find the present state
 _READ_RULE = "(defrule skill-board-read (declare (salience 1000)) (time $?) => (skill-board-read))"
 
 
@@ -176,15 +184,20 @@ class SkillBoardFeature(Feature):
             context.log.error(f"{skill} has {len(names)} names of parameters, but {len(values)} values")
             return 0
         parameters = {str(name): _plain_value(value) for name, value in zip(names, values, strict=True)}
-        return self._ask(context, lambda skills: skills.ask(str(skill), parameters, str(agent), context.note))
+        return self._ask(
+            context, lambda skills: skills.ask(str(skill), parameters, str(agent), context.queue_change)
+        )
 
     def _call(self, context: _SkillBoardContext, skill_string: str, agent: str) -> int:
-        return self._ask(context, lambda skills: skills.ask_for(str(skill_string), str(agent), context.note))
+        return self._ask(
+            context, lambda skills: skills.ask_for(str(skill_string), str(agent), context.queue_change)
+        )
 
     def _ask(self, context: _SkillBoardContext, ask: Callable[[Skills], SkillAction]) -> int:
         skills = self._skills()
         if skills is None:
             context.log.error("there is no skill board now")
+            # rules get 0 for a refused request, because numbers of actions start at 1
             return 0
         try:
             action = ask(skills)
@@ -192,7 +205,7 @@ class SkillBoardFeature(Feature):
             context.log.error(str(error))
             return 0
         context.open.add(action.number)
-        context.note(action)
+        context.queue_change(action)
         return action.number
 
     def _cancel(self, number: int) -> Value:
@@ -201,6 +214,7 @@ class SkillBoardFeature(Feature):
 
     def _read(self, context: _SkillBoardContext) -> None:
         """Update the facts."""
+        # the board may report further changes during the update: they wait for the next loop
         changed, context.changed = context.changed, {}
         for number, action in changed.items():
             self._assert_action(context, number, action)
@@ -262,7 +276,7 @@ class SkillBoardFeature(Feature):
 
 
 def _plain_value(value: Value) -> Any:
-    """Return a value of CLIPS as JSON has it: TRUE and FALSE as booleans, symbols as texts."""
+    """Return the JSON value of a CLIPS value: TRUE and FALSE become booleans, symbols texts."""
     if isinstance(value, tuple):
         return [_plain_value(item) for item in value]
     if isinstance(value, Symbol) and value in (TRUE, FALSE):

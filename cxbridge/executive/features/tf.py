@@ -18,9 +18,8 @@ if TYPE_CHECKING:
 
 _LOG = "ClipsTFThread"
 # Results of failure and success: multifields, as in Fawkes, rather than symbols.
-_NO: tuple[Value, ...] = (FALSE,)
-
-_YES: tuple[Value, ...] = (TRUE,)
+_FAILED: tuple[Value, ...] = (FALSE,)
+_SUCCEEDED: tuple[Value, ...] = (TRUE,)
 
 
 class TfFeature(Feature):
@@ -47,7 +46,7 @@ class TfFeature(Feature):
         self._define(env, _TransformFunctions(self._listener))
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Close the interfaces after the last environment."""
+        """Close the interfaces if this is the last environment with the feature."""
         self._users.discard(env.name)
         if self._users:
             return
@@ -61,14 +60,14 @@ class TfFeature(Feature):
     def _define(self, env: ClipsEnvironment, functions: _TransformFunctions) -> None:
         log = env.bus.logger(_LOG)
         for name, function, types, failure in (
-            ("quat-from-yaw", functions.quat_from_yaw, "*;ld", _NO),
+            ("quat-from-yaw", functions.quat_from_yaw, "*;ld", _FAILED),
             ("yaw-from-quat", functions.yaw_from_quat, "*;m", 0.0),
             ("frame-exists", functions.frame_exists, "*;sy", FALSE),
             ("can-transform", functions.can_transform, "*;sy;sy;m", FALSE),
-            ("transform-point", functions.point, "*;sy;sy;m;m", _NO),
-            ("transform-vector", functions.vector, "*;sy;sy;m;m", _NO),
-            ("transform-quaternion", functions.quaternion, "*;sy;sy;m;m", _NO),
-            ("transform-pose", functions.pose, "*;sy;sy;m;m;m", _NO),
+            ("transform-point", functions.point, "*;sy;sy;m;m", _FAILED),
+            ("transform-vector", functions.vector, "*;sy;sy;m;m", _FAILED),
+            ("transform-quaternion", functions.quaternion, "*;sy;sy;m;m", _FAILED),
+            ("transform-pose", functions.pose, "*;sy;sy;m;m;m", _FAILED),
         ):
             define_logged(env, f"tf-{name}", function, types, failure, lambda error: log.warn(error.message))
         env.define("tf-add-publisher", lambda frame: self._add_publisher(env, frame), 1, types="*;sy")
@@ -83,13 +82,13 @@ class TfFeature(Feature):
         from cxbridge.space.tf import TransformPublisher  # noqa: PLC0415
 
         if frame in self._publishers:  # a frame has one writer on the blackboard
-            return _NO
+            return _FAILED
         try:
             self._publishers[frame] = TransformPublisher(self._board, frame, owner=_LOG)
         except CxbridgeError as error:
             env.bus.logger(_LOG).warn(f"Cannot publish frame {frame}: {error}")
-            return _NO
-        return _YES
+            return _FAILED
+        return _SUCCEEDED
 
     def _publish(
         self, env: ClipsEnvironment, parent: str, frame: str, yaw: float, x: float, y: float, *, static: bool
@@ -99,10 +98,10 @@ class TfFeature(Feature):
 
         publisher = self._publishers.get(frame)
         if publisher is None:
-            return _NO
+            return _FAILED
         transform = Transform((float(x), float(y), 0.0), quaternion_from_yaw(float(yaw)))
         publisher.send(StampedTransform(transform, env.bus.clock.now_us(), parent, frame), static=static)
-        return _YES
+        return _SUCCEEDED
 
 
 class _TransformFunctions:
@@ -128,30 +127,30 @@ class _TransformFunctions:
 
     def point(self, target: str, source: str, time: Value, point: Value) -> Value:
         time_us, numbers = _microseconds(time), _numbers("point", point, 3)
-        with _naming("point", target, source):
+        with _frames_in_errors("point", target, source):
             return self._buffer.transform_point(target, numbers, source, time_us)[0]
 
     def vector(self, target: str, source: str, time: Value, vector: Value) -> Value:
         time_us, numbers = _microseconds(time), _numbers("vector", vector, 3)
-        with _naming("vector", target, source):
+        with _frames_in_errors("vector", target, source):
             return self._buffer.transform_vector(target, numbers, source, time_us)[0]
 
     def quaternion(self, target: str, source: str, time: Value, quat: Value) -> Value:
         time_us, numbers = _microseconds(time), _numbers("quaternion", quat, 4)
-        with _naming("quaternion", target, source):
+        with _frames_in_errors("quaternion", target, source):
             return self._buffer.transform_quaternion(target, numbers, source, time_us)[0]
 
     def pose(self, target: str, source: str, time: Value, translation: Value, rotation: Value) -> Value:
         time_us = _microseconds(time)
         origin, quat = _numbers("vector", translation, 3), _numbers("quaternion", rotation, 4)
-        with _naming("pose", target, source):
+        with _frames_in_errors("pose", target, source):
             pose = self._geometry.Transform(origin, self._geometry.normalized(quat))
             transformed, _ = self._buffer.transform_pose(target, pose, source, time_us)
             return (*transformed.translation, *transformed.rotation)
 
 
 @contextmanager
-def _naming(kind: str, target: str, source: str) -> Iterator[None]:
+def _frames_in_errors(kind: str, target: str, source: str) -> Iterator[None]:
     """Add the frames to the error of a transform, as in Fawkes' log."""
     try:
         yield
@@ -160,10 +159,10 @@ def _naming(kind: str, target: str, source: str) -> Iterator[None]:
 
 
 def _microseconds(time: Value) -> int:
-    """Return a time of seconds and microseconds."""
+    """Return a time, given as seconds and microseconds, in microseconds."""
     if not isinstance(time, tuple) or len(time) != 2:  # noqa: PLR2004 - seconds and microseconds
         raise ClipsError("Invalid time: must be list of exactly two entries")
-    if not all(isinstance(part, int) for part in time):
+    if not all(isinstance(number, int) for number in time):
         raise ClipsError("Invalid time: must be list of integers")
     return int(time[0]) * 1_000_000 + int(time[1])
 

@@ -17,16 +17,24 @@ from cxbridge.executive.pddl.reader import UnexpectedToken
 from cxbridge.executive.pddl.tokens import Text
 from cxbridge.executive.pddl.unsupported import refusal, unsupported_head, unsupported_section
 
+# the kind of a text by start symbol of the grammar
 _NOUNS: Final = {"domain": "domain", "problem": "problem", "condition": "formula"}
 _TYPED_SECTIONS: Final = {":types": "a type", ":constants": "a constant", ":objects": "an object"}
 _DECLARATIONS: Final = {":predicates": "predicate", ":functions": "function"}
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
 _QUANTIFIERS: Final = frozenset({"exists", "forall"})
-_PAIRS: Final = {"imply": "parts", "when": "parts", "exists": "parts", "forall": "parts"} | dict.fromkeys(
+# the heads that take exactly two operands, with the noun of their operands in messages
+_OPERAND_NOUNS: Final = {
+    "imply": "parts",
+    "when": "parts",
+    "exists": "parts",
+    "forall": "parts",
+} | dict.fromkeys(
     ("=", "<", ">", "<=", ">=", "increase", "decrease", "assign", "scale-up", "scale-down"), "arguments"
 )
 _NAME_HINT: Final = "a name has letters, digits, '-' and '_', and starts with a letter or digit"
-_TWO: Final = 2
+_HEAD_AND_PART: Final = 2  # the number of items in `(HEAD PART)`
+_OPERANDS: Final = 2
 
 
 def explain(text: Text, symbol: str, unexpected: UnexpectedToken) -> PddlSyntaxError:
@@ -69,11 +77,14 @@ class _Explainer:
         return syntax_error(message, position or self._place, self._file, hint)
 
     def error(self) -> PddlSyntaxError:
-        return self._unsupported() or (
-            self._formula(self._path) if self._symbol == "condition" and self._path else self._file_error()
+        return self._unsupported_error() or (
+            self._formula_error(self._path)
+            if self._symbol == "condition" and self._path
+            else self._file_error()
         )
 
-    def _unsupported(self) -> PddlSyntaxError | None:
+    def _unsupported_error(self) -> PddlSyntaxError | None:
+        """Explain a section or formula that cxbridge does not support."""
         groups = [*self._path, *([self._group] if isinstance(self._group, Group) else [])]
         for depth, group in enumerate(groups):
             name = unsupported_section(group.head) or (depth > 0 and unsupported_head(group.head))
@@ -93,8 +104,9 @@ class _Explainer:
         if define is None:
             return self._error(f"there is no {noun} in this text", Position(), f"write {form}")
         if noun == "formula":
+            # a word in place of a formula, e.g. `at r1 home` without its brackets
             if isinstance(define, BracketWord):
-                return self._no_formula()
+                return self._missing_formula_error()
         elif not isinstance(define, Group) or define.head.lower() != "define":
             return self._error(f"a {noun} must start with (define ({noun} NAME)", define.position)
         if not self._path:
@@ -103,18 +115,22 @@ class _Explainer:
 
     def _header_error(self, noun: str, define: Group) -> PddlSyntaxError | None:
         header = define.items[1] if len(define.items) > 1 else define
-        if not isinstance(header, Group) or header.head.lower() != noun or len(header.items) != _TWO:
+        if (
+            not isinstance(header, Group)
+            or header.head.lower() != noun
+            or len(header.items) != _HEAD_AND_PART
+        ):
             return self._error(f"({noun} NAME) is expected after 'define'", header.position)
         if header in self._path:
             return self._error(f"the name of the {noun} is expected", header.items[1].position)
         return None
 
-    def _no_section(self) -> PddlSyntaxError:
+    def _missing_section_error(self) -> PddlSyntaxError:
         if isinstance(self._group, Group):
-            return self._unknown_section(self._group)
+            return self._unknown_section_error(self._group)
         return self._error("a section such as (:action ...) is expected")
 
-    def _unknown_section(self, section: Group) -> PddlSyntaxError:
+    def _unknown_section_error(self, section: Group) -> PddlSyntaxError:
         sections = ", ".join(sorted(word for word in self._expected_words() if word.startswith(":")))
         if not section.head.startswith(":"):
             return self._error("a section such as (:action ...) is expected", section.position)
@@ -127,34 +143,35 @@ class _Explainer:
 
     def _section_error(self) -> PddlSyntaxError:
         if len(self._path) == 1:
-            return self._no_section()
+            return self._missing_section_error()
         section, *inner = self._path[1:]
         head = section.head.lower()
         is_head = bool(section.items) and section.items[0].position == self._place
         if is_head or not head.startswith(":"):
-            return self._unknown_section(section)
+            return self._unknown_section_error(section)
         if head in _TYPED_SECTIONS:
-            return self._typed(_TYPED_SECTIONS[head], inner)
+            return self._typed_error(_TYPED_SECTIONS[head], inner)
         if head in _DECLARATIONS:
-            return self._declaration(_DECLARATIONS[head], inner)
+            return self._declaration_error(_DECLARATIONS[head], inner)
         if head in _ACTIONS:
-            return self._action(section, inner)
-        return self._small_section(section, head, inner)
+            return self._action_error(section, inner)
+        return self._small_section_error(section, head, inner)
 
-    def _declaration(self, kind: str, inner: list[Group]) -> PddlSyntaxError:
+    def _declaration_error(self, kind: str, inner: list[Group]) -> PddlSyntaxError:
+        # after the name of a declaration, the token is in its typed list of parameters
         if inner and inner[0].items and inner[0].items[0].position != self._place:
-            return self._typed("a parameter", inner[1:])
+            return self._typed_error("a parameter", inner[1:])
         return self._error(f"a {kind} is expected", None, "write it in brackets: (NAME ?x - TYPE)")
 
-    def _small_section(self, section: Group, head: str, inner: list[Group]) -> PddlSyntaxError:
+    def _small_section_error(self, section: Group, head: str, inner: list[Group]) -> PddlSyntaxError:
         if head == ":requirements":
             return self._error("a requirement is expected", None, "such as :strips or :typing")
         if head == ":goal" and inner:
-            return self._formula(inner)
+            return self._formula_error(inner)
         if head == ":goal":
             item = next((item for item in section.items if item.position == self._place), None)
-            if isinstance(item, BracketWord) and len(section.items) == _TWO:
-                return self._no_formula()
+            if isinstance(item, BracketWord) and len(section.items) == _HEAD_AND_PART:
+                return self._missing_formula_error()
             return self._error(f"({section.head} ...) takes one formula", section.position)
         if head == ":init":
             hint = "such as (at r1 home) or (= (distance a b) 3)"
@@ -162,7 +179,7 @@ class _Explainer:
         form = {":metric": "minimize TERM", ":length": "(:serial 5)"}.get(head, "NAME")
         return self._error(f"({section.head} {form}) is expected", section.position)
 
-    def _typed(self, kind: str, inner: list[Group]) -> PddlSyntaxError:
+    def _typed_error(self, kind: str, inner: list[Group]) -> PddlSyntaxError:
         if inner:
             hint = "write a name, or (either TYPE TYPE)"
             return self._error("a type is expected", inner[0].position, hint)
@@ -186,7 +203,7 @@ class _Explainer:
             default=None,
         )
 
-    def _action(self, section: Group, inner: list[Group]) -> PddlSyntaxError:
+    def _action_error(self, section: Group, inner: list[Group]) -> PddlSyntaxError:
         words = [item.text for item in section.items[1:2] if isinstance(item, BracketWord)]
         if not words or words[0].startswith(":"):
             return self._error("this action has no name", section.position)
@@ -194,10 +211,10 @@ class _Explainer:
         key = next((item.text for item in reversed(preceding) if isinstance(item, BracketWord)), "")
         if inner:
             is_typed = key.lower() == ":parameters"
-            return self._typed("a parameter", inner[1:]) if is_typed else self._formula(inner)
+            return self._typed_error("a parameter", inner[1:]) if is_typed else self._formula_error(inner)
         keywords = [word for word in self._expected_words() if word.startswith(":")]
         if not keywords:
-            return self._no_value(key, words[0])
+            return self._missing_value_error(key, words[0])
         text = f"({self._group.head} ...)" if isinstance(self._group, Group) else self._word
         # a section within an action: the action was not closed
         hint = (
@@ -205,42 +222,53 @@ class _Explainer:
         )
         return self._error(f"unexpected '{text}' in action {words[0]}", None, hint)
 
-    def _no_value(self, key: str, action: str) -> PddlSyntaxError:
+    def _missing_value_error(self, key: str, action: str) -> PddlSyntaxError:
         """Explain the text in place of a keyword's value."""
         if self._word and not self._word.startswith(":"):
             if key.lower() == ":parameters":
                 return self._error("the parameters must be in brackets", None, "(?x - TYPE ...)")
-            return self._no_formula()
+            return self._missing_formula_error()
         previous = self._preceding_item()
         position = None if previous is None else previous.position
         return self._error(f"{key} of action {action} is missing its value", position)
 
-    def _no_formula(self) -> PddlSyntaxError:
+    def _missing_formula_error(self) -> PddlSyntaxError:
         return self._error(
             f"a formula is expected, not '{self._word}'", None, f"write ({self._word}), in brackets"
         )
 
-    def _formula(self, path: list[Group]) -> PddlSyntaxError:
-        return self._in_variables(path) or self._head(path) or self._number_of_parts(path) or self._part(path)
+    def _formula_error(self, path: list[Group]) -> PddlSyntaxError:
+        return (
+            self._variables_error(path)
+            or self._head_error(path)
+            or self._count_error(path)
+            or self._part_error(path)
+        )
 
-    def _in_variables(self, path: list[Group]) -> PddlSyntaxError | None:
+    def _variables_error(self, path: list[Group]) -> PddlSyntaxError | None:
         for depth, (outer, group) in enumerate(pairwise(path), start=2):
-            if outer.head.lower() in _QUANTIFIERS and len(outer.items) > _TWO and group is outer.items[1]:
+            if (
+                outer.head.lower() in _QUANTIFIERS
+                and len(outer.items) > _HEAD_AND_PART
+                and group is outer.items[1]
+            ):
                 return (
-                    self._typed("a variable", path[depth:]) if group.items else self._bare_quantifier(outer)
+                    self._typed_error("a variable", path[depth:])
+                    if group.items
+                    else self._quantifier_error(outer)
                 )
         return None
 
-    def _head(self, path: list[Group]) -> PddlSyntaxError | None:
+    def _head_error(self, path: list[Group]) -> PddlSyntaxError | None:
         """Explain a formula with a wrong first word."""
         group = path[-1]
         head = group.head.lower()
         # the grammar has when in effects only
         if head == "when" and group.items[0].position == self._place:
             return self._error("'when' may only be in an effect", group.position, "use (imply ...)")
-        return self._no_head(path) if not head or head.startswith("?") else None
+        return self._missing_head_error(path) if not head or head.startswith("?") else None
 
-    def _number_of_parts(self, path: list[Group]) -> PddlSyntaxError | None:
+    def _count_error(self, path: list[Group]) -> PddlSyntaxError | None:
         """Explain a wrong number of parts in the innermost formula or its parent."""
         # the token may be in a part that is one too many, so the parent counts, too
         for group in reversed(path[-2:]):
@@ -248,28 +276,28 @@ class _Explainer:
             if head == "not" and number != 1:
                 hint = "write (not (and ...)) for several"
                 return self._error("'not' takes one formula", group.position, hint)
-            if head in _PAIRS and number != _TWO:
-                message = f"'{group.head}' takes two {_PAIRS[head]}, but has {number}"
+            if head in _OPERAND_NOUNS and number != _OPERANDS:
+                message = f"'{group.head}' takes two {_OPERAND_NOUNS[head]}, but has {number}"
                 return self._error(message, group.position)
         return None
 
-    def _part(self, path: list[Group]) -> PddlSyntaxError:
+    def _part_error(self, path: list[Group]) -> PddlSyntaxError:
         if path[-1].head.lower() in _QUANTIFIERS:
-            return self._bare_quantifier(path[-1])
-        return self._no_formula() if self._word else self._error("a formula is expected")
+            return self._quantifier_error(path[-1])
+        return self._missing_formula_error() if self._word else self._error("a formula is expected")
 
-    def _bare_quantifier(self, group: Group) -> PddlSyntaxError:
+    def _quantifier_error(self, group: Group) -> PddlSyntaxError:
         head = group.head
         hint = f"({head} (?x - TYPE) FORMULA)"
         return self._error(f"'{head}' needs its variables in brackets", group.position, hint)
 
-    def _no_head(self, path: list[Group]) -> PddlSyntaxError:
+    def _missing_head_error(self, path: list[Group]) -> PddlSyntaxError:
         group = path[-1]
         if group.head:
             return self._error(f"the variable {group.head} cannot be a predicate", group.position)
         outer = path[-2] if len(path) > 1 else None
         # within a predicate, brackets hold the value of a function
-        is_term = outer is not None and outer.head.lower() not in (*_PAIRS, "and", "or", "not")
+        is_term = outer is not None and outer.head.lower() not in (*_OPERAND_NOUNS, "and", "or", "not")
         if is_term and outer is not None and outer.head and not outer.head.startswith(":"):
             return self._error("a function is expected", group.position)
         return self._error("a formula must start with a word", group.position, "such as 'and' or a predicate")

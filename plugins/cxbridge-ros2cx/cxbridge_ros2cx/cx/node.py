@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from cxbridge.events import Level, LogLine
-from cxbridge.executive.executive import MOST_FINAL_FIRINGS, Executive
+from cxbridge.executive.executive import MAX_FINAL_FIRINGS, Executive
 from cxbridge_ros2cx.cx.manager import CxManager, environment_names
 
 if TYPE_CHECKING:
@@ -157,9 +157,9 @@ class CxNode(Executive):
             with env.lock:
                 env.assert_string("(executive-finalize)")
                 env.refresh_agenda()
-                if env.run(MOST_FINAL_FIRINGS) >= MOST_FINAL_FIRINGS:
+                if env.run(MAX_FINAL_FIRINGS) >= MAX_FINAL_FIRINGS:
                     env.log.error(
-                        f"{MOST_FINAL_FIRINGS} rules fired after (executive-finalize): they have no end"
+                        f"{MAX_FINAL_FIRINGS} rules fired after (executive-finalize): they have no end"
                     )
                 env.emit_settings()
         for name in names:
