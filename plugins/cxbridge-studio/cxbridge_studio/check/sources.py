@@ -15,7 +15,7 @@ from cxbridge.trace.sourcing import emit_configuration
 from cxbridge_studio.check.agent import Agent, agents
 from cxbridge_studio.check.domain_calls import domain_calls
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
-from cxbridge_studio.explain.rules.environment import rulebook, source_form, take
+from cxbridge_studio.explain.rules.environment import rulebook, source_form, take_snapshot
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
@@ -36,7 +36,7 @@ class ScenarioRules:
 
     def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
         """Return a snapshot of a rule, without facts."""
-        rule_snapshot = take(self._env, rule, max_facts=0)
+        rule_snapshot = take_snapshot(self._env, rule, max_facts=0)
         return replace(
             rule_snapshot,
             env=env,

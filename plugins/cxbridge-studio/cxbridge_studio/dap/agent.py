@@ -22,7 +22,7 @@ from cxbridge_studio.dap.probes import Probes
 from cxbridge_studio.dap.target import FileLine, Firing, StoppedEnvironment
 from cxbridge_studio.debugger.debugger import debugger_of
 from cxbridge_studio.debugger.environments import EnvironmentService
-from cxbridge_studio.explain.rules.environment import take
+from cxbridge_studio.explain.rules.environment import take_snapshot
 
 if TYPE_CHECKING:
     from cxbridge.clipstext.values import Value
@@ -130,7 +130,7 @@ class LiveMoment(StoppedEnvironment):
         return self._agent.place(rule)
 
     def rule_without_facts(self, rule: str) -> Snapshot:
-        return take(self._env, rule, max_facts=0)
+        return take_snapshot(self._env, rule, max_facts=0)
 
     def templates(self) -> Mapping[str, int]:
         return Counter(name for _, name, _ in self._env.facts())

@@ -106,7 +106,7 @@ def _bound(
         facts.append(variable)
         names |= {variable, *ce.binds}
     fact_refs = [FactRef(index) for index in indices]
-    for values in matcher.note(texts, sorted(names), _MAX_MATCHES):
+    for values in matcher.match_values(texts, sorted(names), _MAX_MATCHES):
         bound_values = dict(zip(sorted(names), values, strict=True))
         if [bound_values[variable] for variable in facts] == fact_refs:
             return {name: value for name, value in bound_values.items() if not name.startswith(_FACT)}
@@ -132,5 +132,5 @@ def matching(bare: Snapshot, pattern: str, facts: Mapping[str, Sequence[FactChan
     changes = [change for group in facts.values() for change in group]
     templates, rows = rows_of(changes, bare.templates)
     with Matcher(replace(bare, templates=templates, facts=tuple(rows))) as matcher:
-        matches = matcher.note([f"?{_FACT}0 <- {pattern}"], [f"{_FACT}0"], len(changes) + 1)
+        matches = matcher.match_values([f"?{_FACT}0 <- {pattern}"], [f"{_FACT}0"], len(changes) + 1)
     return list(dict.fromkeys(values[0].index for values in matches))

@@ -17,7 +17,7 @@ from cxbridge.executive.host.capi import CData, callback
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import to_python
 from cxbridge_studio.dap.rule_lines import RuleAction, rules_of
-from cxbridge_studio.explain.rules.environment import lasting
+from cxbridge_studio.explain.rules.environment import without_pointers
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -89,4 +89,4 @@ class Probes:
     @staticmethod
     def _next(context: CData, value: CData) -> Value:
         lib.UDFNextArgument(context, _ANY_TYPE, value)
-        return lasting(to_python(value))
+        return without_pointers(to_python(value))

@@ -28,20 +28,20 @@ ACTION_TEMPLATES: Final = (
     "skiller-control",
 )
 
-_NO_NAMES: Final = ("", "nil")  # values of the slot `skiller` of an action that any Skiller may execute
+_ANY_SKILLER: Final = ("", "nil")  # values of the slot `skiller` of an action that any Skiller may execute
 
 
 @dataclass(frozen=True, slots=True)
 class ActionDiagnosis:
     """The diagnosis of an action.
 
-    :param name: the name of its operator.
-    :param plan_type: the type of its plan, such as ``SEQUENTIAL``; empty if unknown.
+    :param name: the name of the action's operator.
+    :param plan_type: the type of the action's plan, such as ``SEQUENTIAL``; empty if unknown.
     :param problem: the certain reason why the action waits or has failed; may be empty.
     :param mappings: the names of the actions mapped to skills.
     :param operators: the names of the domain's operators.
     :param skiller_problem: why the Skiller cannot execute the action; may be empty.
-    :param error: the slot ``error-msg``; may be empty.
+    :param error: the text of the action's slot ``error-msg``; may be empty.
     """
 
     name: str
@@ -56,17 +56,18 @@ class ActionDiagnosis:
 def diagnose_action(facts_of: FactsOf, key: ActionKey) -> ActionDiagnosis | None:
     """Return the diagnosis of an action, or None if the action has no fact.
 
-    :param key: ids of goal, plan and action.
+    :param key: the ids of the goal, the plan and the action.
     """
     action = _find(facts_of(PLAN_ACTION), **dict(zip(("goal-id", "plan-id", "id"), key, strict=True)))
     if not action:
         return None
-    plan = _find(facts_of("plan"), **{"id": key[1], "goal-id": key[0]})
+    goal_id, plan_id, _ = key
+    plan = _find(facts_of("plan"), **{"id": plan_id, "goal-id": goal_id})
     # The order of an action's life: each reason hides the later ones.
     problem = (
         _failed_skill(facts_of, action, key)
         or _operator_mismatch(facts_of, action)
-        or _missing_effect(facts_of, action, key)
+        or _missing_effects(facts_of, action, key)
     )
     return ActionDiagnosis(
         action.get("action-name", ""),
@@ -120,7 +121,7 @@ def _operator_mismatch(facts_of: FactsOf, action: Mapping[str, str]) -> str:
     return f"its precondition does not hold: {', '.join(blame)}" if blame else ""
 
 
-def _missing_effect(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
+def _missing_effects(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
     """Return the sensed effects that an action still waits for."""
     if action.get("state") != "SENSED-EFFECTS-WAIT":
         return ""
@@ -136,7 +137,7 @@ def _missing_effect(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey
 def _skiller_problem(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
     """Return why the Skiller of an action does not execute the action."""
     skiller = unquote(action.get("skiller", ""))
-    if skiller in _NO_NAMES:
+    if skiller in _ANY_SKILLER:
         return ""
     for call in facts_of("skill-action-execinfo"):
         if unquote(call.get("skiller", "")) == skiller:
@@ -151,5 +152,5 @@ def _skiller_problem(facts_of: FactsOf, action: Mapping[str, str], key: ActionKe
     if control is None:
         return f'no fact (skiller-control (skiller "{skiller}")) asks for the control of its Skiller'
     if control.get("acquired") != "TRUE":
-        return f"the executive has not got the control of the Skiller {skiller}"
+        return f"the executive does not have the control of the Skiller {skiller}"
     return ""

@@ -1,4 +1,4 @@
-"""Explains a rule, a goal, a plan-action or a fact by its name, or the whole run: the entry to `explain`."""
+"""Explains a subject of a run: a rule, a goal, a plan-action or a fact by its name, or the whole run."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from cxbridge_studio.explain import facts, goal_report, run_story
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_rules import makers
 from cxbridge_studio.explain.rules import report as rule_report
-from cxbridge_studio.explain.rules.missing import refused, unloaded
+from cxbridge_studio.explain.rules.missing import refused_rules, unloaded_rules
 
-# The kinds of subjects of an explanation; `run` has no name.
+# The kinds of subjects of an explanation. The kind `run` needs no name.
 KINDS: Final = ("rule", "goal", "action", "fact", "run")
 
-# The start of the message of :meth:`Goals.find`; other errors, such as an ambiguous name, are not hidden.
+# The start of the error of :meth:`Goals.find` about an unknown goal. Its other errors, such as
+# that of an ambiguous name, go to the user as they are.
 _NO_GOAL: Final = "there is no goal"
 
 
@@ -40,11 +41,11 @@ def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Ex
     """
     match kind:
         case "goal":
-            return _goal(evidence, name, rules)
+            return _explain_goal(evidence, name, rules)
         case "rule":
-            return _rule(evidence, name)
+            return _explain_rule(evidence, name)
         case "action":
-            return _action(evidence, name)
+            return _explain_action(evidence, name)
         case "fact":
             fact_story = facts.explain_fact(evidence, name)
             return Explanation(tuple(facts.lines(fact_story)), facts.plain(fact_story))
@@ -52,23 +53,23 @@ def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Ex
             story = run_story.tell_run(evidence)
             return Explanation(tuple(run_story.lines(story)), run_story.plain(story))
         case _:
-            return _rule_or_goal(evidence, name, rules)
+            return _explain_rule_or_goal(evidence, name, rules)
 
 
-def _rule_or_goal(evidence: Evidence, name: str, rules: int) -> Explanation:
+def _explain_rule_or_goal(evidence: Evidence, name: str, rules: int) -> Explanation:
     """Explain an existing rule, or else a goal, or else why a rule is missing."""
     try:
         is_rule = name in evidence.rulebook().rules
     except CxbridgeError as no_rules:
-        return _goal_without_rules(evidence, name, rules, no_rules)
+        return _explain_goal_without_rules(evidence, name, rules, no_rules)
     if is_rule:
-        return _rule(evidence, name)
+        return _explain_rule(evidence, name)
     try:
-        return _goal(evidence, name, rules)
+        return _explain_goal(evidence, name, rules)
     except CxbridgeError as error:
         no_goal = error
     try:
-        return _rule(evidence, name)
+        return _explain_rule(evidence, name)
     except CxbridgeError as no_rule:
         if not no_goal.message.startswith(_NO_GOAL):
             raise no_goal from None
@@ -76,30 +77,32 @@ def _rule_or_goal(evidence: Evidence, name: str, rules: int) -> Explanation:
         raise CxbridgeError(f"there is neither a rule nor a goal '{name}'", hint=hint) from None
 
 
-def _goal_without_rules(evidence: Evidence, name: str, rules: int, no_rules: CxbridgeError) -> Explanation:
+def _explain_goal_without_rules(
+    evidence: Evidence, name: str, rules: int, no_rules: CxbridgeError
+) -> Explanation:
     """Explain a goal of an environment whose rules are unknown.
 
-    :param no_rules: why the rules are unknown.
+    :param no_rules: the error that says why the rules are unknown.
     """
     try:
-        return _goal(evidence, name, rules)
+        return _explain_goal(evidence, name, rules)
     except CxbridgeError as no_goal:
         if not no_goal.message.startswith(_NO_GOAL):
             raise
-        message = f"{no_goal.message}; as to rules: {no_rules.message}"
+        message = f"{no_goal.message}; its rules are not known: {no_rules.message}"
         raise type(no_rules)(message, file=no_rules.file, hint=no_rules.hint) from None
 
 
-def _rule(evidence: Evidence, name: str) -> Explanation:
+def _explain_rule(evidence: Evidence, name: str) -> Explanation:
     story = rule_report.explain_rule(evidence, name)
     return Explanation(tuple(rule_report.lines(story)), rule_report.plain(story))
 
 
-def _goal(evidence: Evidence, name: str, rules: int) -> Explanation:
+def _explain_goal(evidence: Evidence, name: str, rules: int) -> Explanation:
     try:
         stories = goal_report.explain_goals(evidence, name)
     except CxbridgeError as no_goal:
-        explanation = _never_formulated(evidence, name) if no_goal.message.startswith(_NO_GOAL) else None
+        explanation = _explain_missing_goal(evidence, name) if no_goal.message.startswith(_NO_GOAL) else None
         if explanation is None:
             raise
         return explanation
@@ -108,21 +111,21 @@ def _goal(evidence: Evidence, name: str, rules: int) -> Explanation:
     )
 
 
-def _action(evidence: Evidence, name: str) -> Explanation:
+def _explain_action(evidence: Evidence, name: str) -> Explanation:
     stories = goal_report.explain_actions(evidence, name)
     return Explanation(
         tuple(goal_report.action_lines(stories, evidence)), goal_report.plain_actions(stories, evidence)
     )
 
 
-def _never_formulated(evidence: Evidence, name: str) -> Explanation | None:
-    """Explain why the formulating rule of a goal class has not fired; None without such a rule."""
+def _explain_missing_goal(evidence: Evidence, name: str) -> Explanation | None:
+    """Explain why the rule that formulates goals of a class has not fired; None without such a rule."""
     try:
         book, texts = evidence.rulebook(), evidence.rule_texts()
     except CxbridgeError:
         return None
     headline = f"no goal {name} has been formulated: "
-    missing = {rule.name: rule for rule in (*refused(book).values(), *unloaded(book))}
+    missing = {rule.name: rule for rule in (*refused_rules(book).values(), *unloaded_rules(book))}
     lines: list[str] = []
     if missing_makers := makers({rule.name: rule.text for rule in missing.values()}, name):
         rule = missing[missing_makers[0]]
@@ -130,7 +133,7 @@ def _never_formulated(evidence: Evidence, name: str) -> Explanation | None:
     elif loaded_makers := makers(texts, name):
         story = rule_report.explain_rule(evidence, loaded_makers[0])
         headline += rule_report.headline(story)
-        lines = list(rule_report.lines(story))[1:]
+        lines = list(rule_report.lines(story))[1:]  # without the headline of the rule, which is in ours
     else:
         return None
     return Explanation(

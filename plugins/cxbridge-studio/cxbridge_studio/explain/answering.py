@@ -25,19 +25,20 @@ from cxbridge.run.components.component import Component
 from cxbridge_studio.explain.evidence import Evidence, History
 from cxbridge_studio.explain.goal_rules import makers
 from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, MAX_FACTS
-from cxbridge_studio.explain.rules.environment import fact_slots, rulebook, source_form, take
+from cxbridge_studio.explain.rules.environment import fact_slots, rulebook, source_form, take_snapshot
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.run.agent import Run
 
-MAX_QUESTIONS: Final = 4  # length of the message queue
+MAX_QUESTIONS: Final = 4  # the length of the interface's message queue
 
-# Transitions, and firings, kept to explain goals: a daemon runs for weeks, so fewer than for a recording.
+# The number of transitions, and the number of firings, that are kept to explain goals: fewer than for a
+# recording, because a daemon runs for weeks.
 MAX_STEPS: Final = 10_000
 
-_ANSWER_BYTES: Final = 262_143  # the interface's string field has 256 KiB, with the final zero byte
+_MAX_ANSWER_BYTES: Final = 262_143  # the interface's string field has 256 KiB, with the final zero byte
 
 
 class Explainer(Component):
@@ -83,7 +84,7 @@ class Explainer(Component):
             self._thread = None
             self._publish(self._answer)
         if self._interface.valid and not self._interface.msgq_empty():
-            self._begin(self._interface.msgq_pop())
+            self._begin_answer(self._interface.msgq_pop())
 
     def close(self) -> None:
         """Wait for the answer in progress."""
@@ -92,7 +93,7 @@ class Explainer(Component):
             self._thread.join()
         self._context.board.close(self._interface)
 
-    def _begin(self, message: Any) -> None:
+    def _begin_answer(self, message: Any) -> None:
         name, kind, rules = str(message.name), str(message.kind), int(message.rules)
         self._msgid, self._answer = message.id, None
         env = self._environment
@@ -119,7 +120,7 @@ class Explainer(Component):
         return history
 
     def _facts_of(self, template: str) -> list[Mapping[str, str]]:
-        """Return facts while rules fire; called in the thread of the rules."""
+        """Return the facts of a deftemplate. The history calls this while rules fire, in their thread."""
         env = self._environment
         return [] if env is None else fact_slots(env, template, MAX_FACTS)
 
@@ -141,10 +142,10 @@ class Explainer(Component):
 class CopiedEvidence(Evidence):
     """A copy of the evidence, to be explained while the run continues.
 
-    :param times_us: start of the run, and the moment.
-    :param snapshots: the rules in question, or the errors when copying them.
-    :param facts: slots of facts by deftemplate.
-    :param texts: defrules by name, as the environment prints them.
+    :param times_us: the start of the run, and the moment to explain.
+    :param snapshots: the copies of the rules in question by name, or the errors that copying raised.
+    :param facts: the slots of the facts, by deftemplate.
+    :param texts: the defrules by name, as the environment prints them.
     """
 
     def __init__(
@@ -176,7 +177,8 @@ class CopiedEvidence(Evidence):
         return self._facts.get(template, [])
 
     def rule_texts(self) -> Mapping[str, str]:
-        return source_form(self._texts)  # here and not in the copying: restoring hundreds of rules is slow
+        # The copy has the texts as they are: restoring hundreds of rules would stop the loop.
+        return source_form(self._texts)
 
 
 def copy_evidence(
@@ -204,24 +206,25 @@ def copy_evidence(
             # If the goal does not exist, the report explains the rule that formulates it.
             rules = makers(texts, name)[:1]
             facts = {template: fact_slots(env, template, MAX_FACTS) for template in FACT_TEMPLATES}
-        snapshots = {rule: _take(env, rule) for rule in rules}
+        snapshots = {rule: _snapshot_or_error(env, rule) for rule in rules}
     return CopiedEvidence(where, times_us, history, book, snapshots, facts, texts)
 
 
-def _take(env: ClipsEnvironment, rule: str) -> Snapshot | ClipsError:
+def _snapshot_or_error(env: ClipsEnvironment, rule: str) -> Snapshot | ClipsError:
     try:
-        return take(env, rule, MAX_FACTS)
+        return take_snapshot(env, rule, MAX_FACTS)
     except ClipsError as error:
         return error
 
 
 def _answer(evidence: Evidence, name: str, kind: str, rules: int) -> str:
     """Return the report as JSON."""
-    from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - not in the loop, and only when asked
+    # The import takes long: it waits for the first question, and runs in the thread, not in the loop.
+    from cxbridge_studio.explain.answer import explain  # noqa: PLC0415
 
     explanation = explain(evidence, name, kind, rules)
     text = json.dumps({"lines": explanation.lines, "data": explanation.plain})
-    if len(text) > _ANSWER_BYTES:
+    if len(text) > _MAX_ANSWER_BYTES:  # `dumps` writes ASCII: a character is a byte
         raise CxbridgeError("the answer is too long", hint="ask about one goal: its id, or CLASS#NUMBER")
     return text
 

@@ -50,7 +50,7 @@ MAX_FIRINGS: Final = 200_000
 MAX_STEPS: Final = 500_000
 MAX_LIVES: Final = 200_000
 
-RULES_BEFORE: Final = 3  # number of firings to keep before each transition: `why --rules` shows up to 3
+RULES_BEFORE: Final = 3  # the number of firings kept before each transition: `why --rules` shows up to 3
 
 # Each diagnosis of a failed action searches all facts of the domain.
 MAX_ACTION_DIAGNOSES: Final = 100
@@ -68,7 +68,8 @@ class EvidenceStep:
     """A transition, a planner call, the fact of a plan-action, or a new error of a Skiller.
 
     :param rules: the rules that fired just before; the last rule caused the step.
-    :param diagnosis: of a failed plan-action at that time, since its facts may be retracted later.
+    :param diagnosis: the diagnosis of a failed plan-action, made at that time: its facts may be
+        retracted later.
     """
 
     event: Event
@@ -80,8 +81,10 @@ class EvidenceStep:
 class FactLife:
     """A fact from its assertion to its retraction.
 
-    :param rule: the rule that fired just before the assertion; empty: not known. ``end_rule``: likewise.
-    :param instead_of: index of the fact of the same template that the same firing retracted; -1: none.
+    :param rule: the rule that fired just before the assertion; empty if unknown.
+    :param instead_of: the index of the fact of the same template that the same firing retracted; -1 if there
+        is none.
+    :param end_rule: the rule that fired just before the retraction; empty if unknown.
     """
 
     index: int
@@ -95,11 +98,11 @@ class FactLife:
 
 
 class History:
-    """The events up to the moment. A sink for an event bus.
+    """The events of an environment up to the moment. :meth:`take` subscribes to an event bus.
 
     :param env: the environment whose events are kept.
-    :param most_steps: number of transitions to keep.
-    :param most_firings: number of firings to keep.
+    :param max_steps: the number of transitions to keep.
+    :param max_firings: the number of firings to keep.
     :param facts_of: returns the current facts while an event is taken; None if facts are unavailable.
     :ivar rules_known: whether firings are recorded.
     :ivar lives: the facts by index, with the retracted facts; empty if facts are not recorded.
@@ -108,40 +111,40 @@ class History:
     def __init__(
         self,
         env: str,
-        most_steps: int = MAX_STEPS,
-        most_firings: int = MAX_FIRINGS,
+        max_steps: int = MAX_STEPS,
+        max_firings: int = MAX_FIRINGS,
         facts_of: FactsOf | None = None,
     ) -> None:
         self.env = env
         self._failed: set[ActionKey] = set()
         self._diagnoses_left = MAX_ACTION_DIAGNOSES
         self._facts_of = facts_of
-        self.steps: deque[EvidenceStep] = deque(maxlen=most_steps)
-        self.firings: deque[RuleFired] = deque(maxlen=most_firings)
+        self.steps: deque[EvidenceStep] = deque(maxlen=max_steps)
+        self.firings: deque[RuleFired] = deque(maxlen=max_firings)
         self.rules_known = False
         self._errors: dict[str, str] = {}
-        self._rules: deque[str] = deque(maxlen=RULES_BEFORE)
+        self._recent_rules: deque[str] = deque(maxlen=RULES_BEFORE)
         self.lives: dict[int, FactLife] = {}
-        self._retracted: FactLife | None = None  # by the last firing
+        self._retracted: FactLife | None = None  # the fact that the last firing retracted
 
     def take(self, event: Event) -> None:
         """Keep an event if it explains goals."""
         if isinstance(event, InterfaceWrite):
             kind, _, skiller = event.uid.partition("::")
             if kind == _SKILLER:
-                self._skill_error(event, skiller, str(event.values.get("error", "")))
+                self._record_skill_error(event, skiller, str(event.values.get("error", "")))
         elif isinstance(event, InterfaceMessage):
             # An execution reports its progress many times, which explains nothing.
             if is_exchanged(event) and event.message != _FEEDBACK and agent_of(event) in ("", self.env):
                 self.steps.append(EvidenceStep(event, ()))
-        elif isinstance(event, _OF_ENVIRONMENT) and event.env == self.env:
-            self._take_own(event)
+        elif isinstance(event, _ENVIRONMENT_TYPES) and event.env == self.env:
+            self._take_from_environment(event)
 
-    def _take_own(self, event: Event) -> None:
+    def _take_from_environment(self, event: Event) -> None:
         if isinstance(event, RuleFired):
             self.rules_known = True
             self.firings.append(event)
-            self._rules.append(event.rule)
+            self._recent_rules.append(event.rule)
             self._retracted = None
         elif isinstance(event, FactChange):
             self._record_life(event)
@@ -150,16 +153,16 @@ class History:
                 with suppress(FactSyntaxError):
                     _, slots = parse_fact(event.text)
                     error, skiller = unquote(slots.get("error", "")), unquote(slots.get("id", ""))
-                    self._skill_error(event, skiller, error)
+                    self._record_skill_error(event, skiller, error)
             elif event.template == PLAN_ACTION and event.asserted:
                 self.steps.append(EvidenceStep(event, ()))  # names the Skiller and the arguments
         else:
             diagnosis = self._diagnose(event) if isinstance(event, PlanActionTransition) else None
-            self.steps.append(EvidenceStep(event, tuple(self._rules), diagnosis))
+            self.steps.append(EvidenceStep(event, tuple(self._recent_rules), diagnosis))
 
     def _record_life(self, event: FactChange) -> None:
         """Record which rule asserted or retracted a fact."""
-        rule = self._rules[-1] if self._rules else ""
+        rule = self._recent_rules[-1] if self._recent_rules else ""
         if event.asserted:
             retracted = self._retracted
             # CLIPS' modify retracts the fact and asserts the changed one, in the same firing.
@@ -174,7 +177,7 @@ class History:
             life.end_us, life.end_rule, self._retracted = event.time_us, rule, life
 
     def _diagnose(self, event: PlanActionTransition) -> ActionDiagnosis | None:
-        """Diagnose an action when it fails first: later changes are consequences."""
+        """Diagnose an action at its first failed state: later changes are consequences."""
         key = event.goal, event.plan, event.action_id
         if event.state not in FAILED_STATES:
             self._failed.discard(key)
@@ -184,13 +187,13 @@ class History:
             return diagnose_action(self._facts_of, key)
         return None
 
-    def _skill_error(self, event: Event, skiller: str, text: str) -> None:
+    def _record_skill_error(self, event: Event, skiller: str, text: str) -> None:
         previous, self._errors[skiller] = self._errors.get(skiller, ""), text
         if text != previous:
             self.steps.append(EvidenceStep(event, ()))
 
 
-_OF_ENVIRONMENT = (RuleFired, FactChange, GoalTransition, PlanActionTransition, PlannerCall, SkillStatus)
+_ENVIRONMENT_TYPES = (RuleFired, FactChange, GoalTransition, PlanActionTransition, PlannerCall, SkillStatus)
 
 
 class Evidence(ABC):
@@ -198,7 +201,7 @@ class Evidence(ABC):
 
     :param where: source and time in words: ``test-scenario at 3.0 s``.
     :param start_us: the start of the run.
-    :param now_us: the moment.
+    :param now_us: the time of the moment.
     :param history: the events before the moment; None without a recording.
     :ivar ending: how the run ended, in a sentence; empty while it continues, and if unknown.
     :ivar is_moment: whether the user asked for a time, so that a reused goal id means the goal at that time.

@@ -11,7 +11,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge_studio.explain.evidence import Evidence, FactLife
 
 _INDEX: Final = re.compile(r"(?:f-)?(\d+)")
-_RECORD: Final = "record with --trace-level facts"
+_RECORD_HINT: Final = "record with --trace-level facts"
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class FactStory:
 
     @property
     def headline(self) -> str:
-        """Return in one line which rule the fact comes from."""
+        """The origin of the fact, in one line."""
         changed = f", instead of f-{self.previous.index}" if self.previous is not None else ""
         rule = _last_firing(self.life.rule)
         return f"f-{self.life.index} was asserted at {self.begin_s:.3f} s{changed}: {rule}"
@@ -60,7 +60,7 @@ def explain_fact(evidence: Evidence, name: str) -> FactStory:
     history = evidence.history
     if history is None or not history.lives:
         raise CxbridgeError(
-            f"where f-{match[1]} comes from is not known: facts are not recorded", hint=_RECORD
+            f"where f-{match[1]} comes from is not known: facts are not recorded", hint=_RECORD_HINT
         )
     life = history.lives.get(int(match[1]))
     if life is None:

@@ -19,14 +19,15 @@ from cxbridge.suggestions import nearest, or_similar
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis, diagnose_action
 from cxbridge_studio.explain.evidence import Evidence
-from cxbridge_studio.explain.goal_rules import missing_rule_for, misspelt_for
+from cxbridge_studio.explain.goal_rules import missing_rule_for, misspelt_rule_for
 from cxbridge_studio.explain.goals import Goals
-from cxbridge_studio.explain.rules.missing import MissingRule, refused, unloaded
+from cxbridge_studio.explain.rules.missing import MissingRule, refused_rules, unloaded_rules
 from cxbridge_studio.explain.rules.snapshot import Rulebook
 
 _NO_PLAN: Final = ("none", "failed", "cancelled", "timeout")
 
-# What the right-hand sides of the core's rules and of executors write, by the change of an action's state.
+# Texts in the right-hand sides of rules, the core's and those that execute actions. Each text tells which
+# step of an action's life the rule makes.
 _SELECTS: Final = re.compile(r"\(state\s+PENDING\s*\)")
 _EXECUTES: Final = re.compile(r"\(state\s+(?:WAITING|RUNNING|EXECUTION-SUCCEEDED)\s*\)")
 _ASSERTS: Final = re.compile(r"\(assert\s")
@@ -38,7 +39,7 @@ _ACQUIRES: Final = re.compile(r"\(acquired-resources\s")
 class RootCauses:
     """Finder of root causes.
 
-    :param facts: slots of facts by deftemplate.
+    :param facts: the slots of the facts, by deftemplate.
     """
 
     def __init__(
@@ -59,7 +60,7 @@ class RootCauses:
 
     @cached_property
     def _unloaded(self) -> list[MissingRule]:
-        return list(unloaded(self._rules[0]))
+        return list(unloaded_rules(self._rules[0]))
 
     # --- goals
 
@@ -69,12 +70,13 @@ class RootCauses:
             yield from self.of_planner(goal)
         book, texts = self._rules
         slots = {"class": goal.goal_class, "mode": goal.mode}
-        if (rule := missing_rule_for(refused(book).values(), slots)) is not None:
+        if (rule := missing_rule_for(refused_rules(book).values(), slots)) is not None:
             yield f"rule {rule.name} {rule.why}"
-        misspelt = misspelt_for(texts, slots, self._classes)
+        misspelt = misspelt_rule_for(texts, slots, self._classes)
         if misspelt is not None:
+            rule_name, misspelt_class = misspelt
             yield (
-                f"rule {misspelt[0]} is for goals of class {misspelt[1]}, and there has been none: "
+                f"rule {rule_name} is for goals of class {misspelt_class}, and there has been none: "
                 f"did you mean {goal.goal_class}?"
             )
         if goal.mode == "COMMITTED":
@@ -87,6 +89,7 @@ class RootCauses:
         """Yield the reason why the last planner call found no plan for a goal."""
         calls = list(self._goals.planner_calls(goal))
         if calls and calls[-1].status in _NO_PLAN:
+            # The output of a planner may have several lines.
             reason = " ".join(calls[-1].reason.split()) or calls[-1].status
             yield f"the planner has no plan for {calls[-1].problem}: {reason}"
 
@@ -136,15 +139,15 @@ class RootCauses:
         if diagnosis is None:
             return ""
         states = [change.state for change in action.changes if change.state not in FAILED_STATES]
-        lacking = _lacking_rule(self._rules[1], diagnosis, states[-1] if states else "")
-        return diagnosis.problem + lacking or diagnosis.skiller_problem or diagnosis.error
+        missing_rule = _text_of_missing_rule(self._rules[1], diagnosis, states[-1] if states else "")
+        return diagnosis.problem + missing_rule or diagnosis.skiller_problem or diagnosis.error
 
     def _facts_of(self, template: str) -> list[Mapping[str, str]]:
         return self._facts.get(template, [])
 
 
 def _rules_of_actions(texts: Mapping[str, str], state: str, change: re.Pattern[str]) -> dict[str, list[str]]:
-    """Return the rules that move actions out of a state, with the actions they name.
+    """Return the rules that move actions out of a state, each with the actions that it names.
 
     :param change: matches the change of state in the right-hand side.
     """
@@ -161,7 +164,7 @@ def _rules_of_actions(texts: Mapping[str, str], state: str, change: re.Pattern[s
     return rules_of_actions
 
 
-def _lacking_rule(texts: Mapping[str, str], diagnosis: ActionDiagnosis, state: str) -> str:
+def _text_of_missing_rule(texts: Mapping[str, str], diagnosis: ActionDiagnosis, state: str) -> str:
     """Return which rule an action in its state lacks; empty if unknown.
 
     The text follows the reason in ``diagnosis.problem``, if there is one.
@@ -170,12 +173,14 @@ def _lacking_rule(texts: Mapping[str, str], diagnosis: ActionDiagnosis, state: s
         return ""
     match state:
         case "FORMULATED" if not diagnosis.problem:
-            return _selection(texts, diagnosis)
+            return _missing_selection(texts, diagnosis)
         case "PENDING" if not diagnosis.problem:
-            return _execution(texts, diagnosis)
+            return _missing_execution(texts, diagnosis)
         case "SENSED-EFFECTS-WAIT" if diagnosis.problem:
             similar = _rule_for_similar(_rules_of_actions(texts, state, _ASSERTS), diagnosis)
-            return f": rule {similar[0]} is for '{similar[1]}', not '{diagnosis.name}'" if similar else ""
+            if similar is not None:
+                rule, similar_name = similar
+                return f": rule {rule} is for '{similar_name}', not '{diagnosis.name}'"
     return ""
 
 
@@ -188,7 +193,7 @@ def _rule_for_similar(rules: Mapping[str, list[str]], diagnosis: ActionDiagnosis
     return None
 
 
-def _selection(texts: Mapping[str, str], diagnosis: ActionDiagnosis) -> str:
+def _missing_selection(texts: Mapping[str, str], diagnosis: ActionDiagnosis) -> str:
     """Return the missing action selection for the plan's type; empty if a rule selects the action."""
     rules = _rules_of_actions(texts, "FORMULATED", _SELECTS)
     plan_type = diagnosis.plan_type
@@ -207,7 +212,7 @@ def _plan_types(text: str) -> list[str]:
     return [kind for pattern in plans for kind in sorted(pattern.slots.get("type", ()))]
 
 
-def _execution(texts: Mapping[str, str], diagnosis: ActionDiagnosis) -> str:
+def _missing_execution(texts: Mapping[str, str], diagnosis: ActionDiagnosis) -> str:
     """Return the missing executor of an action; empty if the action has an executor."""
     name = diagnosis.name
     rules = _rules_of_actions(texts, "PENDING", _EXECUTES)
@@ -218,8 +223,9 @@ def _execution(texts: Mapping[str, str], diagnosis: ActionDiagnosis) -> str:
     if any(name in names or (not names and rule not in with_skills) for rule, names in rules.items()):
         return ""
     similar = _rule_for_similar(rules, diagnosis)
-    if similar:
-        return f"no rule executes it: rule {similar[0]} executes '{similar[1]}', not '{name}'"
+    if similar is not None:
+        rule, similar_name = similar
+        return f"no rule executes it: rule {rule} executes '{similar_name}', not '{name}'"
     if not with_skills:
         return "no rule executes it: skills-actions.clp, which executes actions with skills, is not loaded"
     return (

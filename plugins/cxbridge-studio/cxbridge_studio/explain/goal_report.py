@@ -11,10 +11,13 @@ from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, ActionStory, Cause, GoalReporter, GoalStory
 from cxbridge_studio.explain.goals import Goals
 
-_MAX_WIDTH = 90  # columns of an event's text: the rules to its right stay on a usual screen
+_MAX_WIDTH = 90  # the columns of an event's text: the rules to its right stay on a usual screen
+_TIME_WIDTH = 11  # the columns before an event's text: the time with 9 digits, and 2 blanks
 _COMPLETED = "COMPLETED"
-_WAITS = ", and waits"  # what follows in a cause only says which rule is missing: the root cause says more
-_MAX_STEPS = 3  # number of causes in the first line, counted from the root cause
+_WAITS = (
+    ", and waits"  # from here on, a cause names only the kind of the missing rule: the root cause says more
+)
+_MAX_STEPS = 3  # the number of causes in the first line, counted from the root cause
 
 
 def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
@@ -50,6 +53,7 @@ def reporter_of(evidence: Evidence) -> tuple[Goals, GoalReporter]:
 def plain_actions(stories: Sequence[ActionStory], evidence: Evidence) -> dict[str, Any]:
     """Return the stories of plan-actions as JSON values."""
     return {
+        # An id may be used again, so several plan-actions may have the name: the latest is the headline.
         "headline": cause_headline(stories[-1].cause),
         "where": evidence.where,
         "actions": [without_roots(asdict(story)) for story in stories],
@@ -89,9 +93,9 @@ def headline(stories: Sequence[GoalStory], evidence: Evidence) -> str:
     """Return the report in one line: the state of the goal and the root cause."""
     if len(stories) == 1:
         return goal_headline(stories[0])
-    count = f"{len(stories)} goals of class {stories[0].goal_class} in {evidence.where}"
+    summary = f"{len(stories)} goals of class {stories[0].goal_class} in {evidence.where}"
     troubled = next((story for story in stories if story.waits or story.outcome != _COMPLETED), None)
-    return count if troubled is None else f"{count}; {troubled.label}: {goal_headline(troubled)}"
+    return summary if troubled is None else f"{summary}; {troubled.label}: {goal_headline(troubled)}"
 
 
 def goal_headline(story: GoalStory) -> str:
@@ -131,11 +135,11 @@ def lines(stories: Sequence[GoalStory], evidence: Evidence, rules: int = 1) -> I
     if len(stories) > 1:
         yield from (f"{story.label}  {story.cause.text}" for story in stories)
         return
-    yield from _story(stories[0], evidence, rules)
+    yield from _story_lines(stories[0], evidence, rules)
     yield from (f"note: {note}" for note in evidence.notes)
 
 
-def _story(story: GoalStory, evidence: Evidence, rules: int) -> Iterator[str]:
+def _story_lines(story: GoalStory, evidence: Evidence, rules: int) -> Iterator[str]:
     kind = f", {story.sub_type}" if story.sub_type else ""
     parent = f", sub-goal of {story.parent}" if story.parent else ""
     yield f"goal {story.goal} ({story.label}{kind}){parent}"
@@ -148,7 +152,7 @@ def _story(story: GoalStory, evidence: Evidence, rules: int) -> Iterator[str]:
     for moment in story.moments:
         fired = ", ".join(moment.rules[-rules:]) if rules else ""
         text = f"{moment.seconds:9.3f}  {moment.text}"
-        yield f"{text.ljust(width + 11)}  {fired}".rstrip()
+        yield f"{text.ljust(width + _TIME_WIDTH)}  {fired}".rstrip()
 
 
 def cause_lines(causes: tuple[Cause, ...], stem: str) -> Iterator[str]:

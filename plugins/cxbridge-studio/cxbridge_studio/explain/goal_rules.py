@@ -21,8 +21,8 @@ MAX_RULES: Final = 5  # limit of listed rules
 
 # Weights of the slots that a pattern names: the class tells more than all other slots together.
 _WEIGHTS: Final = {"class": 4, "sub-type": 2, "mode": 1}
-_NAMES_MODE: Final = "(mode "
-_MISSPELT: Final = 0.7  # similarity above which a class is taken as a misspelling
+_MODE_SLOT: Final = "(mode "
+_MIN_LIKENESS: Final = 0.7  # similarity above which a class is taken as a misspelling
 
 _GOAL: Final = "goal"
 
@@ -30,14 +30,14 @@ _GOAL: Final = "goal"
 def rules_for(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
     """Return the rules that can change a goal's mode, the most specific first.
 
-    :param texts: defrules by name.
-    :param slots: class, sub-type and mode of the goal.
+    :param texts: the defrules by name.
+    :param slots: the class, sub-type and mode of the goal.
     """
     rules = []
     for name, text in texts.items():
         condition, _, actions = text.partition("=>")
         # Parsing is slow, and an agent has hundreds of rules: the search for words comes first.
-        if slots["mode"] not in condition or _NAMES_MODE not in actions:
+        if slots["mode"] not in condition or _MODE_SLOT not in actions:
             continue
         try:
             ces = parse_rule(text).ces
@@ -53,7 +53,7 @@ def rules_for(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
 def missing_rule_for(rules: Iterable[MissingRule], slots: Mapping[str, str]) -> MissingRule | None:
     """Return the first missing rule for goals of this class in this mode, or None.
 
-    :param slots: class and mode of the goal.
+    :param slots: the class and mode of the goal.
     """
     for rule in rules:
         if slots["class"] in rule.text and any(
@@ -64,13 +64,13 @@ def missing_rule_for(rules: Iterable[MissingRule], slots: Mapping[str, str]) -> 
     return None
 
 
-def misspelt_for(
+def misspelt_rule_for(
     texts: Mapping[str, str], slots: Mapping[str, str], classes: Collection[str]
 ) -> tuple[str, str] | None:
     """Return a rule for goals in this mode that misspells the class, and the misspelt class; or None.
 
-    :param texts: defrules by name.
-    :param slots: class and mode of the goal.
+    :param texts: the defrules by name.
+    :param slots: the class and mode of the goal.
     :param classes: the classes of existing goals, which are not misspelt.
     """
     for name, text in texts.items():
@@ -79,7 +79,7 @@ def misspelt_for(
         for pattern in _goal_patterns(text):
             if _names(pattern, "mode", slots["mode"]) and not _names(pattern, "class", slots["class"]):
                 for goal_class in sorted(pattern.slots.get("class", ())):
-                    if goal_class not in classes and likeness(goal_class, slots["class"]) >= _MISSPELT:
+                    if goal_class not in classes and likeness(goal_class, slots["class"]) >= _MIN_LIKENESS:
                         return name, goal_class
     return None
 
@@ -87,8 +87,9 @@ def misspelt_for(
 def makers(texts: Mapping[str, str], name: str) -> list[str]:
     """Return the rules that formulate goals of a class, or a goal with this id.
 
-    :param texts: defrules by name.
+    :param texts: the defrules by name.
     """
+    # The goal's name follows the name of its slot, or of the core's function that asserts a tree of goals.
     word = re.compile(rf"\((?:class|id|goal-tree-assert-[\w-]+)\s+{re.escape(name)}(?![^\s()\"])")
     return [
         rule
@@ -125,7 +126,10 @@ def _score(pattern: PatternCE, slots: Mapping[str, str]) -> int:
 
 
 def _allows(field: FieldConstraint, value: str) -> tuple[bool, bool]:
-    """Return whether a constraint names a value, and whether it can match. Functions are taken to match."""
+    """Return whether a constraint names a value, and whether it can match the value.
+
+    A function is taken to match.
+    """
     is_named = False
     is_match = not field.alternatives
     for terms in field.alternatives:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import PlannerCall
@@ -21,6 +22,8 @@ from cxbridge.history.model import (
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis
 from cxbridge_studio.explain.evidence import History
+
+_MAX_LISTED: Final = 10  # limit of the goals in a hint
 
 
 class Goals:
@@ -95,13 +98,13 @@ class Goals:
                 yield event
 
     def time_us(self, seq: int) -> int:
-        """Return the run's clock at a change, or at the start or end of a skill."""
+        """Return the time of the run's clock at a change, or at the start or end of a skill."""
         return self._steps[seq].event.time_us
 
     def find(self, name: str, *, now: bool = False) -> list[GoalRecord]:
         """Return the goals with a name; see :func:`~cxbridge.history.model.goals_named`.
 
-        :param now: return only the latest goal of an id.
+        :param now: whether to return only the latest goal if the name is an id.
         :raises CxbridgeError: if there is no such goal, or several ids have this prefix.
         """
         matches = goals_named(self.all, name)
@@ -115,8 +118,8 @@ class Goals:
             raise CxbridgeError(f"there is no goal '{name}'", hint=hint or None)
         # Goals that share only the beginning of their ids have nothing in common: the user must choose.
         if not {matches[0].id, matches[0].goal_class} & {name, stem} and len(matches) > 1:
-            listed = ", ".join(goal.name for goal in matches[:10])
-            raise CxbridgeError(f"several goals begin with '{name}'", hint=f"which of: {listed}")
+            listed = ", ".join(goal.name for goal in matches[:_MAX_LISTED])
+            raise CxbridgeError(f"several goals begin with '{name}'", hint=f"name one of: {listed}")
         return matches[-1:] if now and matches[0].id == name else matches
 
     def of_class(self, goal_class: str) -> list[GoalRecord]:

@@ -18,10 +18,10 @@ from cxbridge.executive.planning.planner import PlannedAction, parse_plan_text
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import sources_of
 
-# The printable sections of a call, in the order of the figure.
+# The printable sections of a call, in the order of the thesis' figure 9.
 SECTIONS: Final = ("instances", "predicates", "goal", "plan")
 
-# Distance and duration in seconds of actions in a plan without times, as POPF prints them.
+# The distance and the duration, in seconds, of actions in a plan without times: those that POPF prints.
 EPSILON_S: Final = 0.001
 
 _ROOT_TYPE: Final = "object"
@@ -30,15 +30,15 @@ _STARTED: Final = "started"
 
 @dataclass(frozen=True, slots=True)
 class PlannerAnswer:
-    """A planner call: problem and result.
+    """The problem and the result of a planner call.
 
-    :param ended: the last event of the call; None if the recording ends before.
+    :param end: the last event of the call; None if the recording ends before.
     """
 
     call: str
     goal: str
     problem: Problem
-    ended: PlannerCall | None
+    end: PlannerCall | None
 
     def section(self, section: str) -> list[str]:
         """Return the lines of a section, one of :data:`SECTIONS`."""
@@ -60,11 +60,11 @@ class PlannerAnswer:
                 return self._plan()
 
     def _plan(self) -> list[str]:
-        if self.ended is None:
+        if self.end is None:
             return ["plan: none yet"]
-        if self.ended.status != "found":
-            return [f"plan: {self.ended.status}: {self.ended.reason}"]
-        rows = _with_times(parse_plan_text(self.ended.plan))
+        if self.end.status != "found":
+            return [f"plan: {self.end.status}: {self.end.reason}"]
+        rows = _plan_rows(parse_plan_text(self.end.plan))
         widths = [max((len(row[column]) for row in rows), default=0) for column in (0, 1)]
         return [
             "plan:",
@@ -80,8 +80,8 @@ class PlannerAnswer:
         return lines
 
 
-def _with_times(actions: Sequence[PlannedAction]) -> list[tuple[str, str, str]]:
-    """Return start, action and duration of each action; plans without times get POPF's steps of 0.001 s."""
+def _plan_rows(actions: Sequence[PlannedAction]) -> list[tuple[str, str, str]]:
+    """Return the start, the text and the duration of each action, with made-up times if the plan has none."""
     rows = []
     for number, action in enumerate(actions):
         begin = number * EPSILON_S if action.start is None else action.start
@@ -96,7 +96,7 @@ def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
     :raises TraceError: if the recording or a problem cannot be read.
     :raises PddlError: if a problem does not fit its domain.
     """
-    ended = {
+    ends = {
         (event.env, event.call): event
         for event in run
         if isinstance(event, PlannerCall) and event.status != _STARTED
@@ -116,12 +116,12 @@ def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
                     f"the recording has the problem of {call}, but not its domain", file=run.path
                 )
             problem = parse_problem(text, domains[source.owner], source_name)
-            final_event = ended.get((source.owner, call))
+            final_event = ends.get((source.owner, call))
             yield PlannerAnswer(call, "" if final_event is None else final_event.goal, problem, final_event)
 
 
 def choose_answer(run: Run, name: str = "") -> PlannerAnswer:
-    """Return the call with this id, or the last call for this goal; without an id, the last call.
+    """Return the planner call with this id, or the last call for this goal; without a name, the last call.
 
     :raises TraceError: if there is no such call.
     """

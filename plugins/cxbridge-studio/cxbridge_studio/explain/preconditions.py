@@ -16,8 +16,7 @@ from cxbridge.suggestions import LIKE, likeness
 # Returns the slots of a deftemplate's facts, as CLIPS prints the values.
 FactsOf = Callable[[str], Sequence[Mapping[str, str]]]
 
-_EQUALITY: Final = "EQUALITY"
-
+_EQUALITY: Final = "EQUALITY"  # the predicate of `=` in the facts of formulas
 
 Atom = tuple[str, ...]  # a predicate and its arguments
 
@@ -47,7 +46,7 @@ class Preconditions:
         self._conditions = Conditions(facts_of("pddl-formula"), map(_with_fields, facts_of("pddl-predicate")))
 
     @cached_property
-    def _true(self) -> list[Atom]:
+    def _true_atoms(self) -> list[Atom]:
         """The true atoms, read on first use."""
         return [
             (slots.get("name", ""), *fields(slots.get("param-values", "")))
@@ -67,7 +66,7 @@ class Preconditions:
             term.name for formula in formulas for term in formula.terms if isinstance(term, Variable)
         }
         bound = {name: arguments.get(name, f"?{name}") for name in variables}
-        state = KnownState({(name, tuple(values)) for name, *values in self._true}, {}, _no_objects)
+        state = KnownState({(name, tuple(values)) for name, *values in self._true_atoms}, {}, _no_objects)
         blamed_atoms = to_blame(condition, state, bound)
         # Two branches of a condition may blame the same atom.
         texts = (self._describe(_ground(blamed), expected_truth=blamed.wanted) for blamed in blamed_atoms)
@@ -80,17 +79,25 @@ class Preconditions:
         if not expected_truth:
             return f"{atom_text(atom)} is true"
         # A true atom that differs in one similar argument hints at a misspelling.
-        comparable = [true for true in self._true if true[0] == atom[0] and len(true) == len(atom)]
-        ranked = sorted(((_likeness(atom, true), true) for true in comparable), reverse=True)
-        similar = f" ({atom_text(ranked[0][1])} is true)" if ranked and ranked[0][0] > LIKE else ""
+        comparable = [
+            true_atom
+            for true_atom in self._true_atoms
+            if true_atom[0] == atom[0] and len(true_atom) == len(atom)
+        ]
+        similarity, nearest_atom = max(
+            ((_likeness(atom, true_atom), true_atom) for true_atom in comparable), default=(0.0, atom)
+        )
+        similar = f" ({atom_text(nearest_atom)} is true)" if similarity > LIKE else ""
         return f"{atom_text(atom)} is false{similar}"
 
 
 def _with_fields(slots: Mapping[str, str]) -> Mapping[str, Any]:
+    """Return the slots of a predicate, multislots as fields: `Conditions` parses no printed facts."""
     return {**slots, **{name: fields(slots.get(name, "")) for name in ("param-names", "param-constants")}}
 
 
 def _ground(blamed: Blamed) -> Atom:
+    """Return a blamed formula with the values of its variables."""
     name = "=" if isinstance(blamed.formula, TermComparison) else getattr(blamed.formula, "predicate", "")
     terms = (
         blamed.bound[term.name] if isinstance(term, Variable) else getattr(term, "name", "")

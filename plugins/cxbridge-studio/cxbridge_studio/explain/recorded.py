@@ -41,13 +41,14 @@ from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.recorded_facts import rows_of
 from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Rulebook, Snapshot
 
-_TEXTS = ("clips", "construct")  # roles of recorded sources with constructs
-_WITH_ENV = (FactChange, RuleFired, GoalTransition, PlanActionTransition, PlannerCall, SkillStatus)
-EXECUTIVE = "executive"
-MAX_DIAGNOSTICS: Final = 1000  # number of first diagnostics to keep, by environment
+_CONSTRUCT_ROLES = ("clips", "construct")  # the roles of recorded sources that have constructs
+_ENVIRONMENT_TYPES = (FactChange, RuleFired, GoalTransition, PlanActionTransition, PlannerCall, SkillStatus)
+EXECUTIVE = "executive"  # the name of the executive's environment, unless the user names another
+MAX_DIAGNOSTICS: Final = 1000  # limit of the diagnostics of an environment: the first are kept
 
 _CORE = Path(cxbridge.executive.__file__).parent / "clips"
 _COMPONENT = re.compile(r"CLIPS \((.+)\)")
+# A diagnostic such as "agent.clp:12: defrule go is not defined: missing parenthesis [PRNTUTIL2]".
 # Look for the end first: otherwise each colon is tried as the one after the file, in quadratic time.
 _DIAGNOSTIC = re.compile(
     r"(?=.* \[\w+\]\Z)(.+?)(?::(\d{1,9}))?: (?:(def\w+ \S++) is not defined: )?(.*) \[(\w+)\]", re.DOTALL
@@ -91,21 +92,21 @@ class RecordedDiagnostics:
 class _PastEvents:
     """The events of a recording up to a moment.
 
-    :param at_s: seconds since the start of the run; None for its end.
-    :ivar cut: whether the recording continues after the moment.
+    :param at_s: the seconds since the start of the run; None for its end.
+    :ivar is_cut: whether the recording continues after the moment.
     """
 
     def __init__(self, run: Run, at_s: float | None) -> None:
         self.histories: dict[str, History] = {}
         self.facts = EnvironmentFacts()
         self.diagnostics = RecordedDiagnostics()
-        self.cut = False
+        self.is_cut = False
         start_us, now_us = run.start_us, None
         for event in run:
             start_us = event.time_us if start_us is None else start_us
             now_us = event.time_us if now_us is None else now_us
             if at_s is not None and event.time_us > start_us + at_s * MICROSECONDS:
-                self.cut = True
+                self.is_cut = True
                 break
             now_us = max(now_us, event.time_us)
             self._take(event)
@@ -117,10 +118,10 @@ class _PastEvents:
     def _take(self, event: Event) -> None:
         if isinstance(event, FactChange):
             self.facts.take(event)
-        if isinstance(event, _WITH_ENV):
+        if isinstance(event, _ENVIRONMENT_TYPES):
             if event.env not in self.histories:
-                reads = partial(self.facts.slots, event.env)
-                self.histories[event.env] = History(event.env, facts_of=reads)
+                facts_of = partial(self.facts.slots, event.env)
+                self.histories[event.env] = History(event.env, facts_of=facts_of)
             self.histories[event.env].take(event)
         elif isinstance(event, LogLine):
             self.diagnostics.take(event)
@@ -134,7 +135,7 @@ class RecordedEvidence(Evidence):
     """The evidence of a recording about a moment.
 
     :param run: the recording, read once up to the moment.
-    :param at_s: seconds since the start of the run; None for its end.
+    :param at_s: the seconds since the start of the run; None for its end.
     :param env: the CLIPS environment; None for the executive's, or the only one.
     :param rules: the source of rules; None for the files attached to the recording.
     :raises TraceError: if the recording cannot be read, or has no such environment.
@@ -144,7 +145,7 @@ class RecordedEvidence(Evidence):
         self, run: Run, at_s: float | None, env: str | None, rules: RuleSource | None = None
     ) -> None:
         past = _PastEvents(run, at_s)
-        self.env = env = _choose(env, set(past.histories), run.path)
+        self.env = env = _choose_environment(env, set(past.histories), run.path)
         self._tables = past.facts
         self._facts = past.facts.by_env.get(env)
         self._templates_with_facts = past.facts.templates.get(env, set())
@@ -154,18 +155,18 @@ class RecordedEvidence(Evidence):
         self._diagnostics = past.diagnostics
         history = past.histories.setdefault(env, History(env))
         seconds = (past.now_us - past.start_us) / MICROSECONDS
-        is_cut = past.cut and at_s is not None
+        is_cut = past.is_cut and at_s is not None
         when = f"at {at_s:.3f} s" if is_cut else f"at its end, {seconds:.3f} s"
         super().__init__(f"{short_path(run.path)} {when}", past.start_us, past.now_us, history)
         self.is_moment = at_s is not None
-        if not past.cut:
+        if not past.is_cut:
             self.ending = _ending(run.metadata())
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
     def _source(self) -> RuleSource:
         if self._rules is None:
             steps = building_steps(self._run, self.env, self.now_us)
-            texts = ((step.name, step.data) for step in steps if step.role in _TEXTS)
+            texts = ((step.name, step.data) for step in steps if step.role in _CONSTRUCT_ROLES)
             files = [
                 TextFile(name, data.decode("utf-8", "surrogateescape"))
                 for name, data in texts
@@ -175,7 +176,7 @@ class RecordedEvidence(Evidence):
                 raise TraceError(
                     "this recording has no CLIPS files with it, so its rules are not known",
                     file=self._path,
-                    hint="name the scenario that was run, or with --fawkes-dir the Fawkes whose log it is",
+                    hint="name the scenario that was run, or with --fawkes-dir the Fawkes that wrote the log",
                 )
             folders = agent_folders((file.name, file.text) for file in files)
             self._rules = Constructs(files, self._diagnostics.of(self.env), folders)
@@ -190,21 +191,21 @@ class RecordedEvidence(Evidence):
             raise NoFactsError(
                 "this recording has no facts",
                 file=self._path,
-                hint="record with --trace-level facts; a Fawkes needs clips-executive/debug/enable",
+                hint="record with --trace-level facts; Fawkes needs clips-executive/debug/enable",
             )
-        bare = self._source().snapshot(rule, self.env, self.now_us)
-        names = {pattern.template for pattern in patterns(parse_rule(bare.text).ces)}
-        changes = [fact for fact in self._facts.values() if bare.all_facts or fact.template in names]
+        snapshot = self._source().snapshot(rule, self.env, self.now_us)
+        names = {pattern.template for pattern in patterns(parse_rule(snapshot.text).ces)}
+        changes = [fact for fact in self._facts.values() if snapshot.all_facts or fact.template in names]
         for name in sorted(names - self._templates_with_facts):
             self.notes.append(f"no fact of '{name}' was recorded: there was none, or it was not watched")
         if len(changes) > MAX_FACTS:
-            return replace(bare, too_many=len(changes))
-        templates, rows = rows_of(changes, bare.templates)
-        if not bare.all_facts:
+            return replace(snapshot, too_many=len(changes))
+        templates, rows = rows_of(changes, snapshot.templates)
+        if not snapshot.all_facts:
             templates = {name: template for name, template in templates.items() if name in names}
         if len(rows) < len(changes):
             self.notes.append(f"{len(changes) - len(rows)} facts of the recording cannot be read")
-        return replace(bare, templates=templates, facts=tuple(rows))
+        return replace(snapshot, templates=templates, facts=tuple(rows))
 
     def rule_texts(self) -> Mapping[str, str]:
         try:
@@ -221,13 +222,13 @@ class RecordedEvidence(Evidence):
 
 
 def _ending(metadata: Mapping[str, str]) -> str:
-    """Return how a run ended that did not end by its goals; empty if the recording does not tell."""
+    """Return how a run ended; empty if its goals ended the run, or the recording does not tell."""
     status, reason = metadata.get("status", ""), metadata.get("reason", "")
-    # Status 0 and 1: the goals were over, and have completed or failed.
+    # Status 0 or 1 means that the goals were over, and have completed or failed.
     return f"the run ended with status {status}: {reason}" if status.isdigit() and int(status) > 1 else ""
 
 
-def _choose(env: str | None, names: set[str], path: Path) -> str:
+def _choose_environment(env: str | None, names: set[str], path: Path) -> str:
     if env is None:
         return next(iter(names)) if len(names) == 1 else EXECUTIVE
     if env not in names:
@@ -239,8 +240,8 @@ def _choose(env: str | None, names: set[str], path: Path) -> str:
 def agent_folders(files: Iterable[tuple[str, str]]) -> list[str]:
     """Return the folders of an agent's files whose content equals the recorded content.
 
-    :param files: paths and texts. A path alone does not open a folder: the recording may come from a
-        stranger.
+    :param files: the paths and the recorded texts. A path alone does not open a folder: the recording may
+        come from a stranger.
     """
     folders: dict[str, None] = {}
     for name, text in files:

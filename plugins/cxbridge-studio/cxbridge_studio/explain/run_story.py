@@ -11,7 +11,7 @@ from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_report import cause_lines, goal_headline, reporter_of, without_roots
 from cxbridge_studio.explain.goal_story import NOT_RECORDED, Cause
 
-# Sentences of a section; the last sentence says how many are left out.
+# The limit of sentences in a section. The last sentence of a longer section counts those that are left out.
 MAX_SENTENCES: Final = 12
 
 _FAILURES: Final = ("FAILED", "REJECTED")
@@ -89,8 +89,13 @@ class _StoryWriter:
     def _untroubled_headline(self, open_goals: Sequence[GoalRecord], work: Sequence[Cause]) -> str:
         """Return the first sentence of a run in which no root goal has failed or waits."""
         if open_goals:
-            further_goals = f", and {len(open_goals) - 1} more goals" if len(open_goals) > 1 else ""
-            return f"{open_goals[0].title}{further_goals} is under way: {work[0].text}"
+            further_count = len(open_goals) - 1
+            goals = (
+                f" and {further_count} more goal{'s' if further_count > 1 else ''} are"
+                if further_count
+                else " is"
+            )
+            return f"{open_goals[0].title}{goals} under way: {work[0].text}"
         if not self._root_goals:
             return "no goal has been formulated"
         if len(self._root_goals) == 1:
@@ -106,19 +111,23 @@ class _StoryWriter:
     def _work_under_way(self) -> Iterator[Cause]:
         """Yield the running skills and planner calls."""
         for call, action in self._goals.open_calls():
-            begin = self._evidence.seconds(self._goals.time_us(call.begin[0]))
+            begin_seq, _ = call.begin
+            begin_s = self._evidence.seconds(self._goals.time_us(begin_seq))
             purpose = f" for action {action.id} {action.name} of {action.goal}" if action is not None else ""
-            yield Cause(f"{call.skiller} executes {call.skill_string}{purpose} since {begin:.3f} s")
+            yield Cause(f"{call.skiller} executes {call.skill_string}{purpose}, begun at {begin_s:.3f} s")
         for planner in self._goals.open_plannings():
-            begin = self._evidence.seconds(self._goals.time_us(planner.begin[0]))
-            yield Cause(f"planner {planner.name} looks for a plan for {planner.goal} since {begin:.3f} s")
+            begin_seq, _ = planner.begin
+            begin_s = self._evidence.seconds(self._goals.time_us(begin_seq))
+            yield Cause(
+                f"planner {planner.name} looks for a plan for {planner.goal}, begun at {begin_s:.3f} s"
+            )
 
     def _overcome_failures(self, failed: Sequence[GoalRecord]) -> list[GoalRecord]:
         """Return the topmost failed goals of each tree whose root has not failed."""
-        numbers_of_failed = {goal.number for goal in failed}
+        failed_numbers = {goal.number for goal in failed}
         overcome: list[GoalRecord] = []
         # A stack instead of recursion: goals may be nested deeper than Python's stack.
-        pending = [goal for goal in reversed(self._root_goals) if goal.number not in numbers_of_failed]
+        pending = [goal for goal in reversed(self._root_goals) if goal.number not in failed_numbers]
         while pending:
             goal = pending.pop()
             if self._goals.parent(goal) is not None and _has_failed(goal):

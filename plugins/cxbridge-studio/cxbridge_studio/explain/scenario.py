@@ -1,4 +1,4 @@
-"""Evidence from a scenario: the run is made here, on the virtual clock, up to the time in question."""
+"""Evidence from a scenario, which runs here, on the virtual clock, up to the time in question."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
 from cxbridge_studio.explain.evidence import STORY_TYPES, Evidence, History
-from cxbridge_studio.explain.rules.environment import fact_slots, rulebook, source_form, take
+from cxbridge_studio.explain.rules.environment import fact_slots, rulebook, source_form, take_snapshot
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
@@ -44,7 +44,7 @@ class EnvironmentEvidence(Evidence):
 
     def snapshot(self, rule: str) -> Snapshot:
         with self.env.lock:
-            return take(self.env, rule)
+            return take_snapshot(self.env, rule)
 
     def rule_texts(self) -> Mapping[str, str]:
         with self.env.lock:
@@ -60,7 +60,7 @@ class EnvironmentEvidence(Evidence):
 def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None = None) -> Iterator[Evidence]:
     """Run a scenario up to a time or to its end, and yield the evidence of that moment.
 
-    :param at_s: seconds since the start; None for the end.
+    :param at_s: the seconds since the start of the run; None for its end.
     :param env: the CLIPS environment, or the agent if there are several; None for the executive's.
     """
     options.check()
@@ -74,9 +74,11 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
         watched_rules = agent.executive.env.watcher.rules
         history.rules_known = True
         with Interrupt(run.loop.stop, run.interrupt) as interrupt:
+            # Once for the rules that fire during the start, and again because the configuration may have
+            # switched rules off.
             watched_rules.set((), on=True)
             run.start()
-            watched_rules.set((), on=True)  # the configuration may have switched some off
+            watched_rules.set((), on=True)
             interrupt.check()
             run.loop.run(lambda: _is_done(run, interrupt, limit_us))
             interrupt.check()
@@ -91,7 +93,7 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
             agent.paths.clips_dirs,
         )
         evidence.is_moment = at_s is not None
-        # A run ends between two loops: less than a second before the time is no surprise.
+        # A run ends at a loop, so a difference below a second is normal.
         if run.is_over and at_s is not None and seconds < at_s - 1:
             evidence.notes.append(f"the run was over before {at_s:g} s")
         yield evidence
@@ -115,6 +117,7 @@ def _agent_named(run: Run | Team, env: str | None) -> Run:
 def _is_done(run: Run | Team, interrupt: Interrupt, limit_us: int) -> bool:
     if interrupt.received or run.is_over or all(agent.executive.env.quit_requested for agent in run.agents):
         return True
+    # The next loop would be beyond the limit.
     return run.clock.now_us() + run.loop.period_us > limit_us
 
 

@@ -61,11 +61,11 @@ class RuleLines:
 class AgentSources:
     """The names in an agent's sources.
 
-    :ivar rules: rules by name; of duplicates, the last definition.
-    :ivar classes: goal classes.
-    :ivar operators: operators of the PDDL domains.
-    :ivar unwatched: rules whose firings are not recorded.
-    :ivar changed: files that differ between runs.
+    :ivar rules: the rules by name; of two rules with the same name, the last definition.
+    :ivar classes: the goal classes.
+    :ivar operators: the operators of the PDDL domains, in lower case.
+    :ivar unwatched: the rules whose firings are not recorded.
+    :ivar changed: the files that differ between runs.
     :ivar texts: the texts of the CLIPS files, by name.
     """
 
@@ -105,7 +105,7 @@ class AgentSources:
             self.add_domain(text)
         elif source.role == "config-tree":
             self.unwatched.update(_EVERY_TICK)
-            self.unwatched.update(_unwatched(text))
+            self.unwatched.update(_unwatched_rules(text))
 
     def add_domain(self, text: str) -> None:
         self.operators.update(match[1].lower() for match in _OPERATOR.finditer(_COMMENT.sub("", text)))
@@ -133,12 +133,12 @@ def _classes(construct: SyntaxNode) -> Iterable[str]:
 class RecordedUse:
     """The parts of an agent that runs have used.
 
-    :ivar firings: number of firings by rule.
-    :ivar modes: number of goals by class and mode.
-    :ivar outcomes: number of goals by class and outcome.
-    :ivar actions: number of executions by action.
-    :ivar skills: number of executions by skill.
-    :ivar without_firings: runs without recorded firings.
+    :ivar firings: the number of firings by rule.
+    :ivar modes: the number of goals by class and mode.
+    :ivar outcomes: the number of goals by class and outcome.
+    :ivar actions: the number of executions by action.
+    :ivar skills: the number of executions by skill.
+    :ivar without_firings: the runs without recorded firings.
     """
 
     runs: int = 0
@@ -163,7 +163,7 @@ class RecordedUse:
             if isinstance(event, RuleFired) and event.env == env:
                 self.firings[event.rule] += 1
             elif isinstance(event, GoalTransition) and event.env == env:
-                self._goal(event, last_mode)
+                self._count_goal(event, last_mode)
             elif isinstance(event, PlanActionTransition) and event.env == env:
                 if event.state == "RUNNING":
                     self.actions[event.action.lower()] += 1
@@ -179,7 +179,8 @@ class RecordedUse:
             self.without_firings.append(str(run.path))
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
-    def _goal(self, event: GoalTransition, last_mode: dict[str, str]) -> None:
+    def _count_goal(self, event: GoalTransition, last_mode: dict[str, str]) -> None:
+        """Count a goal's new mode: a transition that repeats the mode changes another slot."""
         if last_mode.get(event.goal) == event.mode:
             return
         last_mode[event.goal] = event.mode
@@ -209,7 +210,7 @@ def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, core: bool) -
     return bool(steps)
 
 
-def _unwatched(tree: str) -> list[str]:
+def _unwatched_rules(tree: str) -> list[str]:
     """Return the rules that a recorded configuration does not watch; empty if it is not readable."""
     try:
         names = json.loads(tree).get(_UNWATCHED, [])
@@ -286,13 +287,14 @@ class Coverage:
 def coverage_of(agent: AgentSources, use: RecordedUse, globs: tuple[str, ...] = ()) -> Coverage:
     """Combine an agent and the uses of its parts.
 
-    :param globs: include only rules of files whose path or name matches one of these.
+    :param globs: include only the rules of files whose path or name matches one of these patterns;
+        empty for all.
     """
     by_file: dict[str, list[tuple[RuleLines, int | None]]] = {}
     for rule in agent.rules.values():
         if not globs or _matches(rule.file, globs):
             firings = use.firings.get(rule.name, 0)
-            # No firing of an unwatched rule tells nothing.
+            # An unwatched rule without recorded firings may have fired.
             count = None if not firings and rule.name in agent.unwatched else firings
             by_file.setdefault(rule.file, []).append((rule, count))
     files = tuple(
@@ -304,6 +306,7 @@ def coverage_of(agent: AgentSources, use: RecordedUse, globs: tuple[str, ...] = 
     return Coverage(
         use.runs,
         files,
+        # A goal that was formulated before the recording began counts once.
         _used_names({name: use.modes[name]["FORMULATED"] or 1 for name in use.modes}, agent.classes),
         tuple(
             (name, tuple(mode for mode in MODES if not use.modes[name][mode]))

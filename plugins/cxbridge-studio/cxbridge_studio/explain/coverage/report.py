@@ -11,7 +11,7 @@ from cxbridge.printing import short_path
 from cxbridge.run.pages import write_document
 from cxbridge_studio.explain.coverage.model import MODES, Coverage, FileCoverage, UsedNames
 
-_SHORT_FOLDER: Final = 12  # a common folder of at most this length is not worth a separate heading
+_SHORT_FOLDER: Final = 12  # a common folder of at most this length stays in the file names
 
 
 def lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
@@ -24,19 +24,19 @@ def lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
         yield f"{coverage.fired} of {coverage.counted} rules fired in {runs}: {coverage.percent:.1f} %"
         yield ""
         yield from _file_table(coverage)
-        yield from _never_fired(coverage)
+        yield from _unfired_lines(coverage)
     else:
         yield f"which rules fired in {runs} was not recorded: record with --trace-level rules"
     yield ""
-    yield from _names("goal classes", "appeared", coverage.classes)
+    yield from _name_lines("goal classes", "appeared", coverage.classes)
     yield from (f"  {name} was never {', '.join(missing)}" for name, missing in coverage.missing_modes)
-    yield from _names("actions", "were executed", coverage.actions)
-    yield from _names("skills", "were executed", coverage.skills)
+    yield from _name_lines("actions", "were executed", coverage.actions)
+    yield from _name_lines("skills", "were executed", coverage.skills)
     yield from (f"note: {note}" for note in coverage.notes)
 
 
 def _file_table(coverage: Coverage) -> Iterator[str]:
-    base, names = _below(coverage.files)
+    base, names = _split_folder(coverage.files)
     title = f"below {base}" if base else "file"
     width = max(map(len, [*names, title]))
     yield f"{title.ljust(width)}  rules  fired      %"
@@ -45,7 +45,7 @@ def _file_table(coverage: Coverage) -> Iterator[str]:
         yield f"{name.ljust(width)}  {file.counted:5d}  {file.fired:5d} {percent}"
 
 
-def _below(files: Sequence[FileCoverage]) -> tuple[str, list[str]]:
+def _split_folder(files: Sequence[FileCoverage]) -> tuple[str, list[str]]:
     """Return the common folder of the files, empty if it is short, and the file names relative to it."""
     names = [short_path(file.file) for file in files]
     base = os.path.commonpath([str(Path(name).parent) for name in names]) if len(names) > 1 else ""
@@ -56,11 +56,11 @@ def _below(files: Sequence[FileCoverage]) -> tuple[str, list[str]]:
 
 def short_names(files: Sequence[FileCoverage]) -> list[str]:
     """Return the file names, relative to the common folder if that is long."""
-    return _below(files)[1]
+    return _split_folder(files)[1]
 
 
-def _never_fired(coverage: Coverage) -> Iterator[str]:
-    _, names = _below(coverage.files)
+def _unfired_lines(coverage: Coverage) -> Iterator[str]:
+    _, names = _split_folder(coverage.files)
     unfired = [
         f"  {name}:{rule.lines[0]} {rule.name}"
         for name, file in zip(names, coverage.files, strict=True)
@@ -76,7 +76,7 @@ def _never_fired(coverage: Coverage) -> Iterator[str]:
         yield f"firings not recorded: {', '.join(unwatched)}"
 
 
-def _names(title: str, verb: str, names: UsedNames) -> Iterator[str]:
+def _name_lines(title: str, verb: str, names: UsedNames) -> Iterator[str]:
     total = len(names.used) + len(names.unused)
     yield f"{title}: {len(names.used)} of {total} {verb}"
     if names.unused:

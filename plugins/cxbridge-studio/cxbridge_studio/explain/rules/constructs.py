@@ -11,8 +11,8 @@ from cxbridge.executive.host.loading import Diagnostic
 from cxbridge_studio.agent.rule import dependencies, parse_rule
 from cxbridge_studio.explain.rules.snapshot import FactTemplate, Rulebook, Snapshot
 
-_MULTI = ("multislot", "multifield")
-_SINGLE = ("slot", "field")
+_MULTI_SLOTS = ("multislot", "multifield")
+_SINGLE_SLOTS = ("slot", "field")
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,9 +29,9 @@ class TextFile:
 class Constructs:
     """The constructs of files.
 
-    :param files: in loading order; the later of two constructs with one name counts.
-    :param diagnostics: CLIPS' messages; refused rules are left out.
-    :param folders: folders with further files of the agent.
+    :param files: the files in loading order; of two constructs with the same name, the later counts.
+    :param diagnostics: CLIPS' messages about the files; the constructs that CLIPS refused are left out.
+    :param folders: the folders with further files of the agent.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class Constructs:
             for definition in definitions(file.text):
                 is_rule = definition.kind == "defrule"
                 if (file.name, f"{definition.kind} {definition.name}") not in refused:
-                    self._take(definition)
+                    self._add(definition)
                     positions |= {definition.name: (file.name, definition.line)} if is_rule else {}
                 elif is_rule:
                     refused_rules[definition.name] = definition.node.text
@@ -62,7 +62,7 @@ class Constructs:
             frozenset(self._rules), tuple(names), tuple(diagnostics), tuple(folders), positions, refused_rules
         )
 
-    def _take(self, definition: Definition) -> None:
+    def _add(self, definition: Definition) -> None:
         name, node = definition.name, definition.node
         match definition.kind:
             case "defrule":
@@ -108,13 +108,14 @@ class Constructs:
             self.templates,
             (),
             needs.functions,
-            # the value of a global variable may depend on earlier ones
+            # The value of a global variable may depend on earlier variables, so all are copied.
             global_texts=self._globals if needs.globals else {},
             all_facts=needs.all_facts,
         )
 
 
 def _slots(items: tuple[SyntaxNode, ...]) -> Iterator[tuple[str, bool]]:
+    """Yield the name of each slot, and whether it is a multislot."""
     for item in items:
-        if item.head in (*_MULTI, *_SINGLE) and item.arguments:
-            yield item.arguments[0].text, item.head in _MULTI
+        if item.head in (*_MULTI_SLOTS, *_SINGLE_SLOTS) and item.arguments:
+            yield item.arguments[0].text, item.head in _MULTI_SLOTS

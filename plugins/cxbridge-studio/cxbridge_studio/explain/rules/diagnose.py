@@ -18,20 +18,21 @@ from cxbridge_studio.explain.rules.matcher import Matcher
 from cxbridge_studio.explain.rules.near_misses import find_nearest
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-MAX_SHOWN: Final = 3  # limit of listed facts, values and near misses
+MAX_SHOWN: Final = 3  # limit of the listed facts, values and near misses
 
-MAX_BASES: Final = 200  # limit of complete matches that are compared with the firings
+MAX_BASES: Final = 200  # limit of the complete matches that are compared with the firings
 
 # A `not` may match in several ways for one fact, so more matches than shown facts are read.
 _MATCHES_OF_NOT: Final = 20 * MAX_SHOWN
+
+_UNLIMITED: Final = -1  # CLIPS' number for all activations
 
 
 def diagnose(snapshot: Snapshot) -> Diagnosis:
     """Match the condition of the snapshot's rule, and explain a mismatch."""
     if snapshot.too_many:
-        return undiagnosed(
-            snapshot, f"{snapshot.too_many - 1}+ facts of its templates are too many to look at"
-        )
+        # The count ends at the first fact beyond the limit.
+        return undiagnosed(snapshot, f"{snapshot.too_many - 1}+ facts of its templates are too many to match")
     try:
         with Matcher(snapshot) as matcher:
             return _Diagnoser(snapshot, parse_rule(snapshot.text), matcher).diagnosis()
@@ -56,28 +57,28 @@ class _Diagnoser:
         """Count the matches, and explain the first element without a match."""
         ces, matcher = self._condition.ces, self._matcher
         elements: list[CECount] = []
-        failing, unknown = 0, ""
+        failing_ce, unknown = 0, ""
         joined: Count | None = matcher.count(())
         for number, ce in enumerate(ces, 1):
-            if failing or unknown:
+            if failing_ce or unknown:
                 joined = None
             else:
                 try:
                     joined = matcher.count([prefix_ce.text for prefix_ce in ces[:number]])
-                    failing = number if joined.number == 0 else 0
+                    failing_ce = number if joined.number == 0 else 0
                 except ClipsError as error:
                     joined, unknown = None, f"CE {number} cannot be matched on a copy: {error.message}"
-            elements.append(CECount(number, ce.text, self._alone(ces[: number - 1], ce), joined))
+            elements.append(CECount(number, ce.text, self._count_alone(ces[: number - 1], ce), joined))
         if unknown:
             return Diagnosis(self._salience(), tuple(elements), errors=tuple(matcher.errors), unknown=unknown)
-        failure = self._explain(list(ces[: failing - 1]), ces[failing - 1]) if failing else None
-        bases = () if failing else tuple(matcher.bases([ce.text for ce in ces], MAX_BASES))
+        failure = self._explain(list(ces[: failing_ce - 1]), ces[failing_ce - 1]) if failing_ce else None
+        bases = () if failing_ce else tuple(matcher.bases([ce.text for ce in ces], MAX_BASES))
         return Diagnosis(
             self._salience(),
             tuple(elements),
-            failing,
+            failing_ce,
             failure,
-            None if failing else joined,
+            None if failing_ce else joined,
             bases,
             tuple(matcher.errors),
         )
@@ -87,18 +88,21 @@ class _Diagnoser:
             return ""
         try:
             return show(self._matcher.value(self._condition.salience))
-        except ClipsError:
+        except ClipsError:  # the salience depends on the run, so its source text is shown
             return self._condition.salience
 
-    def _alone(self, previous_ces: Sequence[CE], ce: CE) -> Count | None:
-        """Return the number of facts that match a CE's single pattern alone, without the CEs before it."""
+    def _count_alone(self, previous_ces: Sequence[CE], ce: CE) -> Count | None:
+        """Return the number of facts that match a CE's single pattern alone, without the CEs before it.
+
+        None if the CE is not a pattern, or the pattern cannot be matched.
+        """
         inner = ce.items[0] if isinstance(ce, GroupCE) and len(ce.items) == 1 else ce
         if not isinstance(inner, PatternCE):
             return None
         try:
             pattern = f"?cx-why-fact <- {inner.alone(Prefix(previous_ces).binds)}"
             # A multislot can match in several ways; the fact counts once.
-            matches = self._matcher.note([pattern], ["cx-why-fact"], limit=-1)
+            matches = self._matcher.match_values([pattern], ["cx-why-fact"], limit=_UNLIMITED)
         except ClipsError:
             return None
         return Count(len(set(matches)))
@@ -112,7 +116,7 @@ class _Diagnoser:
                 return self._explain_test(Prefix(previous_ces), ce)
             return self._explain_group(previous_ces, ce)
         except ClipsError as error:
-            return MatchFailure("unknown", ce.text, f"how near it comes cannot be found out: {error.message}")
+            return MatchFailure("unknown", ce.text, f"its nearest facts cannot be found: {error.message}")
 
     def _explain_group(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
         match ce.kind:
@@ -123,12 +127,12 @@ class _Diagnoser:
             case "or":
                 branches = tuple(self._explain(previous_ces, branch) for branch in ce.items)
                 return MatchFailure("or", ce.text, "none of its branches matches", inner=branches)
-        inner = self._sequence(previous_ces, list(ce.items))
+        inner = self._explain_sequence(previous_ces, list(ce.items))
         return replace(inner, kind="exists", text=ce.text) if ce.kind == "exists" else inner
 
     def _explain_test(self, prefix: Prefix, ce: TestCE) -> MatchFailure:
         names = sorted(ce.used & prefix.binds)
-        rows = self._matcher.note(prefix.texts, names, MAX_SHOWN) if names else []
+        rows = self._matcher.match_values(prefix.texts, names, MAX_SHOWN) if names else []
         values = dict.fromkeys(
             ", ".join(f"?{name} = {show_alone(value)}" for name, value in zip(names, row, strict=True))
             for row in rows
@@ -138,15 +142,16 @@ class _Diagnoser:
     def _explain_not(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
         positive = Prefix([*previous_ces, *ce.items])
         own_facts = positive.facts[len(Prefix(previous_ces).facts) :]
-        rows = self._matcher.note(positive.texts, own_facts, _MATCHES_OF_NOT) if own_facts else []
+        rows = self._matcher.match_values(positive.texts, own_facts, _MATCHES_OF_NOT) if own_facts else []
         negated_patterns = [item for item in ce.items if isinstance(item, PatternCE)]
         facts = dict.fromkeys(
             " with ".join(
-                self._fact(ref.index, pattern) for ref, pattern in zip(row, negated_patterns, strict=True)
+                self._fact_text(ref.index, pattern)
+                for ref, pattern in zip(row, negated_patterns, strict=True)
             )
             for row in rows
         )
-        reason = "it is not to match, but does" if facts else "what is in it always matches"
+        reason = "it must not match, but it does" if facts else "its content always matches"
         listed = [*list(facts)[:MAX_SHOWN], *(["and more"] if len(facts) > MAX_SHOWN else [])]
         return MatchFailure("not", ce.text, reason, facts=tuple(listed))
 
@@ -158,12 +163,12 @@ class _Diagnoser:
             positive = Prefix([*previous_ces, first])
             # CLIPS replaces (forall A B) by (not (and A (not B))): facts of A without B violate it.
             violation = [*positive.texts, f"(not (and {required}))"]
-            rows = self._matcher.note(violation, positive.facts[-1:], MAX_SHOWN)
-            facts = [self._fact(row[0].index, first) for row in rows]
+            rows = self._matcher.match_values(violation, positive.facts[-1:], MAX_SHOWN)
+            facts = [self._fact_text(row[0].index, first) for row in rows]
         reason = f"not every {first.text} has {required}"
         return MatchFailure("forall", ce.text, reason, facts=tuple(dict.fromkeys(facts)))
 
-    def _sequence(self, previous_ces: list[CE], ces: list[CE]) -> MatchFailure:
+    def _explain_sequence(self, previous_ces: list[CE], ces: list[CE]) -> MatchFailure:
         """Explain the first of several CEs without a match."""
         for index, ce in enumerate(ces):
             prefix = Prefix([*previous_ces, *ces[: index + 1]])
@@ -171,5 +176,5 @@ class _Diagnoser:
                 return self._explain([*previous_ces, *ces[:index]], ce)
         raise ClipsError("its parts match in sequence")
 
-    def _fact(self, index: int, pattern: PatternCE) -> str:
+    def _fact_text(self, index: int, pattern: PatternCE) -> str:
         return self._snapshot.fact_text(self._matcher.rows[index], {part.slot for part in pattern.parts})

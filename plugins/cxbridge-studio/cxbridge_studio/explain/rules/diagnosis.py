@@ -1,4 +1,4 @@
-"""The diagnosis of a rule: the matches of each conditional element (CE), and why one has none."""
+"""The diagnosis of a rule: the matches of each conditional element (CE), and the first failure to match."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 class Count:
     """A number of matches.
 
-    :param more: whether there are more matches than counted.
+    :param more: whether the count ended at a limit.
     """
 
     number: int
@@ -39,9 +39,9 @@ class CECount:
 class Deviation:
     """A slot in which a fact differs from a pattern.
 
-    :param slot: the name, or ``field N``.
-    :param value: the value in the fact.
-    :param wanted: the constraint.
+    :param slot: the name of the slot, or ``field N`` of an ordered fact.
+    :param value: the value of the slot in the fact.
+    :param wanted: the constraint of the pattern.
     :param known: the variables in the constraint, with their values and binding CEs.
     """
 
@@ -55,7 +55,8 @@ class Deviation:
 class NearMiss:
     """A fact that nearly matches.
 
-    :param fact: the index and the slots in the pattern.
+    :param fact: the index of the fact, and its slots that the pattern constrains.
+    :param deviations: the slots that do not match.
     """
 
     fact: str
@@ -86,16 +87,16 @@ class MatchFailure:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """The state of a condition.
+    """The matches of a rule's condition at one moment, and the reason if there are none.
 
-    :param salience: a number if known, else the source text; empty without salience.
+    :param salience: the rule's salience: a number if known, else the source text; empty without salience.
     :param elements: the conditional elements.
-    :param failing: the number of the first CE without a match; 0 if the whole condition matches.
+    :param failing: the number of the first CE that fails to match; 0 if the whole condition matches.
     :param failure: why that CE has no match.
     :param matches: the number of complete matches; None if there are none or they are unknown.
     :param bases: the facts of the first complete matches.
     :param errors: CLIPS' messages during matching.
-    :param unknown: why there are no counts; empty if there are.
+    :param unknown: why the matches are not known; empty if they are.
     """
 
     salience: str

@@ -24,14 +24,14 @@ from cxbridge_studio.agent.rule import dependencies, parse_rule
 from cxbridge_studio.explain.rules import snapshot as model
 from cxbridge_studio.explain.rules.snapshot import Activation, Rulebook, Snapshot
 
-MAX_AGENDA: Final = 1000  # limit of inspected activations
+MAX_AGENDA: Final = 1000  # limit of the inspected activations
 
 _SUCCINCT: Final = 1  # CLIPS' constant, a macro that cffi does not see
 
-# Source names by the functions that replace them: the host rewrites rules when it loads them.
+# The names in the source by the functions that replace them: the host rewrites rules when it loads them.
 _SOURCE_NAMES: Final = {MODIFY_FUNCTION: "modify", DUPLICATE_FUNCTION: "duplicate"}
 
-_VALUES: Final = "create$"
+_LIST_FUNCTION: Final = "create$"
 
 
 def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
@@ -53,7 +53,7 @@ def fact_slots(env: ClipsEnvironment, template: str, limit: int | None = None) -
     return [{name: show(value) for name, value in slots.items()} for _, _, slots in facts]
 
 
-def take(env: ClipsEnvironment, rule: str, max_facts: int | None = None) -> Snapshot:
+def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None) -> Snapshot:
     """Copy a rule with its facts. Call this between runs of the rules, with the lock held.
 
     :param max_facts: if there are more facts, none are copied; None for :data:`~.snapshot.MAX_FACTS`.
@@ -82,14 +82,14 @@ def take(env: ClipsEnvironment, rule: str, max_facts: int | None = None) -> Snap
         templates,
         tuple(sorted(copier.copy.rows, key=lambda row: row.index)),
         needs.functions,
-        {name: lasting(env.eval(f"?*{name}*")) for name in global_names},
+        {name: without_pointers(env.eval(f"?*{name}*")) for name in global_names},
         agenda=tuple(
             Activation(name, salience, basis) for salience, name, basis in islice(agenda(env), MAX_AGENDA)
         ),
-        own_counts=_own_counts(env, pointer),
+        own_counts=_clips_counts(env, pointer),
         too_many=total if total > limit else 0,
         all_facts=needs.all_facts,
-        halted=_halted(env),
+        halted=_reason_of_halt(env),
     )
 
 
@@ -115,6 +115,7 @@ def _templates(env: ClipsEnvironment, names: set[str] | None) -> Mapping[str, Fa
 
 
 def _facts(env: ClipsEnvironment, templates: Iterable[str]) -> Iterator[CData]:
+    """Yield the pointers to the facts of deftemplates."""
     for name in templates:
         pointer = lib.FindDeftemplate(env.env, encode(name))
         fact = lib.GetNextFactInTemplate(pointer, NULL)
@@ -123,14 +124,14 @@ def _facts(env: ClipsEnvironment, templates: Iterable[str]) -> Iterator[CData]:
             fact = lib.GetNextFactInTemplate(pointer, fact)
 
 
-def lasting(value: Value) -> Value:
+def without_pointers(value: Value) -> Value:
     """Return a value that stays valid after facts are retracted: the index of a fact, not its address."""
     if isinstance(value, FactAddress):
         return FactRef(int(lib.FactIndex(value.pointer)))
-    return tuple(map(lasting, value)) if isinstance(value, tuple) else value
+    return tuple(map(without_pointers, value)) if isinstance(value, tuple) else value
 
 
-def _own_counts(env: ClipsEnvironment, rule: CData) -> tuple[str, ...]:
+def _clips_counts(env: ClipsEnvironment, rule: CData) -> tuple[str, ...]:
     """Return the output of CLIPS' ``(matches RULE succinct)``."""
     lines: list[str] = []
 
@@ -145,7 +146,8 @@ def _own_counts(env: ClipsEnvironment, rule: CData) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _halted(env: ClipsEnvironment) -> str:
+def _reason_of_halt(env: ClipsEnvironment) -> str:
+    """Return why no rule fires any more; empty while rules fire."""
     if env.faults:
         return env.faults[0]
     if env.quit_requested:
@@ -156,12 +158,12 @@ def _halted(env: ClipsEnvironment) -> str:
 def source_form(texts: Mapping[str, str]) -> dict[str, str]:
     """Return rules in their source form, except for blanks and comments.
 
-    :param texts: defrules by name, as the environment prints them.
+    :param texts: the defrules by name, as the environment prints them.
     """
-    return {name: _restored(text) for name, text in texts.items()}
+    return {name: _restore_source(text) for name, text in texts.items()}
 
 
-def _restored(text: str) -> str:
+def _restore_source(text: str) -> str:
     """Return a rule with ``(modify F (slot V...))`` for ``(cx-modify F slot (create$ V...))``."""
     if not any(function in text for function in _SOURCE_NAMES):
         return text
@@ -173,7 +175,7 @@ def _restored(text: str) -> str:
                 edits += [
                     (slot.start, value.items[0].end, f"({slot.text}")
                     for slot, value in pairwise(node.items[2:])
-                    if slot.items is None and value.head == _VALUES and value.items
+                    if slot.items is None and value.head == _LIST_FUNCTION and value.items
                 ]
     for start, end, replacement in sorted(edits, reverse=True):  # from the end: earlier offsets stay valid
         text = text[:start] + replacement + text[end:]

@@ -1,9 +1,9 @@
 """CLIPS environments restricted to pure functions, without access to the outside.
 
 Their constructs may come from an untrusted recording, so they have only the functions of :data:`ALLOWED`. A
-function that a later CLIPS or a shim adds is missing until it gets a reason here. None of them opens files,
-runs programs, reads input, prints, loads or builds constructs, evaluates text, changes facts, or calls into
-the process. See "A recording is data" in docs/security.md.
+function that a later CLIPS or a shim adds is missing until it gets a reason here. No allowed function opens
+files, runs programs, reads input, prints, loads or builds constructs, evaluates text, changes facts, or calls
+into the process. See "A recording is data" in docs/security.md.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cxbridge.executive.host.source import check_excess, prepare
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import Value, show
 
-# shims of functions that are not allowed
+# The functions with a shim that are not allowed.
 _NOT_BUILT: Final = ("seed", "setgen")
 
 _BY_REASON: Final = {
@@ -77,7 +77,7 @@ class IsolatedEnvironment(ClipsEnvironment):
         self._forbid()
 
     def _build_functions(self) -> None:
-        # remove them before the first construct, because CLIPS keeps pointers to the functions of constructs
+        # Before the first construct, because CLIPS keeps pointers to the functions that constructs call.
         self._forbid(but=_LIST)
         for function in ("print", "println", "printout", "format"):
             self.api.remove_udf(function)
@@ -89,7 +89,10 @@ class IsolatedEnvironment(ClipsEnvironment):
                 self._old.build(function)
 
     def _forbid(self, but: str = "") -> None:
-        """Remove all functions that are not allowed."""
+        """Remove all functions that are not allowed.
+
+        :param but: the name of a function to keep for now.
+        """
         present = frozenset(str(function) for function in self.call(_LIST))
         forbidden = present - ALLOWED.keys() - {but}
         for function in forbidden:
@@ -106,10 +109,10 @@ class IsolatedEnvironment(ClipsEnvironment):
 
 
 def _format(_target: Value, text: Value, *values: Value) -> str:
-    """Implement CLIPS' ``format`` with ``nil``, because CLIPS writes wide fields beyond its buffer."""
+    """Return the text that CLIPS' ``format`` returns: CLIPS itself writes wide fields beyond its buffer."""
     remaining_values = iter(values)
 
-    def formatted(match: re.Match[str]) -> str:
+    def format_value(match: re.Match[str]) -> str:
         minus, width, precision, kind = match.groups()
         if kind in _TEXTS:
             return _TEXTS[kind]
@@ -119,10 +122,10 @@ def _format(_target: Value, text: Value, *values: Value) -> str:
         flags = f"%{minus}{width}" + (f".{precision}" if precision else "")
         if kind == "s":
             return f"{flags}s" % (value if isinstance(value, str) else show(value))
-        if kind == "c":
+        if kind == "c":  # as in C, a number is the code of a character
             return f"%{minus}{width}s" % (value[:1] if isinstance(value, str) else chr(int(value) % 128))
         if isinstance(value, str) or not isinstance(value, (int, float)):
             raise ClipsError(f"format: {match[0]} wants a number, not {show(value)}")
         return f"{flags}{'d' if kind == 'u' else kind}" % (float(value) if kind in "feg" else int(value))
 
-    return _DIRECTIVE.sub(formatted, str(text))
+    return _DIRECTIVE.sub(format_value, str(text))

@@ -28,9 +28,9 @@ from cxbridge_studio.explain.rules.diagnosis import Count
 from cxbridge_studio.explain.rules.isolated import IsolatedEnvironment
 from cxbridge_studio.explain.rules.snapshot import FactRow, Snapshot
 
-MAX_MATCHES: Final = 100_000  # limit of counted matches: combinations of facts multiply
+MAX_MATCHES: Final = 100_000  # limit of the counted matches: combinations of facts multiply
 
-# Function for `Matcher.value` that returns the fact with an index of the snapshot.
+# The function for `Matcher.value` that returns the fact with an index of the snapshot.
 FACT_FUNCTION: Final = "cx-why-fact"
 
 _PROBE = "cx-why-probe"
@@ -40,7 +40,7 @@ _MESSAGE = re.compile(r"\[(?!DRIVE|PRCCODE4)[A-Z]+\d+\] [^\n]+")
 
 
 class Matcher:
-    """The isolated environment. A context manager that frees the environment.
+    """An isolated environment with the facts of a snapshot. A context manager that frees the environment.
 
     Functions that cannot be defined here are left out, so conditions that call them cannot be matched.
     """
@@ -48,11 +48,11 @@ class Matcher:
     def __init__(self, snapshot: Snapshot) -> None:
         bus = EventBus(VirtualClock(snapshot.time_us))
         self._env = IsolatedEnvironment("why", bus)
-        self._missing_callees: dict[str, str] = {}  # by function: what it calls and this environment lacks
+        self._missing_callees: dict[str, str] = {}  # by the function that calls the missing one
         self._notes: list[tuple[Value, ...]] = []
-        # Facts get other indices here: the snapshot's index by the index here, and the reverse.
-        self._original: dict[int, int] = {}
-        self._copies: dict[int, int] = {}
+        # Facts get other indices here: the snapshot's index by the index of the copy, and the reverse.
+        self._original_indices: dict[int, int] = {}
+        self._copied_indices: dict[int, int] = {}
         self._globals = {name: self._to_copy(value) for name, value in snapshot.globals.items()}
         self.rows: dict[int, FactRow] = {row.index: row for row in snapshot.facts}
         self.errors: list[str] = []  # errors during matching, each message once
@@ -72,9 +72,9 @@ class Matcher:
 
     def _fill(self, snapshot: Snapshot) -> None:
         env = self._env
-        env.define("cx-why-note", self._note, 0, UNBOUNDED)
+        env.define("cx-why-note", self._add_note, 0, UNBOUNDED)
         env.api.remove_udf("fact-index")
-        env.define("fact-index", self._index, 1)
+        env.define("fact-index", self._original_index, 1)
         env.define(FACT_FUNCTION, lambda index: self._to_copy(FactRef(index)), 1, types="l")
         env.define("cx-why-global", lambda name: self._globals[name], 1, types="y")
         for name in snapshot.globals:
@@ -103,11 +103,11 @@ class Matcher:
             pointer = env.maker.add(env.maker.new(deftemplate, values))
             if pointer != NULL:
                 index = int(lib.FactIndex(pointer))
-                self._original[index] = row.index
-                self._copies[row.index] = index
+                self._original_indices[index] = row.index
+                self._copied_indices[row.index] = index
 
     def _define(self, function: str) -> None:
-        """Define a deffunction, or record which function it lacks."""
+        """Define a deffunction, or record which missing function it calls."""
         try:
             self._env.build(function)
         except ClipsError as error:
@@ -120,23 +120,23 @@ class Matcher:
     def _to_copy(self, value: Value) -> Value:
         """Convert a value of the snapshot to this environment."""
         if isinstance(value, FactRef):
-            fact = self._env.maker.find(self._copies.get(value.index, -1))
+            fact = self._env.maker.find(self._copied_indices.get(value.index, -1))
             return value.index if fact == NULL else FactAddress(fact)
         return tuple(map(self._to_copy, value)) if isinstance(value, tuple) else value
 
     def _to_original(self, value: Value) -> Value:
         """Convert a value of this environment to the snapshot."""
         if isinstance(value, FactAddress):
-            return FactRef(self._original.get(int(lib.FactIndex(value.pointer)), 0))
+            return FactRef(self._original_indices.get(int(lib.FactIndex(value.pointer)), 0))
         return tuple(map(self._to_original, value)) if isinstance(value, tuple) else value
 
-    def _index(self, fact: Value) -> int:
+    def _original_index(self, fact: Value) -> int:
         """Return the index of a fact in the snapshot: conditions compare indices."""
         if not isinstance(fact, FactAddress):
             raise ClipsError("fact-index wants a fact address")
-        return self._original.get(int(lib.FactIndex(fact.pointer)), 0)
+        return self._original_indices.get(int(lib.FactIndex(fact.pointer)), 0)
 
-    def _note(self, *values: Value) -> None:
+    def _add_note(self, *values: Value) -> None:
         self._notes.append(tuple(map(self._to_original, values)))
 
     def count(self, ces: Sequence[str]) -> Count:
@@ -146,7 +146,7 @@ class Matcher:
         """
         return self._fire(ces, "", MAX_MATCHES)
 
-    def note(self, ces: Sequence[str], names: Sequence[str], limit: int) -> list[tuple[Value, ...]]:
+    def match_values(self, ces: Sequence[str], names: Sequence[str], limit: int) -> list[tuple[Value, ...]]:
         """Return the values of variables, named without ``?``, for each match of the elements.
 
         Facts are :class:`FactRef`.
@@ -167,7 +167,7 @@ class Matcher:
     def _renumber(self, basis: str) -> str:
         """Replace the indices of a basis such as ``f-1,*`` by those of the snapshot."""
         return ",".join(
-            f"f-{self._original.get(int(item[2:]), 0)}" if item.startswith("f-") else item
+            f"f-{self._original_indices.get(int(item[2:]), 0)}" if item.startswith("f-") else item
             for item in basis.split(",")
         )
 
@@ -182,19 +182,19 @@ class Matcher:
         text = output.end_errors(previous_sink)
         messages = [" ".join(match.split()) for match in _MESSAGE.findall(text)]
         if error != lib.BE_NO_ERROR:
-            raise ClipsError(self._reason(messages))
-        # errors from evaluating tests while the facts were matched
+            raise ClipsError(self._reason_of_rejection(messages))
+        # CLIPS evaluates tests while it matches the facts, so errors of tests come from `Build`.
         self.errors += [message for message in dict.fromkeys(messages) if message not in self.errors]
         self._env.api.clear_halt()
 
-    def _reason(self, messages: list[str]) -> str:
+    def _reason_of_rejection(self, messages: list[str]) -> str:
         """Return why CLIPS rejects a condition."""
         missing = _MISSING.search(" ".join(messages))
         if missing is None:
-            return messages[0] if messages else "CLIPS does not take the condition"
+            return messages[0] if messages else "CLIPS rejects the condition"
         name = self._missing_callees.get(missing[1]) or missing[1]
         is_removed = name in self._env.removed
-        return f"it calls '{name}', which {'a look must not do' if is_removed else 'only the run has'}"
+        return f"it calls '{name}', which {'a diagnosis must not do' if is_removed else 'only the run has'}"
 
     def _remove(self) -> None:
         rule = lib.FindDefrule(self._env.env, encode(_PROBE))

@@ -17,7 +17,7 @@ from cxbridge.executive.host.loading import UNCLOSED
 from cxbridge.printing import short_path
 from cxbridge_studio.explain.rules.snapshot import Rulebook
 
-_RULE = "defrule "
+_RULE = "defrule "  # the start of a diagnostic's construct that is a rule
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class MissingRule:
     """A rule in a file that the environment lacks.
 
     :param text: the defrule; empty if unknown.
-    :param why: a phrase that follows the rule's name.
+    :param why: the reason, a phrase that follows the rule's name.
     """
 
     name: str
@@ -42,10 +42,10 @@ class MissingRule:
     why: str
 
 
-def refused(book: Rulebook) -> dict[str, MissingRule]:
+def refused_rules(book: Rulebook) -> dict[str, MissingRule]:
     """Return the rules that CLIPS refused, by name."""
     missing_rules: dict[str, MissingRule] = {}
-    rules_of = cache(lambda file: dict(_rules(file)))  # a file with many mistakes is read once
+    rules_of = cache(lambda file: dict(_rules_in(file)))  # reads a file with many mistakes only once
     for diagnostic in book.diagnostics:
         name = diagnostic.construct.removeprefix(_RULE)
         # A file may define a rule again after CLIPS refused the first definition.
@@ -58,10 +58,10 @@ def refused(book: Rulebook) -> dict[str, MissingRule]:
     return missing_rules
 
 
-def unloaded(book: Rulebook) -> Iterator[MissingRule]:
+def unloaded_rules(book: Rulebook) -> Iterator[MissingRule]:
     """Yield the rules in the agent's folders whose files are not loaded."""
     for file in _unloaded_files(book):
-        for name, text in _rules(file):
+        for name, text in _rules_in(file):
             if name not in book.rules:
                 yield MissingRule(name, text, f"is in {short_path(file)}, which the spec does not load")
 
@@ -116,7 +116,8 @@ def _unloaded_files(book: Rulebook) -> Iterator[str]:
                 yield str(path)
 
 
-def _rules(file: str) -> Iterator[tuple[str, str]]:
+def _rules_in(file: str) -> Iterator[tuple[str, str]]:
+    """Yield the name and the text of each rule in a file."""
     for definition in definitions(_text(file)):
         if definition.kind == "defrule":
             yield definition.name, definition.node.text

@@ -1,7 +1,7 @@
 """Finds the facts that nearly match a pattern, with the slots that differ.
 
 For each constrained slot alone, CLIPS matches the partial matches before the pattern with all its facts. The
-pairs of a partial match and a fact that satisfy the most slots are the near misses.
+pairs of a partial match and a fact that satisfy the most slots are the near_misses misses.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from cxbridge_studio.explain.rules.diagnosis import Deviation, MatchFailure, Nea
 from cxbridge_studio.explain.rules.matcher import Matcher
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-MAX_PAIRS: Final = 20_000  # limit of compared pairs of a partial match and a fact
+MAX_PAIRS: Final = 20_000  # limit of the compared pairs of a partial match and a fact
 
-MAX_NEAR: Final = 3  # limit of listed facts
+MAX_NEAR: Final = 3  # limit of the listed facts
 
 _BINDER = re.compile(r"^\?[^\s&|~:]+&(?!:)")  # a variable that takes any value: not a constraint
 
@@ -48,12 +48,12 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
         if _compare(matcher, sample, pattern, constraint, number, satisfied)
     ]
     ranked = _ranked(satisfied)
-    best = len(satisfied[ranked[0]]) if ranked else 0
+    best_count = len(satisfied[ranked[0]]) if ranked else 0
     chosen: dict[int, _Key] = {}
     for key, index in ranked:
-        if len(satisfied[key, index]) == best and len(chosen) < MAX_NEAR:
-            chosen.setdefault(index, key)  # a fact is listed once, with its best partial match
-    near = []
+        if len(satisfied[key, index]) == best_count and len(chosen) < MAX_NEAR:
+            chosen.setdefault(index, key)  # a fact is listed once, with its best_count partial match
+    near_misses = []
     for index, key in chosen.items():
         row = matcher.rows[index]
         deviations = tuple(
@@ -66,32 +66,41 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
             for number, constraint in enumerate(constraints)
             if number in compared and number not in satisfied[key, index]
         )
-        near.append(
+        near_misses.append(
             NearMiss(snapshot.fact_text(row, {constraint.slot for constraint in constraints}), deviations)
         )
     return MatchFailure(
-        "pattern", pattern.text, _reason(prefix, sample, best, len(compared), near), tuple(near)
+        "pattern",
+        pattern.text,
+        _reason(prefix, sample, best_count, len(compared), near_misses),
+        tuple(near_misses),
     )
 
 
 def _ranked(satisfied: dict[tuple[_Key, int], set[int]]) -> list[tuple[_Key, int]]:
-    """Return the pairs with the most satisfied slots first; slots that few facts satisfy break ties."""
+    """Return the pairs with the most satisfied slots first.
+
+    Of pairs with as many slots, the pair whose slots fewer facts satisfy comes first, then the later fact.
+    """
     counts = Counter(slot_index for slot_indices in satisfied.values() for slot_index in slot_indices)
 
     def rank(pair: tuple[_Key, int]) -> tuple[int, float, int]:
+        _, fact_index = pair
         slot_indices = satisfied[pair]
-        return len(slot_indices), sum(1 / counts[slot_index] for slot_index in slot_indices), pair[1]
+        return len(slot_indices), sum(1 / counts[slot_index] for slot_index in slot_indices), fact_index
 
     return sorted(satisfied, key=rank, reverse=True)
 
 
-def _reason(prefix: Prefix, sample: _Sample, best: int, compared: int, near: list[NearMiss]) -> str:
-    if not any(miss.deviations for miss in near):
+def _reason(
+    prefix: Prefix, sample: _Sample, best_count: int, compared: int, near_misses: list[NearMiss]
+) -> str:
+    if not any(miss.deviations for miss in near_misses):
         return "each part of it matches some fact, but not all parts together match one"
     verb = "goes with the facts before it" if prefix.facts else "matches"
-    limitation = ", in a sample of the matches" if sample.is_cut else ""
+    limitation = ", in a sample of the matches" if sample.is_limited else ""
     slots = "slot" if compared == 1 else "slots"
-    return f"no fact {verb}; the nearest have {best} of {compared} {slots} right{limitation}"
+    return f"no fact {verb}; the nearest have {best_count} of {compared} {slots} right{limitation}"
 
 
 def _compare(
@@ -104,12 +113,12 @@ def _compare(
 ) -> bool:
     """Record which pairs satisfy one slot, and return whether the slot can be compared.
 
-    :param number: of the constraint, recorded in ``satisfied``.
+    :param number: the number of the constraint, which ``satisfied`` gets.
     """
     ces = [*sample.texts, f"?{_FACT} <- {pattern.only(constraint, sample.prefix.binds)}"]
     try:
         # A multislot matches in several ways for one pair, hence more matches than pairs.
-        matches = matcher.note(ces, [*sample.prefix.facts, _FACT], limit=10 * MAX_PAIRS)
+        matches = matcher.match_values(ces, [*sample.prefix.facts, _FACT], limit=10 * MAX_PAIRS)
     except ClipsError:  # the slot calls a function that only the run has
         return False
     for *key, fact in matches:
@@ -131,9 +140,9 @@ def _bound_values(constraint: SlotConstraint, prefix: Prefix, values: dict[str, 
 class _Sample:
     """The partial matches, or a sample if there are many.
 
-    :ivar values: values of all variables, by the facts of the match.
-    :ivar texts: conditional elements that match only these partial matches.
-    :ivar is_cut: whether there are more partial matches than the limit.
+    :ivar values: the values of all variables, by the facts of the match.
+    :ivar texts: the conditional elements that match only these partial matches.
+    :ivar is_limited: whether there are more partial matches than the limit.
     """
 
     def __init__(self, matcher: Matcher, prefix: Prefix, limit: int) -> None:
@@ -141,11 +150,13 @@ class _Sample:
         self.values: dict[_Key, dict[str, Value]] = {}
         self.texts = list(prefix.texts)
         names, width = sorted(prefix.binds), len(prefix.facts)
-        rows = matcher.note(prefix.texts, [*prefix.facts, *names], limit + 1) if prefix.texts else [()]
+        rows = (
+            matcher.match_values(prefix.texts, [*prefix.facts, *names], limit + 1) if prefix.texts else [()]
+        )
         for row in rows[:limit]:
             self.values.setdefault(tuple(row[:width]), dict(zip(names, row[width:], strict=True)))
-        self.is_cut = len(rows) > limit
-        if self.is_cut and width:
+        self.is_limited = len(rows) > limit
+        if self.is_limited and width:
             # Without this test, CLIPS would match the facts with all partial matches again.
             fact_keys = " ".join(f'"{",".join(str(ref.index) for ref in key)}"' for key in self.values)
             index = ' "," '.join(f"(fact-index ?{name})" for name in prefix.facts)

@@ -1,7 +1,7 @@
 """Parses the printed facts of a recording into values, to match rules with them.
 
-A recording may lack the deftemplate of a fact, such as that of an interface: then the slots are taken from
-the facts themselves.
+A recording may lack the deftemplate of a fact, such as an interface's. Then the slots come from the
+facts themselves.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from cxbridge.events import FactChange
 from cxbridge.history.transitions import unquote
 from cxbridge_studio.explain.rules.snapshot import FactRow, FactTemplate
 
-_FIELDS = ""  # key for the fields of an ordered fact
+_FIELDS = ""  # the key of the fields of an ordered fact, in place of the name of a slot
 
 
 def rows_of(
@@ -27,14 +27,14 @@ def rows_of(
         slots = _slots(change, templates.get(change.template))
         if slots is not None:
             parsed.append((change, slots))
-            is_multi = is_multislot.setdefault(change.template, {})
+            multi_by_slot = is_multislot.setdefault(change.template, {})
             for slot, values in slots.items():
                 # A slot that once has no value, or several values, is a multislot.
-                is_multi[slot] = is_multi.get(slot, False) or len(values) != 1
+                multi_by_slot[slot] = multi_by_slot.get(slot, False) or len(values) != 1
     all_templates = dict(templates)
-    for name, is_multi in is_multislot.items():
-        is_multi.pop(_FIELDS, None)
-        all_templates.setdefault(name, FactTemplate(name, tuple(is_multi.items()) or None))
+    for name, multi_by_slot in is_multislot.items():
+        multi_by_slot.pop(_FIELDS, None)
+        all_templates.setdefault(name, FactTemplate(name, tuple(multi_by_slot.items()) or None))
     rows = (_row(change, slots, all_templates[change.template]) for change, slots in parsed)
     return all_templates, sorted(filter(None, rows), key=lambda row: row.index)
 
@@ -53,18 +53,20 @@ def _slots(change: FactChange, template: FactTemplate | None) -> Mapping[str, tu
         else:
             if texts or template is not None:
                 return {slot: _values(text, slot, template) for slot, text in texts.items()}
+    # An ordered fact: its fields are between ``(TEMPLATE `` and ``)``.
     return {_FIELDS: parse_values(change.text[1 + len(change.template) : -1].strip())}
 
 
 def _values(text: str, slot: str, template: FactTemplate | None) -> tuple[Value, ...]:
-    """Return the values of a slot. In a single-value slot, inner quotes belong to the value."""
-    single = template is not None and (slot, False) in (template.slots or ())
-    return (unquote(text),) if single and unquote(text) != text else parse_values(text)
+    """Return the values of a slot. In a is_single-value slot, inner quotes belong to the value."""
+    is_single = template is not None and (slot, False) in (template.slots or ())
+    return (unquote(text),) if is_single and unquote(text) != text else parse_values(text)
 
 
 def _row(
     change: FactChange, slots: Mapping[str, tuple[Value, ...]], template: FactTemplate
 ) -> FactRow | None:
+    """Return the row of a fact; None if an ordered fact has the template of facts with slots."""
     if template.slots is None:
         return FactRow(change.index, template.name, (slots.get(_FIELDS, ()),))
     if _FIELDS in slots:

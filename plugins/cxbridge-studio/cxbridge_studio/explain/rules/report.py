@@ -14,7 +14,7 @@ from cxbridge_studio.explain.rules.missing import SourceLine, find_rule, why_mis
 from cxbridge_studio.explain.rules.sandbox import diagnose_in_sandbox
 from cxbridge_studio.explain.rules.snapshot import Activation, Snapshot
 
-MAX_BASES = 5  # limit of listed complete matches
+MAX_BASES = 5  # limit of the listed complete matches and errors
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,13 +22,13 @@ class RuleExplanation:
     """The report about a rule.
 
     :param where: the run and the time.
-    :param position: the position of the rule.
+    :param position: the file and line of the rule; None if unknown.
     :param missing: why the rule does not exist; other fields are empty then.
     :param activations: the number of its activations on the agenda; None if unknown.
     :param ahead: the activations before its first activation; None without an activation.
-    :param firings: time in seconds and facts of each firing; None if unknown.
+    :param firings: the time in seconds and the facts of each firing; None if unknown.
     :param notes: remarks about the source.
-    :param unknown: why a match of the condition is not known; empty if it is known.
+    :param unknown: why the facts, and thus the matches, are not known; empty if they are.
     """
 
     rule: str
@@ -47,7 +47,7 @@ class RuleExplanation:
 def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
     """Explain why a rule has not fired.
 
-    :raises CxbridgeError: if the rule is unknown, or its facts are.
+    :raises CxbridgeError: if the rule is unknown, or its facts cannot be copied.
     """
     book = evidence.rulebook()
     if rule not in book.rules:
@@ -60,7 +60,9 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
         rule,
         evidence.where,
         SourceLine(*book.positions[rule]) if rule in book.positions else find_rule(rule, book.files),
-        firings=None if events is None else tuple((evidence.seconds(e.time_us), e.basis) for e in events),
+        firings=None
+        if events is None
+        else tuple((evidence.seconds(event.time_us), event.basis) for event in events),
         notes=tuple(evidence.notes),
     )
     try:
@@ -68,14 +70,14 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
     except NoFactsError as error:
         return replace(explanation, unknown=f"{error.message}: {error.hint}")
     agenda = snapshot.agenda or ()
-    first_index = next((index for index, each in enumerate(agenda) if each.rule == rule), None)
+    first_index = next((index for index, activation in enumerate(agenda) if activation.rule == rule), None)
     return replace(
         explanation,
         snapshot=snapshot,
         diagnosis=diagnose_in_sandbox(snapshot),
         activations=None if snapshot.agenda is None else snapshot.activations,
         ahead=None if first_index is None else agenda[:first_index],
-        notes=tuple(evidence.notes),  # the snapshot may have added some
+        notes=tuple(evidence.notes),  # copying the snapshot may have added notes
     )
 
 
@@ -145,6 +147,7 @@ def _verdict_of_matches(story: RuleExplanation, diagnosis: Diagnosis, snapshot: 
     matches = "its condition matches" + (" in one way" if is_single else f" in {diagnosis.matches} ways")
     if story.activations:
         verb = "is" if story.activations == 1 else "are"
+        # `ahead` is None if more activations come first than a snapshot lists.
         turn = "it is the next to fire" if story.ahead == () else "many others come first"
         if story.ahead:
             first = story.ahead[0]
@@ -178,7 +181,7 @@ def lines(story: RuleExplanation) -> Iterator[str]:
     sentence = verdict(story)
     yield f"{sentence[:1].upper()}{sentence[1:]}."
     if diagnosis is not None and snapshot is not None:
-        yield from _details(story, diagnosis, snapshot)
+        yield from _detail_lines(story, diagnosis, snapshot)
     yield from (f"note: {note}" for note in story.notes)
 
 
@@ -190,10 +193,10 @@ def _firings_text(firings: tuple[tuple[float, str], ...]) -> str:
     return f"It has fired {times} at {seconds:.3f} s{f' for {basis}' if basis else ''}."
 
 
-def _details(story: RuleExplanation, diagnosis: Diagnosis, snapshot: Snapshot) -> Iterator[str]:
+def _detail_lines(story: RuleExplanation, diagnosis: Diagnosis, snapshot: Snapshot) -> Iterator[str]:
     if diagnosis.elements:
         yield ""
-        yield from _table(diagnosis.elements, diagnosis.failing)
+        yield from _table_lines(diagnosis.elements, diagnosis.failing)
     if diagnosis.unknown and snapshot.own_counts:
         # CLIPS' numbers are hard to read, but better than none.
         yield ""
@@ -201,7 +204,7 @@ def _details(story: RuleExplanation, diagnosis: Diagnosis, snapshot: Snapshot) -
         yield from (f"  {line}" for line in snapshot.own_counts)
     if diagnosis.failure is not None:
         yield ""
-        yield from _failure(diagnosis.failure, f"CE {diagnosis.failing}: ", "  ")
+        yield from _failure_lines(diagnosis.failure, f"CE {diagnosis.failing}: ", "  ")
     elif diagnosis.bases:
         yield ""
         yield "it matches for"
@@ -214,7 +217,7 @@ def _details(story: RuleExplanation, diagnosis: Diagnosis, snapshot: Snapshot) -
         yield f"CLIPS, on evaluating the condition: {error}"
 
 
-def _table(elements: tuple[CECount, ...], failing: int) -> Iterator[str]:
+def _table_lines(elements: tuple[CECount, ...], failing: int) -> Iterator[str]:
     rows = [
         (
             str(element.number),
@@ -235,7 +238,7 @@ def _table(elements: tuple[CECount, ...], failing: int) -> Iterator[str]:
 _TITLES = ("CE", "alone", "joined")
 
 
-def _failure(failure: MatchFailure, title: str, indent: str) -> Iterator[str]:
+def _failure_lines(failure: MatchFailure, title: str, indent: str) -> Iterator[str]:
     yield f"{title}{failure.reason}"
     for miss in failure.near:
         yield f"{indent}{miss.fact}"
@@ -245,4 +248,4 @@ def _failure(failure: MatchFailure, title: str, indent: str) -> Iterator[str]:
     for text in (*failure.facts, *failure.values):
         yield f"{indent}{text}"
     for inner in failure.inner:
-        yield from _failure(inner, f"{indent}{inner.text}: ", indent + "  ")
+        yield from _failure_lines(inner, f"{indent}{inner.text}: ", indent + "  ")

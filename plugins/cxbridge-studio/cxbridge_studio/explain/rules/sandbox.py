@@ -20,9 +20,9 @@ from cxbridge_studio.explain.rules.diagnose import diagnose, undiagnosed
 from cxbridge_studio.explain.rules.diagnosis import Diagnosis
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-LIMIT_S: Final = 25.0  # time limit of a diagnosis, in seconds
+LIMIT_S: Final = 25.0  # the time limit of a diagnosis, in seconds
 
-MEMORY: Final = 2 << 30  # limit of the child's address space, in bytes
+MEMORY: Final = 2 << 30  # the limit of the child's address space, in bytes
 
 
 def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Diagnosis:
@@ -32,20 +32,23 @@ def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Dia
     """
     limit_s = LIMIT_S if limit_s is None else limit_s
     if snapshot.too_many:
-        return diagnose(snapshot)  # too many facts were copied to match anything
-    process = subprocess.Popen(  # noqa: S603 - starts our own module
+        return diagnose(
+            snapshot
+        )  # no process is needed: the facts were not copied, so nothing can be matched
+    process = subprocess.Popen(  # noqa: S603 - the command is a module of this package
         python_command("-m", "cxbridge_studio.explain.rules.sandbox_process", str(MEMORY)),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         start_new_session=True,
+        # The same order of sets in each process makes the same diagnosis.
         env={**os.environ, "PYTHONHASHSEED": "0"},
     )
     with process:
         try:
             output, _ = process.communicate(pickle.dumps(snapshot), limit_s)
         except subprocess.TimeoutExpired:
-            return undiagnosed(snapshot, f"its condition is not matched within {limit_s:g} s: that was ended")
+            return undiagnosed(snapshot, f"its condition could not be matched within {limit_s:g} s")
         finally:
             process.kill()
     try:

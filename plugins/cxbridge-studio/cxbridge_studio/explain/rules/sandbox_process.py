@@ -23,11 +23,11 @@ CPU_S: Final = 30
 def _drop_rights(memory: int) -> None:
     """Limit the process's resources. Windows lacks these limits.
 
-    :param memory: bytes of address space.
+    :param memory: the limit of the address space in bytes.
     """
     if sys.platform == "win32":
         return
-    import resource  # noqa: PLC0415
+    import resource  # noqa: PLC0415 - Windows lacks the module
 
     # 0 files, bytes and processes: from here on, the process can only compute, and write to open pipes.
     for kind, limit in (
@@ -44,7 +44,10 @@ def _drop_rights(memory: int) -> None:
 
 
 def main(memory: int) -> None:
-    """Diagnose one rule."""
+    """Diagnose the rule on standard input.
+
+    :param memory: the limit of the address space in bytes.
+    """
     snapshot = pickle.loads(sys.stdin.buffer.read())  # noqa: S301 - from the parent process
     # What CLIPS prints to standard output must not mix with the diagnosis.
     output = os.fdopen(os.dup(1), "w")
@@ -56,7 +59,7 @@ def main(memory: int) -> None:
         diagnosis = undiagnosed(snapshot, "matching its condition takes too much memory")
     except Exception as error:  # noqa: BLE001 - the snapshot may have any content
         diagnosis = undiagnosed(
-            snapshot, f"its condition cannot be looked at: {type(error).__name__}: {error}"
+            snapshot, f"its condition cannot be examined: {type(error).__name__}: {error}"
         )
     json.dump(asdict(diagnosis), output)
     output.flush()

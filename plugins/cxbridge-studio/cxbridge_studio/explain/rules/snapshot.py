@@ -20,15 +20,16 @@ __all__ = ["MAX_FACTS", "Activation", "FactRef", "FactRow", "FactTemplate", "Rul
 # The limit of copied facts; beyond it, only CLIPS' own counts are available.
 MAX_FACTS: Final = 50_000
 
-_MAX_LENGTH: Final = 200  # characters of a fact that are shown
-_NAMES: Final = ("id", "name")  # slots that identify a fact
+_MAX_LENGTH: Final = 200  # the characters of a fact that are shown
+_CUT: Final = " ...)"  # the end of a fact that is not shown in full
+_IDENTIFYING_SLOTS: Final = ("id", "name")  # slots that identify a fact
 
 
 @dataclass(frozen=True, slots=True)
 class Activation:
     """An activation on the agenda.
 
-    :param basis: the facts in CLIPS' notation: ``f-1,*``.
+    :param basis: the facts in CLIPS' notation ``f-1,*``, with ``*`` for a CE without a fact.
     """
 
     rule: str
@@ -42,11 +43,11 @@ class Snapshot:
 
     :param text: the defrule.
     :param functions: the deffunctions in its condition, callees first.
-    :param global_texts: expressions of global variables with unknown values, in order.
+    :param global_texts: the expressions of global variables with unknown values, in order.
     :param agenda: the first activations in order; None if unknown.
     :param own_counts: the output of CLIPS' ``(matches RULE succinct)``; empty if unavailable.
     :param too_many: the number of facts if there are too many to copy, else 0.
-    :param all_facts: whether a function may query facts of any template.
+    :param all_facts: whether a function in the condition may query facts of any template.
     :param halted: why rules no longer fire; empty while they do.
     """
 
@@ -76,22 +77,23 @@ class Snapshot:
     def fact_text(self, row: FactRow, slot_names: Collection[str] = ()) -> str:
         """Return a fact with its index as text.
 
-        :param slot_names: slots to show besides the identifying slots; empty for all.
+        :param slot_names: the slots to show besides the identifying slots; empty for all.
         """
         slots = self.templates[row.template].slots_of(row)
         selected = {
             name: value
             for name, value in slots.items()
-            if not slot_names or name in (*slot_names, *_NAMES, IMPLIED)
+            if not slot_names or name in (*slot_names, *_IDENTIFYING_SLOTS, IMPLIED)
         }
         text = fact_text(row.template, selected)
         if len(selected) < len(slots):
-            text = f"{text[:-1]} ...)"
+            text = text[:-1] + _CUT
         if len(text) > _MAX_LENGTH:
-            text = f"{text[: _MAX_LENGTH - 5]} ...)"
+            text = text[: _MAX_LENGTH - len(_CUT)] + _CUT
         return f"f-{row.index} {text}"
 
     def value_text(self, row: FactRow, slot: str, position: int) -> str:
+        """Return the value of a slot as text; of an ordered fact, the field at a position."""
         template = self.templates[row.template]
         if template.slots is None:
             fields = row.values[0]
@@ -107,8 +109,8 @@ class Rulebook:
     :param files: the loaded files, in order.
     :param diagnostics: CLIPS' messages about the files.
     :param folders: folders of the agent's files, loaded or not.
-    :param positions: file and line of rules, if known without reading files.
-    :param refused: texts of refused rules, if known without reading files.
+    :param positions: the file and line of each rule, if known without reading files.
+    :param refused: the texts of refused rules by name, if known without reading files.
     """
 
     rules: frozenset[str]

@@ -12,7 +12,7 @@ from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_studio.dap.bindings import bindings
 from cxbridge_studio.dap.expressions import expand
-from cxbridge_studio.explain.rules.environment import take
+from cxbridge_studio.explain.rules.environment import take_snapshot
 
 TEMPLATES = """
 (deftemplate goal (slot id) (slot mode) (multislot params))
@@ -43,7 +43,7 @@ def bound(env, rule, *facts):
     found = []
     for _, name, basis in agenda(env):
         assert name == "r"
-        found.append(bindings(take(env, "r", max_facts=0), basis, lambda index: fact(env, index)))
+        found.append(bindings(take_snapshot(env, "r", max_facts=0), basis, lambda index: fact(env, index)))
     return found
 
 
@@ -80,7 +80,7 @@ def test_of_facts_that_match_both_ways_those_that_fired_it(env):
 
 def test_a_fact_that_is_not_known_any_more(env):
     env.build("(defrule r (level ?n) =>)")
-    bare = take(env, "r", max_facts=0)
+    bare = take_snapshot(env, "r", max_facts=0)
     with pytest.raises(ClipsError, match="is not known any more"):
         bindings(bare, "f-1", lambda _index: None)
 

@@ -81,7 +81,7 @@ def test_the_loop_goes_on_while_an_answer_is_made(daemon, monkeypatch):
 
 def test_a_fault_or_an_answer_that_is_too_long_ends_nothing(daemon, monkeypatch):
     with connected(daemon) as board:
-        monkeypatch.setattr(daemon_explain, "_ANSWER_BYTES", 10)
+        monkeypatch.setattr(daemon_explain, "_MAX_ANSWER_BYTES", 10)
         with pytest.raises(CxbridgeError, match="the answer is too long"):
             ask(board, "mini-never")
         monkeypatch.undo()

@@ -106,7 +106,7 @@ def test_a_name_that_is_no_goal_where_the_rules_are_not_known():
     with pytest.raises(TraceError) as caught:
         explain(RecordedEvidence(ListRun(EVENTS), None, None), "drive")
     assert caught.value.message.startswith(
-        "there is no goal 'drive'; as to rules: this recording has no CLIPS files"
+        "there is no goal 'drive'; its rules are not known: this recording has no CLIPS files"
     )
     with pytest.raises(CxbridgeError, match="several goals begin with 'g'"):
         explain(RecordedEvidence(ListRun((*EVENTS, goal(9, "g2", "FORMULATED"))), None, None), "g")

@@ -10,7 +10,7 @@ from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_studio.explain.rules.diagnose import diagnose
 from cxbridge_studio.explain.rules.diagnosis import Diagnosis
-from cxbridge_studio.explain.rules.environment import take
+from cxbridge_studio.explain.rules.environment import take_snapshot
 
 TEMPLATES = (
     "(deftemplate goal (slot id) (slot class) (slot parent) (slot mode) (multislot params))",
@@ -36,7 +36,7 @@ def world(*texts: str) -> Iterator[ClipsEnvironment]:
 def diagnosis_of(rule: str, *texts: str) -> Diagnosis:
     """Diagnose a rule, written from its condition on, in such a world."""
     with world(*texts, f"(defrule it {rule} =>)") as env:
-        return diagnose(take(env, "it"))
+        return diagnose(take_snapshot(env, "it"))
 
 
 def numbers(found: Diagnosis) -> list[tuple[int | None, int | None]]:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cxbridge_studio.explain.rules.diagnose import diagnose
-from cxbridge_studio.explain.rules.environment import take
+from cxbridge_studio.explain.rules.environment import take_snapshot
 from studio_tests.explain.worlds import world
 from tests.support import many
 
@@ -39,7 +39,7 @@ def test_joins_equal_those_of_matches(facts, ces):
     ]
     rule = f"(defrule it {' '.join(texts)} =>)"
     with world("(deftemplate p (slot s) (slot t) (slot u))", *facts, rule) as env:
-        snapshot = take(env, "it")
+        snapshot = take_snapshot(env, "it")
         found = diagnose(snapshot)
         joined = [each.joined.number if each.joined else 0 for each in found.elements]
         theirs = {}
@@ -61,7 +61,7 @@ def test_patterns_alone_equal_those_of_matches(facts, constraints):
     texts = [f"(p (s ?own{place}) (t {t}) (u {u}))" for place, (t, u) in enumerate(constraints)]
     rule = f"(defrule it {' '.join(texts)} =>)"
     with world("(deftemplate p (slot s) (slot t) (slot u))", *facts, rule) as env:
-        snapshot = take(env, "it")
+        snapshot = take_snapshot(env, "it")
         alone = [each.alone.number if each.alone else -1 for each in diagnose(snapshot).elements]
         theirs = [int(line.split(": ")[1]) for line in snapshot.own_counts if line.startswith("Pattern")]
         assert alone == theirs
@@ -78,7 +78,7 @@ def test_no_fact_deviates_less_than_the_nearest(facts, constraints):
     with world(
         "(deftemplate p (slot s) (slot t) (slot u))", *facts, f"(defrule it (p{pattern}) =>)", *probes
     ) as env:
-        snapshot = take(env, "it")
+        snapshot = take_snapshot(env, "it")
         found = diagnose(snapshot)
         right: dict[str, int] = {}
         for waiting in snapshot.agenda or ():

@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge.executive.host.values import Symbol
 from cxbridge_studio.explain.rules.diagnose import diagnose
-from cxbridge_studio.explain.rules.environment import take
+from cxbridge_studio.explain.rules.environment import take_snapshot
 from studio_tests.explain.worlds import diagnosis_of, numbers, world
 
 GOALS = (
@@ -177,7 +177,7 @@ def test_fact_indices_in_a_condition_are_those_of_the_run():
         env.assert_string("(robot (name r))")
         env.retract(4)
         env.assert_string("(robot (name s))")
-        found = diagnose(take(env, "it"))
+        found = diagnose(take_snapshot(env, "it"))
     assert found.bases == ("f-3,f-6",)
 
 
@@ -185,7 +185,7 @@ def test_a_fact_address_in_a_slot():
     rule = "(defrule it ?g <- (goal (id g1)) (robot (at ?g)) =>)"
     with world(*GOALS, rule) as env:
         env.eval("(do-for-fact ((?g goal)) (eq ?g:id g1) (assert (robot (name r) (at ?g))))")
-        found = diagnose(take(env, "it"))
+        found = diagnose(take_snapshot(env, "it"))
     assert found.bases == ("f-1,f-4",)
 
 
@@ -195,7 +195,7 @@ def host_world(rule):
         env.build("(deffunction inner () (of-the-host))")
         env.build("(deffunction outer () (inner))")
         env.build(rule)
-        snapshot = take(env, "it")
+        snapshot = take_snapshot(env, "it")
         return diagnose(snapshot), snapshot
 
 
@@ -226,7 +226,7 @@ def test_errors_in_a_condition_are_told():
 def test_too_many_facts_leave_clips_own_numbers(monkeypatch):
     monkeypatch.setattr("cxbridge_studio.explain.rules.snapshot.MAX_FACTS", 2)
     with world(*GOALS, "(defrule it (goal (id ?i)) =>)") as env:
-        snapshot = take(env, "it")
+        snapshot = take_snapshot(env, "it")
         found = diagnose(snapshot)
     assert "too many" in found.unknown
     assert snapshot.own_counts[0] == "Pattern 1: 3"
@@ -254,8 +254,8 @@ def test_a_sample_of_many_matches(monkeypatch):
 def test_nothing_in_the_run_is_touched(rule):
     with world(*GOALS, "(robot (name g1))", f"(defrule it {rule} =>)") as env:
         before = [(index, name, dict(slots)) for index, name, slots in env.facts()]
-        agenda = take(env, "it").agenda
-        diagnose(take(env, "it"))
+        agenda = take_snapshot(env, "it").agenda
+        diagnose(take_snapshot(env, "it"))
         assert [(index, name, dict(slots)) for index, name, slots in env.facts()] == before
-        assert take(env, "it").agenda == agenda
+        assert take_snapshot(env, "it").agenda == agenda
         assert env.run() == len(agenda or ())

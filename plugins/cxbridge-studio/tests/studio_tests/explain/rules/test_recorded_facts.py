@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from cxbridge.clipstext.facts import parse_values
 from cxbridge.events import FactChange
 from cxbridge.executive.host.values import Symbol
-from cxbridge_studio.explain.rules.environment import take
+from cxbridge_studio.explain.rules.environment import take_snapshot
 from cxbridge_studio.explain.rules.recorded_facts import rows_of
 from cxbridge_studio.explain.rules.snapshot import FactRef, FactTemplate
 from studio_tests.explain.worlds import world
@@ -30,7 +30,7 @@ def test_what_is_printed_reads_back(contents):
         for one, many in contents:
             env.assert_fact("t", {"a": one, "b": tuple(many)})
             env.assert_ordered("o", (one, *many))
-        snapshot = take(env, "it")
+        snapshot = take_snapshot(env, "it")
         changes = [
             FactChange(0, "world", True, row.index, row.template, env.watcher.text(env.maker.find(row.index)))
             for row in snapshot.facts

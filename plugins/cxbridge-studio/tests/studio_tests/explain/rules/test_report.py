@@ -7,7 +7,7 @@ import pytest
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import RuleFired
 from cxbridge_studio.explain.evidence import Evidence, History
-from cxbridge_studio.explain.rules.environment import rulebook, take
+from cxbridge_studio.explain.rules.environment import rulebook, take_snapshot
 from cxbridge_studio.explain.rules.report import explain_rule, lines, plain, verdict
 from studio_tests.explain.worlds import world
 
@@ -24,7 +24,7 @@ class WorldEvidence(Evidence):
         return rulebook(self.env, self.folders)
 
     def snapshot(self, rule):
-        return take(self.env, rule)
+        return take_snapshot(self.env, rule)
 
     def slots_of(self, template):
         return []
