@@ -41,13 +41,13 @@ CAPABILITIES: Final = {
     "exceptionBreakpointFilters": [{"filter": name, "label": title} for name, (title, _) in FILTERS.items()],
 }
 
-_SLICE_S: Final = 0.2  # seconds without a request after which the target is polled
+_POLL_S: Final = 0.2  # the seconds between two looks whether the stop is over
 # The targets of `stepIn`, by the number that the client names: the unit of the step, and its title.
 _STEP_TARGETS: Final = {
     1: ("rule", "the next rule"),
     2: ("line", "the next action of a right-hand side"),
 }
-_ENDING: Final = ("disconnect", "terminate")
+_ENDING_REQUESTS: Final = ("disconnect", "terminate")
 
 
 class Adapter:
@@ -64,7 +64,7 @@ class Adapter:
         self._target: Target | None = None
         self._stop: StopView | None = None
         self._run_phase = SessionPhase.LAUNCHED
-        self._is_known = self._is_over = self._checked = False
+        self._is_initialized = self._is_over = self._is_checked = False
         self._sends_invalidated = False
         self.problem = ""
         any_time, launched, stopped = phases.KNOWN, phases.LAUNCHED, SessionPhase.STOPPED
@@ -73,7 +73,7 @@ class Adapter:
         self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any], SessionPhase]] = {
             "initialize": (protocol.InitializeArguments, self._initialize, SessionPhase.NEW),
             "launch": (dict[str, Any], self._launch, SessionPhase.READY),
-            "configurationDone": (nothing, self._begin, SessionPhase.LAUNCHED),
+            "configurationDone": (nothing, self._configuration_done, SessionPhase.LAUNCHED),
             "setBreakpoints": (protocol.SetBreakpointsArguments, self._set_lines, any_time),
             "setFunctionBreakpoints": (
                 protocol.FunctionBreakpointsArguments,
@@ -85,15 +85,19 @@ class Adapter:
                 self._set_filters,
                 any_time,
             ),
-            "breakpointLocations": (protocol.BreakpointLocationsArguments, self._locations, any_time),
+            "breakpointLocations": (
+                protocol.BreakpointLocationsArguments,
+                self._breakpoint_locations,
+                any_time,
+            ),
             "threads": (nothing, self._threads, launched),
-            "stackTrace": (protocol.StackTraceArguments, self._stack, stopped),
+            "stackTrace": (protocol.StackTraceArguments, self._stack_trace, stopped),
             "scopes": (frame, self._scopes, stopped),
             "variables": (protocol.VariablesArguments, self._variables, stopped),
             "setVariable": (protocol.SetVariableArguments, self._set_variable, stopped),
             "evaluate": (protocol.EvaluateArguments, self._evaluate, stopped),
             "source": (protocol.SourceArguments, self._source, any_time),
-            "loadedSources": (nothing, self._loaded, launched),
+            "loadedSources": (nothing, self._loaded_sources, launched),
             "stepInTargets": (frame, self._step_targets, stopped),
             "continue": (thread, self._continue, stopped),
             "stepIn": (protocol.StepInArguments, self._step_in, stopped),
@@ -112,13 +116,13 @@ class Adapter:
             return SessionPhase.STOPPED
         if self._target is not None:
             return self._run_phase
-        return SessionPhase.READY if self._is_known else SessionPhase.NEW
+        return SessionPhase.READY if self._is_initialized else SessionPhase.NEW
 
     def serve(self) -> None:
         """Serve until the client disconnects, or :attr:`problem` describes its protocol error."""
         threading.Thread(target=self._read, name="dap", daemon=True).start()
         while not self._is_over:
-            self._take(self._inbox.get())
+            self._answer(self._inbox.get())
             if self._phase is SessionPhase.RUNNING:
                 self._run()
 
@@ -126,7 +130,7 @@ class Adapter:
         """Read the client's messages, in a separate thread."""
         try:
             while (request := self._wire.read()) is not None:
-                if request.command in _ENDING and self._target is not None:
+                if request.command in _ENDING_REQUESTS and self._target is not None:
                     self._target.interrupt()  # the rules may fire without end
                 self._inbox.put(request)
         except (WireError, OSError) as error:
@@ -135,7 +139,7 @@ class Adapter:
             self.end()
 
     def end(self) -> None:
-        """End the session as soon as possible; called from any thread."""
+        """End the session as soon as possible. Any thread may call this."""
         self._inbox.put(None)
         if self._target is not None:
             self._target.interrupt()
@@ -152,8 +156,11 @@ class Adapter:
         self.send_event("exited", {"exitCode": status})
         self.send_event("terminated")
 
-    def _take(self, request: protocol.Request | None) -> None:
-        """Carry out a request and send the response."""
+    def _answer(self, request: protocol.Request | None) -> None:
+        """Carry out a request and send the response.
+
+        :param request: None ends the session.
+        """
         if request is None:
             self._is_over = True
             return
@@ -189,9 +196,9 @@ class Adapter:
     def pump(self) -> None:
         """Carry out the queued requests."""
         while not self._inbox.empty():
-            self._take(self._inbox.get())
-        if not self._checked and self._current_target.is_loaded:
-            self._checked = True
+            self._answer(self._inbox.get())
+        if not self._is_checked and self._current_target.is_loaded:
+            self._is_checked = True
             for state in self._breakpoints.check():
                 self.send_event("breakpoint", {"reason": "changed", "breakpoint": state})
 
@@ -214,7 +221,7 @@ class Adapter:
         try:
             while not is_over() and not self._is_over:
                 with suppress(queue.Empty):
-                    self._take(self._inbox.get(timeout=_SLICE_S))
+                    self._answer(self._inbox.get(timeout=_POLL_S))
         finally:
             self._stop = None
 
@@ -240,7 +247,7 @@ class Adapter:
             raise CxbridgeError("lines and columns are counted from 1 here")
         if arguments.path_format != "path":
             raise CxbridgeError(f"files are named by their paths here, not as '{arguments.path_format}'")
-        self._is_known = True
+        self._is_initialized = True
         self._sends_invalidated = arguments.supports_invalidated_event
         return CAPABILITIES
 
@@ -251,7 +258,7 @@ class Adapter:
         if self._target.can_go_back:
             self.send_event("capabilities", {"capabilities": {"supportsStepBack": True}})
 
-    def _begin(self, _arguments: protocol.Nothing) -> None:
+    def _configuration_done(self, _arguments: protocol.Nothing) -> None:
         self._run_phase = SessionPhase.RUNNING
 
     def _terminate(self, _arguments: protocol.Nothing) -> None:
@@ -273,7 +280,7 @@ class Adapter:
     def _set_filters(self, arguments: protocol.ExceptionBreakpointsArguments) -> Mapping[str, Any]:
         return {"breakpoints": self._breakpoints.set_filters(arguments)}
 
-    def _locations(self, arguments: protocol.BreakpointLocationsArguments) -> Mapping[str, Any]:
+    def _breakpoint_locations(self, arguments: protocol.BreakpointLocationsArguments) -> Mapping[str, Any]:
         return {"breakpoints": [{"line": line} for line in self._breakpoints.lines_between(arguments)]}
 
     # -- inspection
@@ -288,7 +295,7 @@ class Adapter:
         agents = () if self._phase is SessionPhase.OVER else self._current_target.agents
         return {"threads": [{"id": number, "name": name} for number, name in enumerate(agents, start=1)]}
 
-    def _stack(self, arguments: protocol.StackTraceArguments) -> Mapping[str, Any]:
+    def _stack_trace(self, arguments: protocol.StackTraceArguments) -> Mapping[str, Any]:
         self._check_thread(arguments.thread_id)
         if arguments.thread_id != self._current_stop.stopped.agent:
             return {"stackFrames": [], "totalFrames": 0}
@@ -300,6 +307,7 @@ class Adapter:
     def _variables(self, arguments: protocol.VariablesArguments) -> Mapping[str, Any]:
         reference, start, count = arguments.variables_reference, arguments.start, arguments.count
         variables = self._current_stop.variables(reference, start, count)
+        # All our variables have names: a client that asks for indexed variables gets none.
         return {"variables": [] if arguments.filter == "indexed" else variables}
 
     def _set_variable(self, arguments: protocol.SetVariableArguments) -> Mapping[str, Any]:
@@ -323,9 +331,10 @@ class Adapter:
 
     def _source(self, arguments: protocol.SourceArguments) -> Mapping[str, Any]:
         source = arguments.source or protocol.Source(source_reference=arguments.source_reference)
-        return {"content": self._sources.named(source)[1], "mimeType": "text/x-clips"}
+        _, text = self._sources.named(source)
+        return {"content": text, "mimeType": "text/x-clips"}
 
-    def _loaded(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
+    def _loaded_sources(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
         return {"sources": [self._sources.of(FileLine(file, 1)) for file in self._current_target.files()]}
 
     # -- stepping
@@ -339,9 +348,12 @@ class Adapter:
         }
 
     def _possible_steps(self) -> dict[int, tuple[str, str]]:
-        is_limited = not self._current_target.can_stop_at_actions
+        """Return the step targets that the target supports: only some can stop within right-hand sides."""
+        has_lines = self._current_target.can_stop_at_actions
         return {
-            number: step for number, step in _STEP_TARGETS.items() if not (is_limited and step[0] == "line")
+            number: (unit, title)
+            for number, (unit, title) in _STEP_TARGETS.items()
+            if has_lines or unit != "line"
         }
 
     def _continue(self, arguments: protocol.ThreadArguments) -> Mapping[str, Any]:
@@ -351,9 +363,11 @@ class Adapter:
 
     def _step_in(self, arguments: protocol.StepInArguments) -> None:
         target = 1 if arguments.target_id is None else arguments.target_id
-        if target not in self._possible_steps():
+        steps = self._possible_steps()
+        if target not in steps:
             raise CxbridgeError(f"there is no target {target} to step into")
-        self._step(arguments, _STEP_TARGETS[target][0])
+        unit, _ = steps[target]
+        self._step(arguments, unit)
 
     def _step(self, arguments: protocol.ThreadArguments, unit: str) -> None:
         self._check_thread(arguments.thread_id)

@@ -17,7 +17,7 @@ from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.capi import EXTRA, NULL, decode, encode
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
 from cxbridge.rights import EVERYTHING
-from cxbridge_studio.dap.expressions import expanded
+from cxbridge_studio.dap.expressions import expand_known
 from cxbridge_studio.dap.probes import Probes
 from cxbridge_studio.dap.target import FileLine, Firing, StoppedEnvironment
 from cxbridge_studio.debugger.debugger import debugger_of
@@ -46,25 +46,25 @@ class DebuggedAgent:
         self.env: ClipsEnvironment = run.executive.env
         self.probes = Probes(self.env, self.debugger) if actions else None
         self.debugger.expand = self._expand
-        self.ids: dict[int, int] = {}  # client's breakpoint numbers by the debugger's
+        self.ids: dict[int, int] = {}  # the client's breakpoint numbers by the debugger's
         self._groups: dict[str, list[int]] = {}
         self.fired: RuleFired | None = None
-        self.retracted: dict[int, FactChange] = {}  # by the rule that fires
+        self.retracted: dict[int, FactChange] = {}  # the facts that the firing rule has retracted, by index
         self._context = OperationContext(EVERYTHING, lambda: run.executive)
         self._positions: dict[str, FileLine] = {}
-        self._read_files = 0
-        run.bus.subscribe(self._take, RuleFired, FactChange)
-        self._is_watched_again = False
+        self._read_file_count = 0
+        run.bus.subscribe(self._record, RuleFired, FactChange)
+        self._is_watch_renewed = False
         self._watch()
 
     def _watch(self) -> None:
         self.env.watcher.rules.set((), on=True)
         self.env.watcher.facts.set((), on=True)
 
-    def watch_again(self) -> None:
-        """Turn the watching of rules and facts on again, once: the agent's configuration may turn it off."""
-        if not self._is_watched_again:
-            self._is_watched_again = True
+    def renew_watch(self) -> None:
+        """Watch rules and facts again, once: the agent's configuration may have turned them off."""
+        if not self._is_watch_renewed:
+            self._is_watch_renewed = True
             self._watch()
 
     def raise_error(self) -> None:
@@ -83,8 +83,8 @@ class DebuggedAgent:
         self.ids |= numbers
         self._groups[group] = list(numbers)
 
-    def _take(self, event: Event) -> None:
-        """Keep the rule that fires, and the facts it retracts."""
+    def _record(self, event: Event) -> None:
+        """Record the rule that fires, and the facts that it retracts."""
         if isinstance(event, RuleFired) and event.env == self.env.name:
             self.fired = event
             self.retracted.clear()
@@ -96,17 +96,17 @@ class DebuggedAgent:
         return carry_out(self._context, name, env=self.env.name, **arguments)
 
     def _expand(self, text: str, stop: Stop) -> str:
-        return expanded(text, LiveMoment(self, stop)) if "?" in text else text
+        return expand_known(text, LiveMoment(self, stop)) if "?" in text else text
 
     def place(self, rule: str) -> FileLine | None:
         """Return the position of a rule, in the last loaded file that defines it."""
         # Only files loaded since the last call are read.
         files = self.env.loader.files
-        for file in files[self._read_files :]:
+        for file in files[self._read_file_count :]:
             with suppress(OSError):
                 text, path = file.read_bytes().decode("utf-8", "surrogateescape"), file.resolve()
                 self._positions |= {name: FileLine(path, line) for name, line in rule_lines(text).items()}
-        self._read_files = len(files)
+        self._read_file_count = len(files)
         return self._positions.get(rule)
 
 

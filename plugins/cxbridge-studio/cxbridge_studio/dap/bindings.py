@@ -22,43 +22,43 @@ if TYPE_CHECKING:
     from cxbridge.events import FactChange
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-_FACT: Final = "cx-dap-fact-"
-_MAX_BRANCHES: Final = 64  # alternatives of nested (or ...) multiply
-_MAX_MATCHES: Final = 1000  # matches of a rule that are compared with the firing
+_FACT: Final = "cx-dap-fact-"  # the start of our names for facts that the condition does not name
+_MAX_BRANCHES: Final = 64  # limit of the alternatives of nested (or ...), which multiply
+_MAX_MATCHES: Final = 1000  # limit of the matches of a rule that are compared with the firing
 
 
-def facts_of(basis: str) -> list[int]:
+def indices_in(basis: str) -> list[int]:
     """Return the indices of the facts in a basis such as ``f-1,*,f-3``."""
     items = (item.strip().removeprefix("f-") for item in basis.split(","))
     return [int(item) for item in items if item.isdecimal()]  # `*` stands for a CE without a fact
 
 
-def bindings(bare: Snapshot, basis: str, fact: Callable[[int], FactChange | None]) -> dict[str, Value]:
+def bindings(snapshot: Snapshot, basis: str, fact: Callable[[int], FactChange | None]) -> dict[str, Value]:
     """Return the values of the variables in a rule's condition, by name without ``?``.
 
-    :param bare: the rule, without facts.
-    :param basis: the facts the rule fires for.
-    :param fact: returns a fact by its index.
+    :param snapshot: the rule, without facts.
+    :param basis: the facts that the rule fires for, in the notation ``f-1,*``.
+    :param fact: returns a fact by its index; None if it is unknown.
     :raises ClipsError: if a fact is unknown, or the condition cannot be matched here.
     """
-    condition = parse_rule(bare.text)
-    indices = facts_of(basis)
+    condition = parse_rule(snapshot.text)
+    indices = indices_in(basis)
     changes = [change for index in dict.fromkeys(indices) if (change := fact(index)) is not None]
     if len(changes) < len(set(indices)):
         raise ClipsError("a fact that the rule fired for is not known any more")
     names = {pattern.template for pattern in patterns(condition.ces)}
-    bare_templates = {name: template for name, template in bare.templates.items() if name in names}
-    templates, rows = rows_of(changes, bare_templates)
-    with Matcher(replace(bare, templates=templates, facts=tuple(rows), all_facts=False)) as matcher:
+    templates_of_rule = {name: template for name, template in snapshot.templates.items() if name in names}
+    templates, rows = rows_of(changes, templates_of_rule)
+    with Matcher(replace(snapshot, templates=templates, facts=tuple(rows), all_facts=False)) as matcher:
         failure = ClipsError("the facts do not match the condition any more")
         for ces in islice(_branches(condition.ces), _MAX_BRANCHES):
             fact_patterns = [ce for ce in ces if isinstance(ce, PatternCE)]
             if len(fact_patterns) != len(indices):
-                continue
+                continue  # the rule fired for another alternative
             # Without tests, a condition also matches after the rule has changed its facts.
-            for loose in (False, True):
+            for is_loose in (False, True):
                 try:
-                    bound_values = _bound(matcher, ces, fact_patterns, indices, loose=loose)
+                    bound_values = _bound_variables(matcher, ces, fact_patterns, indices, is_loose=is_loose)
                 except ClipsError as error:
                     failure = error  # such as a function that only the run has
                     continue
@@ -83,15 +83,18 @@ def _branches(ces: Sequence[CE]) -> Iterator[list[PatternCE | TestCE]]:
         yield [ce for choice in alternative for ce in choice]
 
 
-def _bound(
+def _bound_variables(
     matcher: Matcher,
     ces: Sequence[PatternCE | TestCE],
     fact_patterns: Sequence[PatternCE],
     indices: Sequence[int],
     *,
-    loose: bool,
+    is_loose: bool,
 ) -> dict[str, Value] | None:
-    """Return the variables of the match with these facts in this order, or None."""
+    """Return the variables of the match with these facts in this order, or None.
+
+    :param is_loose: whether to leave out the tests and the constraints of the slots.
+    """
     if not fact_patterns:
         return {}
     texts: list[str] = []
@@ -99,10 +102,10 @@ def _bound(
     names: set[str] = set()
     for ce in ces:
         if isinstance(ce, TestCE):
-            texts += [] if loose else [ce.text]
+            texts += [] if is_loose else [ce.text]
             continue
         variable = ce.variable or f"{_FACT}{len(facts)}"
-        texts.append(f"?{variable} <- {_loose(ce) if loose else ce.bare()}")
+        texts.append(f"?{variable} <- {_without_constraints(ce) if is_loose else ce.bare()}")
         facts.append(variable)
         names |= {variable, *ce.binds}
     fact_refs = [FactRef(index) for index in indices]
@@ -113,7 +116,7 @@ def _bound(
     return None
 
 
-def _loose(ce: PatternCE) -> str:
+def _without_constraints(ce: PatternCE) -> str:
     """Return a pattern that binds the same variables without any constraint."""
     constraints = [
         constraint.write([field.binder if field.name else field.wildcard for field in constraint.fields])
@@ -122,15 +125,17 @@ def _loose(ce: PatternCE) -> str:
     return f"({' '.join((ce.template, *constraints))})"
 
 
-def matching(bare: Snapshot, pattern: str, facts: Mapping[str, Sequence[FactChange]]) -> list[int]:
+def indices_of_matches(
+    snapshot: Snapshot, pattern: str, facts: Mapping[str, Sequence[FactChange]]
+) -> list[int]:
     """Return the indices of the facts that match a pattern.
 
-    :param bare: a snapshot with the deftemplate.
+    :param snapshot: a snapshot with the deftemplate.
     :param facts: the facts of that deftemplate, by its name.
     :raises ClipsError: if the text is not a pattern.
     """
     changes = [change for group in facts.values() for change in group]
-    templates, rows = rows_of(changes, bare.templates)
-    with Matcher(replace(bare, templates=templates, facts=tuple(rows))) as matcher:
+    templates, rows = rows_of(changes, snapshot.templates)
+    with Matcher(replace(snapshot, templates=templates, facts=tuple(rows))) as matcher:
         matches = matcher.match_values([f"?{_FACT}0 <- {pattern}"], [f"{_FACT}0"], len(changes) + 1)
-    return list(dict.fromkeys(values[0].index for values in matches))
+    return list(dict.fromkeys(fact.index for (fact,) in matches))

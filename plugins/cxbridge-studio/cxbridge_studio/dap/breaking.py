@@ -18,7 +18,7 @@ from cxbridge_studio.dap.stops import Sources
 from cxbridge_studio.dap.target import Target
 from cxbridge_studio.debugger.breakpoints import Breakpoint, check_hits, parse_breakpoint
 
-# The exception filters that editors offer: title and breakpoint.
+# The exception filters that editors offer, each with its title and its breakpoint.
 FILTERS: Final = {
     "goal-failed": ("A goal fails", "goal:*:FINISHED:FAILED"),
     "action-failed": ("A plan-action fails", "action:*:FAILED"),
@@ -45,11 +45,12 @@ class Breakpoints:
         self._sources = sources
         self._last_number = 0
         self._groups: dict[str, dict[int, Breakpoint]] = {}
-        self._on_lines: dict[str, list[_LineBreakpoint]] = {}
+        self._line_breakpoints: dict[str, list[_LineBreakpoint]] = {}
         self._functions: dict[int, protocol.Breakpoint] = {}
         self._target: Target | None = None
 
     def attach(self, target: Target) -> None:
+        """Set all breakpoints on a target, which then gets each change."""
         self._target = target
         for group, breakpoints in self._groups.items():
             target.set_breakpoints(group, breakpoints)
@@ -63,7 +64,7 @@ class Breakpoints:
         self._last_number += 1
         return self._last_number
 
-    def _lines_of(self, source: protocol.Source) -> tuple[Path, FileLines]:
+    def _open_source(self, source: protocol.Source) -> tuple[Path, FileLines]:
         file, text = self._sources.named(source)
         return file, FileLines(text, actions=self._target is None or self._target.can_stop_at_actions)
 
@@ -71,14 +72,14 @@ class Breakpoints:
 
     def set_lines(self, arguments: protocol.SetBreakpointsArguments) -> list[protocol.Breakpoint]:
         """Replace the breakpoints of a file and return their states."""
-        file, lines = self._lines_of(arguments.source)
+        file, lines = self._open_source(arguments.source)
         breakpoints: dict[int, Breakpoint] = {}
         states: list[protocol.Breakpoint] = []
         on_lines: list[_LineBreakpoint] = []
         for requested in arguments.requested:
             number = self._new_number()
             position = lines.at(requested.line) if requested.line > 0 else None
-            problem = _problem(requested, position)
+            problem = _why_impossible(requested, position)
             if position is None or problem:
                 line = requested.line if position is None else position.line
                 states.append(protocol.Breakpoint(number, verified=False, message=problem, line=line))
@@ -89,14 +90,14 @@ class Breakpoints:
             where = f"within the right-hand side of rule {position.rule}"
             message = where if position.action else f"before rule {position.rule} fires"
             state = protocol.Breakpoint(number, verified=True, message=message, line=position.line)
-            state = self._verified(_LineBreakpoint(position.rule, file, state))
+            state = self._line_state(_LineBreakpoint(position.rule, file, state))
             on_lines.append(_LineBreakpoint(position.rule, file, state))
             states.append(state)
-        self._on_lines[str(file)] = on_lines
+        self._line_breakpoints[str(file)] = on_lines
         self._replace(f"file:{file}", breakpoints)
         return states
 
-    def _verified(self, item: _LineBreakpoint) -> protocol.Breakpoint:
+    def _line_state(self, item: _LineBreakpoint) -> protocol.Breakpoint:
         """Return the state of a breakpoint, as far as the rules are known."""
         is_loaded = self._target is not None and self._target.is_loaded
         reason = self._target.why_no_stop(item.rule, item.file) if self._target and is_loaded else ""
@@ -105,17 +106,21 @@ class Breakpoints:
         return protocol.Breakpoint(item.state.id, verified=False, message=reason, line=item.state.line)
 
     def check(self) -> list[protocol.Breakpoint]:
-        """Return the breakpoints whose state has changed since the rules are loaded."""
-        pairs = [(self._verified(item), item.state) for items in self._on_lines.values() for item in items]
+        """Return the breakpoints whose state the loaded rules have changed."""
+        pairs = [
+            (self._line_state(item), item.state)
+            for items in self._line_breakpoints.values()
+            for item in items
+        ]
         pairs += [
-            (self._reachable(number, item), self._functions[number])
+            (self._name_state(number, item), self._functions[number])
             for number, item in self._groups.get(_FUNCTIONS, {}).items()
         ]
         return [state for state, previous in pairs if state.verified != previous.verified]
 
     def lines_between(self, arguments: protocol.BreakpointLocationsArguments) -> list[int]:
         """Return the lines of a range where a breakpoint is possible."""
-        _, lines = self._lines_of(arguments.source)
+        _, lines = self._open_source(arguments.source)
         return lines.between(arguments.line, arguments.end_line or arguments.line)
 
     # -- breakpoints on names
@@ -135,11 +140,11 @@ class Breakpoints:
             # The name may have a condition and a count in the notation of `cxbridge run --break`, too.
             condition, hits = function.condition or item.condition, function.hit_condition or item.hits
             breakpoints[number] = replace(item, condition=condition, hits=hits)
-            self._functions[number] = self._reachable(number, breakpoints[number])
+            self._functions[number] = self._name_state(number, breakpoints[number])
         self._replace(_FUNCTIONS, breakpoints)
         return list(self._functions.values())
 
-    def _reachable(self, number: int, item: Breakpoint) -> protocol.Breakpoint:
+    def _name_state(self, number: int, item: Breakpoint) -> protocol.Breakpoint:
         """Return the state of a named breakpoint, as far as names are known."""
         is_loaded = self._target is not None and self._target.is_loaded
         reason = self._target.why_unreachable(item) if self._target and is_loaded else ""
@@ -153,7 +158,9 @@ class Breakpoints:
         unknown = [name for name in names if name not in FILTERS]
         if unknown:
             raise CxbridgeError(f"there is no filter '{unknown[0]}'", hint=f"there are: {', '.join(FILTERS)}")
-        breakpoints = {self._new_number(): parse_breakpoint(FILTERS[name][1]) for name in names}
+        breakpoints = {
+            self._new_number(): parse_breakpoint(spec) for _, spec in map(FILTERS.__getitem__, names)
+        }
         self._replace(_FILTERS, breakpoints)
         return [protocol.Breakpoint(number, verified=True) for number in breakpoints]
 
@@ -162,7 +169,7 @@ class Breakpoints:
         return number in self._groups.get(_FILTERS, {})
 
 
-def _problem(requested: protocol.SourceBreakpoint, position: RulePosition | None) -> str:
+def _why_impossible(requested: protocol.SourceBreakpoint, position: RulePosition | None) -> str:
     """Return why a breakpoint on a line is impossible; empty if it is possible."""
     if position is None:
         below = "no rule begins at this line or below"

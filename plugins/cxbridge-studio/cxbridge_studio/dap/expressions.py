@@ -12,11 +12,11 @@ from cxbridge.clipstext.syntax import SyntaxNode, read
 from cxbridge.clipstext.values import FactRef, Value, quoted, show, show_alone
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import FactChange
-from cxbridge_studio.dap.bindings import bindings, matching
+from cxbridge_studio.dap.bindings import bindings, indices_of_matches
 from cxbridge_studio.dap.target import StoppedEnvironment
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-_BINDERS = ("bind", "foreach")  # functions whose first argument is a variable of their own
+_BINDERS = ("bind", "foreach")  # the functions that bind the variable in their first argument
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +48,7 @@ def evaluate(moment: StoppedEnvironment, text: str) -> ExpressionResult:
     text = text.strip()
     nodes = read(text)
     if len(nodes) == 1 and nodes[0].items is None and text.startswith(("?", "$?")) and "*" not in text:
+        # A single local variable; a global variable, ``?*name*``, is an expression.
         name = text.lstrip("$?")
         variables = variables_of(moment)
         if name in variables:
@@ -58,26 +59,27 @@ def evaluate(moment: StoppedEnvironment, text: str) -> ExpressionResult:
     head = nodes[0].head if len(nodes) == 1 else ""
     is_template = bool(head) and moment.template(head) is not None
     if is_template and not moment.is_function(head):
-        return _match(moment, head, text)
+        return _find_matches(moment, head, text)
     try:
-        result = moment.evaluate(expanded(text, moment))
+        result = moment.evaluate(expand_known(text, moment))
     except CxbridgeError:
         if is_template:  # a deftemplate with the name of a function, such as time
-            return _match(moment, head, text)
+            return _find_matches(moment, head, text)
         raise
     return ExpressionResult(result.text, result.output)
 
 
-def _match(moment: StoppedEnvironment, template: str, pattern: str) -> ExpressionResult:
+def _find_matches(moment: StoppedEnvironment, template: str, pattern: str) -> ExpressionResult:
+    """Return the facts of a deftemplate that match a pattern."""
     fact_template, facts = moment.template(template), moment.facts(template)
     assert fact_template is not None
-    bare = Snapshot(moment.agent, 0, "", {template: fact_template}, ())
-    matching_indices = set(matching(bare, expanded(pattern, moment), {template: facts}))
+    snapshot = Snapshot(moment.agent, 0, "", {template: fact_template}, ())
+    matching_indices = set(indices_of_matches(snapshot, expand_known(pattern, moment), {template: facts}))
     matching_facts = tuple(fact for fact in facts if fact.index in matching_indices)
     return ExpressionResult(f"{len(matching_facts)} of {len(facts)} facts match", facts=matching_facts)
 
 
-def expanded(text: str, moment: StoppedEnvironment) -> str:
+def expand_known(text: str, moment: StoppedEnvironment) -> str:
     """Return an expression with the values of the stopped rule's variables inserted, as far as known."""
     if "?" not in text:
         return text
@@ -104,7 +106,7 @@ def expand(text: str, variables: Mapping[str, Value], fact_expression: Callable[
                 continue
             name, _, slot = node.text.lstrip("$?").partition(":")
             if name in variables and name not in bound_names:
-                value = _as_clips(variables[name], slot, fact_expression)
+                value = _clips_text(variables[name], slot, fact_expression)
                 pieces += (text[position : node.start], value)
                 position = node.end
     return "".join((*pieces, text[position:]))
@@ -121,12 +123,12 @@ def _bound_by(top: SyntaxNode) -> set[str]:
     return names
 
 
-def _as_clips(value: Value, slot: str, fact_expression: Callable[[int], str]) -> str:
+def _clips_text(value: Value, slot: str, fact_expression: Callable[[int], str]) -> str:
     """Return a value in CLIPS syntax."""
     if isinstance(value, FactRef):
         fact = fact_expression(value.index)
         return f"(fact-slot-value {fact} {slot})" if slot else fact
     if isinstance(value, tuple):
-        return f"(create$ {' '.join(_as_clips(field, '', fact_expression) for field in value)})"
+        return f"(create$ {' '.join(_clips_text(field, '', fact_expression) for field in value)})"
     # A symbol is a subclass of str.
     return quoted(value) if type(value) is str else show(value)

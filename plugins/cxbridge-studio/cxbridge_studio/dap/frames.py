@@ -11,7 +11,7 @@ from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.events import FactChange, GoalTransition, PlanActionTransition
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.tree import goal_title
-from cxbridge_studio.dap.bindings import facts_of
+from cxbridge_studio.dap.bindings import indices_in
 from cxbridge_studio.dap.target import FileLine, StoppedEnvironment
 from cxbridge_studio.debugger.breakpoints import describe
 
@@ -90,13 +90,13 @@ def _subject(moment: StoppedEnvironment) -> tuple[FactChange | None, str]:
     if isinstance(event, PlanActionTransition):
         key = event.goal, event.plan, event.action_id
         return _plan_action(moment, key), event.goal
-    basis = () if moment.firing is None else facts_of(moment.firing.basis)
+    basis = () if moment.firing is None else indices_in(moment.firing.basis)
     facts = [fact for fact in map(moment.fact, basis) if fact is not None]
     action = next((fact for fact in facts if fact.template == ACTION), None)
     if action is not None:
-        key = _key_of(action)
+        key = goal_id, _, _ = _key_of(action)
         # The rule may have modified the fact since it fired.
-        return _plan_action(moment, key) or action, key[0]
+        return _plan_action(moment, key) or action, goal_id
     # A rule often matches a goal and its parent: the rule acts on the deepest, so sub-goals come first.
     ids = [slots_of(fact).get("id", "") for fact in facts if fact.template == GOAL]
     parents = {slots_of(fact).get("id", ""): slots_of(fact).get("parent", "") for fact in moment.facts(GOAL)}

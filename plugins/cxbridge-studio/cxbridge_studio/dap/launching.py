@@ -10,8 +10,8 @@ from typing import Any, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap.target import Target
 
-# Keys that the editors themselves use.
-_OF_EDITORS: Final = frozenset(
+# The keys of a launch configuration that the editors themselves use.
+_EDITOR_KEYS: Final = frozenset(
     {
         *("type", "request", "name", "console", "debugServer", "internalConsoleOptions", "noDebug"),
         *("order", "postDebugTask", "preLaunchTask", "presentation", "serverReadyAction"),
@@ -19,21 +19,22 @@ _OF_EDITORS: Final = frozenset(
     }
 )
 
-_FORBIDDEN: Final = ("replay",)
+_FORBIDDEN: Final = ("replay",)  # options of `cxbridge run` that the debugger does not support
 
 
 def make_target(arguments: Mapping[str, Any]) -> Target:
-    """Return the target.
+    """Return the target of a launch configuration.
 
     :param arguments: ``scenario`` and the options of ``cxbridge run``, as ``skillDirs`` or ``skill-dirs``; or
-        ``recording`` and ``env``. Both with ``stopOnEntry``, ``stopInRules`` and ``cwd``.
+        ``recording`` and ``env``. Both forms accept ``stopOnEntry``, ``stopInRules`` and ``cwd``.
+    :raises CxbridgeError: if the arguments are invalid.
     """
     run_arguments = {
         name: value
         for name, value in arguments.items()
-        if name not in _OF_EDITORS and not name.startswith("__") and value is not None
+        if name not in _EDITOR_KEYS and not name.startswith("__") and value is not None
     }
-    _enter(_text(run_arguments, "cwd"))
+    _enter_folder(_text(run_arguments, "cwd"))
     without_stops = _flag(dict(arguments), "noDebug", default=False)
     recording, env = _text(run_arguments, "recording"), _text(run_arguments, "env")
     stop_on_entry = _flag(run_arguments, "stopOnEntry", default=False) and not without_stops
@@ -41,14 +42,16 @@ def make_target(arguments: Mapping[str, Any]) -> Target:
     if recording:
         if run_arguments:
             raise CxbridgeError(f"'{next(iter(run_arguments))}' does not go with a recording")
+        # A session with a run does not need these modules.
         from cxbridge.trace.formats.registry import open_run  # noqa: PLC0415
-        from cxbridge_studio.dap.recorded import RecordedRun  # noqa: PLC0415 - a run has no need of it
+        from cxbridge_studio.dap.recorded import RecordedRun  # noqa: PLC0415
 
         return RecordedRun(open_run(recording), env or None)
     if env:
         raise CxbridgeError("'env' goes with a recording")
+    # A session with a recording does not need these modules.
     from cxbridge.run.program.plain_options import plain_options  # noqa: PLC0415
-    from cxbridge_studio.dap.live import LiveRun  # noqa: PLC0415 - a recording has no need of it
+    from cxbridge_studio.dap.live import LiveRun  # noqa: PLC0415
 
     if any(name in run_arguments for name in _FORBIDDEN):
         raise CxbridgeError("a replay is not debugged", hint="name the recording with 'recording'")
@@ -69,7 +72,7 @@ def _flag(arguments: dict[str, Any], name: str, *, default: bool) -> bool:
     return value
 
 
-def _enter(folder: str) -> None:
+def _enter_folder(folder: str) -> None:
     """Change the working directory: paths of a launch configuration are relative to it."""
     if folder:
         try:

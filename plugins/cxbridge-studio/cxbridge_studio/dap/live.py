@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop
 
 _REASONS: Final = {"step": "step", "asked": "pause", "transition": "function breakpoint"}
-_INTERRUPTED: Final = 130  # exit status of shells for SIGINT: 128 + 2
+_INTERRUPTED: Final = 130  # the exit status of shells for SIGINT: 128 + 2
 _CATEGORIES: Final = {Level.ERROR: "stderr", Level.WARN: "stderr"}
 
 
 class LiveRun(Target):
     """A debugged run.
 
-    :param stop_on_entry: stop before the first rule.
+    :param stop_on_entry: whether to stop before the first rule.
     :param actions: whether the run can stop within right-hand sides.
     """
 
@@ -72,10 +72,10 @@ class LiveRun(Target):
         number = len(self._agents)
         for group, breakpoints in self._groups.items():
             agent.set_breakpoints(group, breakpoints)
-        agent.debugger.on_stop = lambda stop: self._stopped(client, number, stop)
+        agent.debugger.on_stop = lambda stop: self._serve_stop(client, number, stop)
 
         def pump() -> None:
-            agent.watch_again()
+            agent.renew_watch()
             client.pump()
             if self._interrupted:  # the interrupt came while the agent had no loop to stop
                 run.loop.stop()
@@ -87,7 +87,7 @@ class LiveRun(Target):
         if self._interrupted:
             run.interrupt()
 
-    def _stopped(self, client: DebugClient, number: int, stop: Stop) -> None:
+    def _serve_stop(self, client: DebugClient, number: int, stop: Stop) -> None:
         agent = self._agents[number - 1]
         reason = _REASONS.get(stop.kind, "breakpoint")
         # The stop on entry is made like a pause.
@@ -101,7 +101,7 @@ class LiveRun(Target):
             agent.debugger.go_on()
 
     def _end_steps(self) -> None:
-        """End the step of all agents: one agent has stopped."""
+        """End the step of the other agents after one agent has stopped."""
         if self._step:
             for agent in self._agents:
                 if agent.debugger.stopped is None:
@@ -139,11 +139,11 @@ class LiveRun(Target):
 
     def why_no_stop(self, rule: str, file: Path) -> str:
         """Return why a rule of a file cannot stop; empty if any agent can stop there."""
-        reasons = [self._missing(agent, rule, file) for agent in self._agents]
+        reasons = [self._why_missing(agent, rule, file) for agent in self._agents]
         return reasons[0] if all(reasons) else ""
 
     @staticmethod
-    def _missing(agent: DebuggedAgent, rule: str, file: Path) -> str:
+    def _why_missing(agent: DebuggedAgent, rule: str, file: Path) -> str:
         place = agent.place(rule)
         if place is not None and place.file != file:
             return f"the rule {rule} that was loaded is that of {place.file}:{place.line}"
@@ -153,14 +153,14 @@ class LiveRun(Target):
         return why_missing(rule, book) or f"the spec does not load {file.name}"
 
     def why_unreachable(self, item: Breakpoint) -> str:
-        reasons = [_mistake(agent, item) for agent in self._agents]
+        reasons = [_why_unreachable(agent, item) for agent in self._agents]
         return reasons[0] if all(reasons) else ""
 
     def files(self) -> Iterator[Path]:
         yield from dict.fromkeys(file.resolve() for agent in self._agents for file in agent.env.loader.files)
 
 
-def _mistake(agent: DebuggedAgent, item: Breakpoint) -> str:
+def _why_unreachable(agent: DebuggedAgent, item: Breakpoint) -> str:
     try:
         agent.debugger.names.check(item)
     except CxbridgeError as error:

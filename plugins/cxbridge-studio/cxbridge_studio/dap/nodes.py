@@ -17,7 +17,7 @@ from cxbridge_studio.dap.expressions import variables_of
 from cxbridge_studio.dap.frames import ACTION, GOAL, CallFrame, goals_of, slots_of
 from cxbridge_studio.dap.target import StoppedEnvironment
 
-# The limit of shown activations, and of shown facts of a deftemplate: a client asks for all children at once.
+# The limit of the shown activations, and of the shown facts of a deftemplate: a client asks for all at once.
 MAX_ROWS: Final = 1000
 
 _TYPES: Final[Mapping[type, str]] = {int: "INTEGER", float: "FLOAT", str: "STRING", Symbol: "SYMBOL"}
@@ -27,8 +27,10 @@ _TYPES: Final[Mapping[type, str]] = {int: "INTEGER", float: "FLOAT", str: "STRIN
 class VariableNode:
     """A named value.
 
+    :param kind: the type of the value, such as ``INTEGER`` or a deftemplate's name; may be empty.
     :param children: returns the child nodes; None without children.
     :param change: sets the value from CLIPS text and returns the new value; None for a read-only value.
+    :param expression: the expression that evaluates to the value; empty if there is none.
     """
 
     name: str
@@ -43,7 +45,8 @@ class VariableNode:
 class NodeGroup:
     """A scope of a frame.
 
-    :param expensive: whether a client should not open the scope automatically.
+    :param expensive: whether a client should wait for the user before it opens the scope.
+    :param hint: the protocol's presentation hint; may be empty.
     """
 
     name: str
@@ -52,7 +55,7 @@ class NodeGroup:
     hint: str = ""
 
 
-class _Fact:
+class _TrackedFact:
     """A fact, tracked through changes: each change of a fact gives it another index."""
 
     def __init__(self, moment: StoppedEnvironment, fact: FactChange) -> None:
@@ -61,6 +64,7 @@ class _Fact:
 
     @property
     def _current(self) -> FactChange:
+        """The latest version of the fact; the original one if a later one is unknown."""
         index = self._original.index
         while index in self._moment.changed:
             index = self._moment.changed[index]
@@ -80,38 +84,39 @@ class _Fact:
 
 
 def groups_of(moment: StoppedEnvironment, frame: CallFrame) -> list[NodeGroup]:
+    """Return the scopes of a frame."""
     groups: list[NodeGroup] = []
     if frame.kind == "rule":
-        groups.append(NodeGroup("Variables", lambda: _variables(moment), hint="locals"))
+        groups.append(NodeGroup("Variables", lambda: _variable_nodes(moment), hint="locals"))
     elif frame.fact is not None:
-        groups.append(NodeGroup("Slots", _Fact(moment, frame.fact).nodes, hint="locals"))
+        groups.append(NodeGroup("Slots", _TrackedFact(moment, frame.fact).nodes, hint="locals"))
         if frame.kind == GOAL:
-            groups.append(NodeGroup("Plan", partial(_plan, moment, slots_of(frame.fact).get("id", ""))))
-    groups.append(NodeGroup("Goals", lambda: _goals(moment)))
+            groups.append(NodeGroup("Plan", partial(_plan_nodes, moment, slots_of(frame.fact).get("id", ""))))
+    groups.append(NodeGroup("Goals", lambda: _goal_nodes(moment)))
     if moment.agenda() is not None:
-        groups.append(NodeGroup("Agenda", lambda: _agenda(moment)))
-    groups.append(NodeGroup("Facts", lambda: _templates(moment), expensive=True))
+        groups.append(NodeGroup("Agenda", lambda: _activation_nodes(moment)))
+    groups.append(NodeGroup("Facts", lambda: _template_nodes(moment), expensive=True))
     return groups
 
 
 def fact_node(moment: StoppedEnvironment, fact: FactChange) -> VariableNode:
     """Return the node of a fact, with its slots as children."""
-    children = _Fact(moment, fact).nodes if slots_of(fact) else None
+    children = _TrackedFact(moment, fact).nodes if slots_of(fact) else None
     return VariableNode(f"f-{fact.index}", fact.text, fact.template, children)
 
 
-def _variables(moment: StoppedEnvironment) -> list[VariableNode]:
+def _variable_nodes(moment: StoppedEnvironment) -> list[VariableNode]:
     try:
         variables = variables_of(moment)
     except CxbridgeError as error:
         return [VariableNode("(not known)", error.message)]
-    return [_variable(moment, f"?{name}", value) for name, value in variables.items()]
+    return [_variable_node(moment, f"?{name}", value) for name, value in variables.items()]
 
 
-def _variable(moment: StoppedEnvironment, name: str, value: Value) -> VariableNode:
+def _variable_node(moment: StoppedEnvironment, name: str, value: Value) -> VariableNode:
     if isinstance(value, FactRef) and (fact := moment.fact(value.index)) is not None:
         text = f"f-{fact.index} {fact.text}"
-        return VariableNode(name, text, fact.template, _Fact(moment, fact).nodes, None, name)
+        return VariableNode(name, text, fact.template, _TrackedFact(moment, fact).nodes, None, name)
     if isinstance(value, tuple):
         items = [VariableNode(str(number), show(field)) for number, field in enumerate(value, start=1)]
         children = (lambda: items) if items else None
@@ -119,7 +124,7 @@ def _variable(moment: StoppedEnvironment, name: str, value: Value) -> VariableNo
     return VariableNode(name, show_alone(value), _TYPES.get(type(value), ""), None, None, name)
 
 
-def _goals(moment: StoppedEnvironment) -> list[VariableNode]:
+def _goal_nodes(moment: StoppedEnvironment) -> list[VariableNode]:
     facts, forest = goals_of(moment)
 
     def goal_node(name: str) -> VariableNode:
@@ -129,23 +134,23 @@ def _goals(moment: StoppedEnvironment) -> list[VariableNode]:
 
     def children_of(name: str) -> list[VariableNode]:
         sub_goals = [goal_node(child) for child in forest.children.get(name, ())]
-        return [*sub_goals, *_Fact(moment, facts[name]).nodes()]
+        return [*sub_goals, *_TrackedFact(moment, facts[name]).nodes()]
 
     return [goal_node(name) for name in forest.roots]
 
 
-def _plan(moment: StoppedEnvironment, goal: str) -> list[VariableNode]:
+def _plan_nodes(moment: StoppedEnvironment, goal: str) -> list[VariableNode]:
     nodes = []
     for fact in moment.facts(ACTION):
         slots = slots_of(fact)
         if slots.get("goal-id") == goal:
             words = (slots.get("id", ""), slots.get("action-name", ""), slots.get("param-values", ""))
             name = " ".join(filter(None, words))
-            nodes.append(VariableNode(name, slots.get("state", ""), ACTION, _Fact(moment, fact).nodes))
+            nodes.append(VariableNode(name, slots.get("state", ""), ACTION, _TrackedFact(moment, fact).nodes))
     return nodes
 
 
-def _agenda(moment: StoppedEnvironment) -> list[VariableNode]:
+def _activation_nodes(moment: StoppedEnvironment) -> list[VariableNode]:
     rows = moment.agenda() or ()
     return [
         VariableNode(f"{number}", f"{salience} {rule}: {basis}", "activation")
@@ -153,20 +158,20 @@ def _agenda(moment: StoppedEnvironment) -> list[VariableNode]:
     ]
 
 
-def _templates(moment: StoppedEnvironment) -> list[VariableNode]:
+def _template_nodes(moment: StoppedEnvironment) -> list[VariableNode]:
     return [
         VariableNode(
             name,
             f"{count} {'fact' if count == 1 else 'facts'}",
             "deftemplate",
-            partial(_facts, moment, name),
+            partial(_fact_nodes, moment, name),
         )
         for name, count in sorted(moment.templates().items())
         if count
     ]
 
 
-def _facts(moment: StoppedEnvironment, template: str) -> list[VariableNode]:
+def _fact_nodes(moment: StoppedEnvironment, template: str) -> list[VariableNode]:
     facts = moment.facts(template)
     nodes = [fact_node(moment, fact) for fact in facts[:MAX_ROWS]]
     if len(facts) > MAX_ROWS:

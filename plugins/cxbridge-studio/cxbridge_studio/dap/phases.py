@@ -11,7 +11,7 @@ from cxbridge.errors import CxbridgeError
 class SessionPhase(Flag):
     NEW = auto()  # before `initialize`
     READY = auto()  # before `launch`
-    LAUNCHED = auto()  # client sets breakpoints; `configurationDone` starts the run
+    LAUNCHED = auto()  # the client sets breakpoints; `configurationDone` starts the run
     RUNNING = auto()
     STOPPED = auto()
     OVER = auto()
@@ -21,6 +21,7 @@ ANY: Final = ~SessionPhase(0)
 KNOWN: Final = ANY & ~SessionPhase.NEW  # any phase after `initialize`
 LAUNCHED: Final = KNOWN & ~SessionPhase.READY  # any phase after `launch`
 
+# The reasons why a request is invalid, by the current phase.
 _WHY_NOT: Final = {
     SessionPhase.NEW: "nothing has been launched: a session begins with the request 'initialize'",
     SessionPhase.READY: "nothing has been launched",
@@ -29,6 +30,7 @@ _WHY_NOT: Final = {
     SessionPhase.STOPPED: "it is stopped already",
     SessionPhase.OVER: "the run is over",
 }
+# The errors of requests that a session has only once.
 _ONCE: Final = {
     "initialize": "the session is initialized already",
     "launch": "something has been launched already",
@@ -44,7 +46,7 @@ def check_phase(command: str, allowed: SessionPhase, now: SessionPhase) -> None:
     """
     if now in allowed:
         return
-    # whether the current phase precedes all allowed phases
+    # The values of the flags are in the order of a session: compare with the first allowed phase.
     is_too_early = now.value < allowed.value & -allowed.value
     if command in _ONCE and not is_too_early:
         raise CxbridgeError(_ONCE[command])

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge_studio.debugger.debugger import Debugger
 
-PROBE_FUNCTION: Final = "cx-debug-at"  # name of the host function that right-hand sides call
+PROBE_FUNCTION: Final = "cx-debug-at"  # the name of the host function that right-hand sides call
 
 _ANY_TYPE: Final = 0x3FF  # CLIPS' ANY_TYPE_BITS, a macro that cffi does not see
 
@@ -40,7 +40,7 @@ class Probes:
         self._actions: list[tuple[str, RuleAction]] = []
         self._context: CData = None
         self._values: dict[str, Value] = {}
-        call = callback("void(Environment *, UDFContext *, UDFValue *)", self._reach)
+        call = callback("void(Environment *, UDFContext *, UDFValue *)", self._handle_probe)
         env.udfs.define_c(PROBE_FUNCTION, call, 1, UNBOUNDED, "*;l")
         env.loader.rewrite = self.rewrite
         self._env = env
@@ -62,8 +62,8 @@ class Probes:
         """Return the variables of the stopped right-hand side, or None."""
         return None if self._context is None else self._values
 
-    def _reach(self, env: CData, context: CData, result: CData) -> None:
-        """Stop if the debugger wants to; called by CLIPS, before each action of each rule."""
+    def _handle_probe(self, env: CData, context: CData, result: CData) -> None:
+        """Stop at an action if the debugger requires it. CLIPS calls this before each action of each rule."""
         result.lexemeValue = lib.FalseSymbol(env)
         if not self._debugger.watches_lines:
             return
@@ -74,6 +74,7 @@ class Probes:
             self._env.interrupt()
 
     def _stop(self, context: CData) -> None:
+        # CLIPS evaluates arguments one after another: the variables only if the debugger may stop.
         value = ffi.new("UDFValue *")
         lib.UDFFirstArgument(context, lib.INTEGER_BIT, value)
         rule, action = self._actions[int(value.integerValue.contents)]
@@ -81,12 +82,12 @@ class Probes:
             return
         self._context = context
         try:
-            self._values = {name: self._next(context, value) for name in action.names}
+            self._values = {name: self._next_value(context, value) for name in action.names}
             self._debugger.at_line(rule, action.line)
         finally:
             self._context, self._values = None, {}
 
     @staticmethod
-    def _next(context: CData, value: CData) -> Value:
+    def _next_value(context: CData, value: CData) -> Value:
         lib.UDFNextArgument(context, _ANY_TYPE, value)
         return without_pointers(to_python(value))

@@ -17,7 +17,7 @@ from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.suggestions import or_similar
 from cxbridge.trace.sources import building_steps
-from cxbridge_studio.dap.expressions import expanded
+from cxbridge_studio.dap.expressions import expand_known
 from cxbridge_studio.dap.target import DebugClient, FileLine, Firing, Stopped, StoppedEnvironment, Target
 from cxbridge_studio.debugger.breakpoints import Breakpoint, describe
 from cxbridge_studio.debugger.evaluating import Evaluation
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from cxbridge.history.state import RunState
     from cxbridge.trace.formats.base import Run
 
-_FOREVER_S: Final = 1e9  # a recording is read to its end before the first stop
-_TEXTS: Final = ("clips", "construct")  # roles of recorded sources with constructs
+_UNLIMITED_S: Final = 1e9  # a recording is read to its end before the first stop
+_CONSTRUCT_ROLES: Final = ("clips", "construct")  # the roles of recorded sources that have constructs
 _STOP_TYPES: Final = (*TRANSITION_TYPES, RuleFired)  # events at which a recording can stop
 
 
@@ -42,7 +42,8 @@ _STOP_TYPES: Final = (*TRANSITION_TYPES, RuleFired)  # events at which a recordi
 class _Sources:
     """The sources of an environment.
 
-    :param texts: the files, by the names used when loading.
+    :param constructs: the constructs of the files.
+    :param texts: the texts of the files, by the names under which they were loaded.
     """
 
     constructs: Constructs
@@ -51,7 +52,7 @@ class _Sources:
     @classmethod
     def of(cls, run: Run, env: str) -> _Sources:
         """Read the sources of a recording."""
-        steps = (step for step in building_steps(run, env) if step.role in _TEXTS)
+        steps = (step for step in building_steps(run, env) if step.role in _CONSTRUCT_ROLES)
         texts = {step.name: (step.data or b"").decode("utf-8", "surrogateescape") for step in steps}
         return cls(Constructs(TextFile(name, text) for name, text in texts.items()), texts)
 
@@ -128,7 +129,7 @@ class RecordedMoment(StoppedEnvironment):
 class RecordedRun(Target):
     """A debugged recording.
 
-    :param env: the CLIPS environment; None for the first with a firing or a transition.
+    :param env: the CLIPS environment; None for the first environment with a firing or a transition.
     :raises CxbridgeError: if there is no such environment.
     """
 
@@ -136,7 +137,7 @@ class RecordedRun(Target):
 
     def __init__(self, run: Run, env: str | None = None) -> None:
         self._scrubber = scrubber = Scrubber(run)
-        scrubber.load(_FOREVER_S)
+        scrubber.load(_UNLIMITED_S)
         names = list(dict.fromkeys(event.env for event in scrubber.events if isinstance(event, _STOP_TYPES)))
         if not names or env not in (None, *names):
             raise CxbridgeError(
@@ -199,8 +200,8 @@ class RecordedRun(Target):
 
     def why_unreachable(self, item: Breakpoint) -> str:
         met_names = MetNames()
-        for event in filter(self._is_of_env, self._scrubber.events):
-            if _reaches(item, event):
+        for event in filter(self._is_stop_event, self._scrubber.events):
+            if _matches(item, event):
                 return ""
             met_names.take(event)
         rules = self._sources.constructs.rule_texts()
@@ -218,28 +219,28 @@ class RecordedRun(Target):
     def _move(self, client: DebugClient) -> Stopped | None:
         """Move as requested and return the stop; None after the end of the recording."""
         if self._next_move == "entry":
-            return self._first_stop()
+            return self._stop_at_entry()
         events, direction = self._scrubber.events, -1 if self._is_backwards else 1
-        # A stop at an event is the moment after it: the scrubber is one ahead of the event.
+        # A stop at an event is the moment after the event, so the scrubber is one event ahead.
         number = self._scrubber.at - 1 + direction
         while 0 <= number < len(events) and not self._is_over.is_set():
-            if self._is_of_env(events[number]) and (stop := self._stop_at(number, client)):
+            if self._is_stop_event(events[number]) and (stop := self._stop_at(number, client)):
                 return stop
             number += direction
         if self._is_backwards:
-            return self._first_stop()
+            return self._stop_at_entry()
         if self._scrubber.at == len(events):
             return None
         self._scrubber.go(len(events))
-        return self._stop("step", "at the end of the recording", None)
+        return self._stop_here("step", "at the end of the recording", None)
 
-    def _first_stop(self) -> Stopped:
+    def _stop_at_entry(self) -> Stopped:
         events = self._scrubber.events
-        number = next((index for index, event in enumerate(events) if self._is_of_env(event)), 0)
+        number = next((index for index, event in enumerate(events) if self._is_stop_event(event)), 0)
         self._scrubber.go(number + 1)
-        return self._stop("entry", self._text(events[number]), events[number])
+        return self._stop_here("entry", self._description(events[number]), events[number])
 
-    def _is_of_env(self, event: Event) -> bool:
+    def _is_stop_event(self, event: Event) -> bool:
         return isinstance(event, _STOP_TYPES) and event.env == self._env
 
     def _stop_at(self, number: int, client: DebugClient) -> Stopped | None:
@@ -248,11 +249,11 @@ class RecordedRun(Target):
         is_change = isinstance(event, RuleFired) or self._is_change(number)
         for breakpoints in self._groups.values() if is_change else ():
             for client_number, item in breakpoints.items():
-                if _reaches(item, event) and (stop := self._hit(client_number, item, number, client)):
+                if _matches(item, event) and (stop := self._count_hit(client_number, item, number, client)):
                     return stop
         if self._is_step(event, number):
             self._scrubber.go(number + 1)
-            return self._stop("step", self._text(event), event)
+            return self._stop_here("step", self._description(event), event)
         return None
 
     def _is_change(self, number: int) -> bool:
@@ -274,7 +275,9 @@ class RecordedRun(Target):
         times = self._scrubber.times
         return number == 0 or times[number] != times[number - 1]
 
-    def _hit(self, client_number: int, item: Breakpoint, number: int, client: DebugClient) -> Stopped | None:
+    def _count_hit(
+        self, client_number: int, item: Breakpoint, number: int, client: DebugClient
+    ) -> Stopped | None:
         """Return the stop at a breakpoint; None if its condition, hit count or log prevents it.
 
         :param client_number: the client's number of the breakpoint.
@@ -283,10 +286,10 @@ class RecordedRun(Target):
         self._scrubber.go(number + 1)
         event = self._scrubber.events[number]
         reason = "breakpoint" if item.is_of_rules else "function breakpoint"
-        stopped = replace(self._stop(reason, self._text(event), event), breakpoint=client_number)
+        stopped = replace(self._stop_here(reason, self._description(event), event), breakpoint=client_number)
         if item.condition:
             try:
-                if self._value(stopped.moment, item.condition) == "FALSE":
+                if self._evaluate_text(stopped.moment, item.condition) == "FALSE":
                     return None
             except CxbridgeError as error:
                 text = f"{stopped.description} (the condition fails: {error.message})"
@@ -295,28 +298,28 @@ class RecordedRun(Target):
         if not item.is_due(self._hit_counts[client_number]):
             return None
         if item.log:
-            text = item.logged(lambda expression: self._value_or_error(stopped.moment, expression))
+            text = item.log_text(lambda expression: self._evaluate_or_error(stopped.moment, expression))
             client.send_event("output", {"category": "console", "output": f"{text}\n"})
             return None
         return stopped
 
     @staticmethod
-    def _value(moment: StoppedEnvironment, expression: str) -> str:
-        return moment.evaluate(expanded(expression, moment)).text
+    def _evaluate_text(moment: StoppedEnvironment, expression: str) -> str:
+        return moment.evaluate(expand_known(expression, moment)).text
 
-    def _value_or_error(self, moment: StoppedEnvironment, expression: str) -> str:
+    def _evaluate_or_error(self, moment: StoppedEnvironment, expression: str) -> str:
         try:
-            return self._value(moment, expression)
+            return self._evaluate_text(moment, expression)
         except CxbridgeError as error:
             return f"{{{expression}: {error.message}}}"
 
     @staticmethod
-    def _text(event: Event) -> str:
+    def _description(event: Event) -> str:
         if isinstance(event, RuleFired):
             return f"before rule {event.rule}"
         return f"at {describe(event)}" if isinstance(event, TRANSITION_TYPES) else ""
 
-    def _stop(self, reason: str, description: str, event: Event | None) -> Stopped:
+    def _stop_here(self, reason: str, description: str, event: Event | None) -> Stopped:
         """Return the stop at the moment of the scrubber."""
         scrubber = self._scrubber
         state, seconds = scrubber.state, scrubber.now_us / MICROSECONDS
@@ -338,7 +341,7 @@ class RecordedRun(Target):
         return retracted_facts
 
 
-def _reaches(item: Breakpoint, event: Event) -> bool:
+def _matches(item: Breakpoint, event: Event) -> bool:
     if isinstance(event, RuleFired):
         return item.is_of_rules and item.has_rule(event.rule)
     return isinstance(event, TRANSITION_TYPES) and item.is_of_transitions and item.has_transition(event)

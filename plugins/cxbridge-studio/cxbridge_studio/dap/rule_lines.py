@@ -15,7 +15,7 @@ from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, condition_of, s
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions
 from cxbridge_studio.debugger.breakpoints import Breakpoint
 
-# Functions with actions as arguments, and the index of the first action.
+# The functions that take actions as arguments, with the index of the first action.
 _BODIES: Final = {"progn": 0, "while": 1, "loop-for-count": 1, "progn$": 1, "foreach": 2}
 
 _QUERIES: Final = ("do-for-fact", "do-for-all-facts", "delayed-do-for-fact", "delayed-do-for-all-facts")
@@ -26,9 +26,9 @@ _BRANCHES: Final = ("then", "else", "do")  # words before the actions of an `if`
 class RuleAction:
     """An action of a right-hand side.
 
-    :param start: its offset in the text.
-    :param line: its first line, from 1.
-    :param names: the variables that are certainly bound there, without ``?``.
+    :param start: the offset of the action in the text.
+    :param line: the first line of the action, from 1.
+    :param names: the variables that are certainly bound_names there, without ``?``.
     """
 
     start: int
@@ -40,9 +40,9 @@ class RuleAction:
 class FileRule:
     """A rule of a file.
 
-    :param first: its first line, from 1.
-    :param last: its last line.
-    :param actions: the actions of its right-hand side, in the order of the text.
+    :param first: the first line of the rule, from 1.
+    :param last: the last line of the rule.
+    :param actions: the actions of the rule's right-hand side, in the order of the text.
     """
 
     name: str
@@ -62,33 +62,34 @@ def rules_of(text: str) -> Iterator[FileRule]:
 
 def _actions(rule: Definition, lines: Lines) -> Iterator[RuleAction]:
     try:
-        names = bound(condition_of(rule.node))
-    except RecursionError:
+        names = bound_names(condition_of(rule.node))
+    except RecursionError:  # a condition of a hostile file: the rule has no probes
         return
-    yield from _sequence(sides(rule.node)[1], names, lines)
+    _, right_hand_side = sides(rule.node)
+    yield from _actions_in(right_hand_side, names, lines)
 
 
-def bound(ces: Sequence[CE]) -> tuple[str, ...]:
+def bound_names(ces: Sequence[CE]) -> tuple[str, ...]:
     """Return the variables that conditional elements bind; of an ``or``, those that all branches bind."""
     names: set[str] = set()
     for ce in ces:
         if isinstance(ce, PatternCE):
             names |= ce.binds | ({ce.variable} if ce.variable else set())
         elif isinstance(ce, GroupCE) and ce.kind == "and":
-            names.update(bound(ce.items))
+            names.update(bound_names(ce.items))
         elif isinstance(ce, GroupCE) and ce.kind == "or":
-            names |= set.intersection(*(set(bound((branch,))) for branch in ce.items))
+            names |= set.intersection(*(set(bound_names((branch,))) for branch in ce.items))
     return tuple(sorted(names))
 
 
-def _sequence(nodes: Iterable[SyntaxNode], names: tuple[str, ...], lines: Lines) -> Iterator[RuleAction]:
+def _actions_in(nodes: Iterable[SyntaxNode], names: tuple[str, ...], lines: Lines) -> Iterator[RuleAction]:
     """Yield the actions of a sequence, each before its nested actions."""
     for node in nodes:
         if node.items is None:
             continue
         yield RuleAction(node.start, lines.at(node.start), names)
         for inner_nodes, added_names in _nested_sequences(node):
-            yield from _sequence(inner_nodes, tuple(dict.fromkeys((*names, *added_names))), lines)
+            yield from _actions_in(inner_nodes, tuple(dict.fromkeys((*names, *added_names))), lines)
         names = _names_after(node, names)
 
 
@@ -121,12 +122,12 @@ def _variable(node: SyntaxNode) -> str:
 
 
 def _names_after(node: SyntaxNode, names: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the bound variables after an action."""
+    """Return the bound_names variables after an action."""
     name = _variable(node.arguments[0]) if node.head == "bind" and node.arguments else ""
     if not name or name.startswith("*"):  # ?*NAME*: a global variable
         return names
-    others = tuple(other_name for other_name in names if other_name != name)
-    return (*others, name) if len(node.arguments) > 1 else others  # (bind ?x) unbinds
+    kept_names = tuple(other_name for other_name in names if other_name != name)
+    return (*kept_names, name) if len(node.arguments) > 1 else kept_names  # (bind ?x) unbinds
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,9 @@ from cxbridge_studio.dap.target import FileLine, Stopped
 
 
 class StopView:
-    """A stop.
+    """A stop as the client sees it.
 
+    :param stopped: the stop of the target.
     :param source_of: returns the client's name for the file of a position.
     """
 
@@ -46,6 +47,7 @@ class StopView:
 
     def _frame(self, number: int, frame: CallFrame) -> protocol.StackFrame:
         if frame.place is None:
+            # The protocol's line of a frame without a source is 0.
             return protocol.StackFrame(number, frame.name, 0, 0, None, "subtle")
         return protocol.StackFrame(number, frame.name, frame.place.line, 1, self._source_of(frame.place))
 
@@ -65,11 +67,12 @@ class StopView:
         self.check_frame(frame)
         groups = groups_of(self.stopped.moment, self._stack[frame - 1])
         return [
-            protocol.Scope(group.name, self._number(group.children), group.expensive, group.hint)
+            protocol.Scope(group.name, self._new_reference(group.children), group.expensive, group.hint)
             for group in groups
         ]
 
-    def _number(self, children: Callable[[], Sequence[VariableNode]]) -> int:
+    def _new_reference(self, children: Callable[[], Sequence[VariableNode]]) -> int:
+        """Return a new reference to a list of nodes."""
         self._lists.append(children)
         return len(self._lists)
 
@@ -89,7 +92,7 @@ class StopView:
         return [self._variable(node) for node in (nodes[:count] if count else nodes)]
 
     def _variable(self, node: VariableNode) -> protocol.Variable:
-        reference = 0 if node.children is None else self._number(node.children)
+        reference = 0 if node.children is None else self._new_reference(node.children)
         # A compound value is read-only; its parts can be changed.
         hint = {} if node.change is not None else {"attributes": ["readOnly"]}
         return protocol.Variable(
@@ -120,7 +123,7 @@ class StopView:
         self.forget()
         reference = 0
         if result.facts:
-            reference = self._number(lambda: [fact_node(moment, fact) for fact in result.facts])
+            reference = self._new_reference(lambda: [fact_node(moment, fact) for fact in result.facts])
         return protocol.EvaluateBody(result.text, reference), result.output
 
 
@@ -140,7 +143,10 @@ class Sources:
         return protocol.Source(place.file.name, source_reference=self._texts.index(source) + 1)
 
     def named(self, source: protocol.Source) -> tuple[Path, str]:
-        """Return path and text of a file that the client names."""
+        """Return the path and the text of a file that the client names.
+
+        :raises CxbridgeError: if the reference is unknown, or the file cannot be read.
+        """
         if source.source_reference:
             if source.source_reference > len(self._texts):
                 raise CxbridgeError(f"there is no source {source.source_reference}")

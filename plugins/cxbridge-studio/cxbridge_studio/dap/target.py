@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 class FileLine:
     """A line of a file.
 
-    :param line: from 1.
-    :param text: the text, if it differs from the file on the disk.
+    :param line: the number of the line, from 1.
+    :param text: the recorded text of the file, if it differs from that on the disk; else None.
     """
 
     file: Path
@@ -38,7 +38,7 @@ class FileLine:
 class Firing:
     """A rule that fires next, fires now, or has fired last.
 
-    :param basis: its facts in the agenda's notation: ``f-1,*``.
+    :param basis: the facts of the rule in the agenda's notation: ``f-1,*``.
     :param line: the line of the next action; 0 outside of the right-hand side.
     """
 
@@ -59,7 +59,7 @@ class StoppedEnvironment(ABC):
         self.agent = agent
         self.firing = firing
         self.event = event
-        # New indices of facts changed during the stop, by their old indices.
+        # The new indices of the facts that were changed during the stop, by their old indices.
         self.changed: dict[int, int] = {}
 
     @abstractmethod
@@ -85,11 +85,11 @@ class StoppedEnvironment(ABC):
         """Return a fact, including facts that the current rule has retracted; None if unknown."""
 
     def agenda(self) -> Sequence[tuple[int, str, str]] | None:
-        """Return salience, rule and facts of the activations in order; None if unknown."""
+        """Return the salience, rule and facts of each activation, in order; None if unknown."""
         return None
 
     def locals(self) -> Mapping[str, Value] | None:
-        """Return the variables of the stopped right-hand side; None outside of one."""
+        """Return the variables of the stopped right-hand side; None outside of right-hand sides."""
         return None
 
     @abstractmethod
@@ -116,7 +116,8 @@ class Stopped:
 
     :param agent: the number of the agent, from 1.
     :param reason: the protocol's name of the reason.
-    :param breakpoint: the number of the breakpoint, or 0.
+    :param moment: the state of the agent.
+    :param breakpoint: the client's number of the breakpoint; 0 without a breakpoint.
     """
 
     agent: int
@@ -162,7 +163,7 @@ class Target(ABC):
 
     @abstractmethod
     def interrupt(self) -> None:
-        """End the target as soon as possible; called from any thread."""
+        """End the target as soon as possible. Any thread may call this."""
 
     @abstractmethod
     def set_breakpoints(self, group: str, breakpoints: Mapping[int, Breakpoint]) -> None:
@@ -193,11 +194,12 @@ class Target(ABC):
         """Whether the rules of the target are known."""
 
     @abstractmethod
-    def why_no_stop(self, rule: str, file: Path) -> str: ...
+    def why_no_stop(self, rule: str, file: Path) -> str:
+        """Return why the target cannot stop at a rule of a file; empty if it can."""
 
     @abstractmethod
     def why_unreachable(self, item: Breakpoint) -> str:
-        """Return why no loaded rule can reach a breakpoint; empty if one can."""
+        """Return why no loaded rule can reach a breakpoint; empty if a rule can."""
 
     @abstractmethod
     def files(self) -> Iterator[Path]:

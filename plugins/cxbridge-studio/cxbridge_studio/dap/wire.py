@@ -11,10 +11,10 @@ import msgspec
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap.protocol import Event, Request, Response
 
-LONGEST: Final = 16 * 1024 * 1024  # limit of a message, in bytes
+MAX_BYTES: Final = 16 * 1024 * 1024  # the limit of a message, in bytes
 
-_MAX_HEADERS: Final = 32  # headers of a message
-_LONGEST_LINE: Final = 4096  # bytes of a header
+_MAX_HEADERS: Final = 32  # the limit of the headers of a message
+_MAX_LINE_BYTES: Final = 4096
 _LENGTH: Final = b"content-length"
 
 
@@ -25,7 +25,8 @@ class WireError(CxbridgeError):
 class Wire:
     """Reads requests from one stream and writes responses and events to another, from any thread.
 
-    :param source: preferably unbuffered: a thread that blocks in a buffered stream holds its lock until exit.
+    :param source: the stream of the client's messages, preferably unbuffered:
+        a thread that blocks in a buffered stream holds its lock until exit.
     """
 
     def __init__(self, source: RawIOBase | BinaryIO, sink: BinaryIO) -> None:
@@ -41,10 +42,10 @@ class Wire:
 
         :raises WireError: if the bytes are not a request.
         """
-        length = self._length()
+        length = self._read_length()
         if length is None:
             return None
-        body = self._exactly(length)
+        body = self._read_exactly(length)
         if body is None:
             return None
         try:
@@ -52,8 +53,8 @@ class Wire:
         except msgspec.DecodeError as error:
             raise WireError(f"this is not a request of the debug adapter protocol: {error}") from error
 
-    def _exactly(self, length: int) -> bytes | None:
-        """Read this many bytes, or return None if the stream ends before."""
+    def _read_exactly(self, length: int) -> bytes | None:
+        """Return the next ``length`` bytes, or None if the stream ends before them."""
         parts: list[bytes] = []
         while length > 0:
             part = self._source.read(length)
@@ -63,11 +64,11 @@ class Wire:
             length -= len(part)
         return b"".join(parts)
 
-    def _length(self) -> int | None:
+    def _read_length(self) -> int | None:
         """Read a header and return the length of the message, or None at the end of the stream."""
         length = None
         for _ in range(_MAX_HEADERS):
-            line = self._source.readline(_LONGEST_LINE)
+            line = self._source.readline(_MAX_LINE_BYTES)
             if not line:
                 return None
             name, colon, value = line.strip().partition(b":")
@@ -77,13 +78,13 @@ class Wire:
                 return length
             if colon and name.strip().lower() == _LENGTH:
                 text = value.strip()
-                if not text.isdigit() or len(text) > len(str(LONGEST)) or int(text) > LONGEST:
+                if not text.isdigit() or len(text) > len(str(MAX_BYTES)) or int(text) > MAX_BYTES:
                     raise WireError(f"a message cannot have the length {text.decode('ascii', 'replace')}")
                 length = int(text)
         raise WireError("a message with too many headers")
 
     def write(self, message: Response | Event) -> None:
-        """Send a message with the next sequence number; ignored if the client is gone."""
+        """Send a message with the next sequence number. Does nothing if the client is gone."""
         with self._lock:
             self._last += 1
             message.seq = self._last

@@ -13,9 +13,9 @@ from cxbridge.errors import ExecutiveError
 from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.history.transitions import Transition
 
-ANY: Final = "*"  # value of an omitted part
+ANY: Final = "*"  # the value of an omitted part
 
-MAX_LENGTH = 4096  # characters of a breakpoint, because clients of a daemon set breakpoints, too
+MAX_LENGTH: Final = 4096  # the characters of a breakpoint: clients of a daemon set breakpoints, too
 
 _STATUS = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)
 _CONDITION = re.compile(r"\s+if\s+(?=\()")
@@ -24,7 +24,7 @@ _LOG = re.compile(r'\s+log\s+"(.*)"\Z', re.DOTALL)
 _ARGUMENTS = re.compile(r"[\s({]")
 _EXPRESSION = re.compile(r"\{([^{}]*)\}")
 _COUNT = re.compile(r"(<=|>=|==|=|<|>|%)?\s*(\d{1,9})")
-_COMPARED: Final[Mapping[str, Callable[[int, int], bool]]] = {
+_COMPARISONS: Final[Mapping[str, Callable[[int, int], bool]]] = {
     "=": operator.eq,
     "==": operator.eq,
     "<": operator.lt,
@@ -37,7 +37,7 @@ _COMPARED: Final[Mapping[str, Callable[[int, int], bool]]] = {
 _KINDS: Final = {"rule": "before", "before": "before", "after": "after"} | {
     kind: kind for kind in ("goal", "action", "skill")
 }
-_MAX_NAMES: Final = {"before": 1, "after": 1, "goal": 3, "action": 2}  # texts between colons
+_MAX_NAMES: Final = {"before": 1, "after": 1, "goal": 3, "action": 2}  # the texts between the colons
 _FORMS: Final = "rule:NAME, after:NAME, goal:NAME[:MODE[:OUTCOME]], action:NAME[:STATE], skill:SKILL[:STATUS]"
 
 
@@ -45,15 +45,15 @@ _FORMS: Final = "rule:NAME, after:NAME, goal:NAME[:MODE[:OUTCOME]], action:NAME[
 class Breakpoint:
     """A breakpoint. ``name``, ``state`` and ``outcome`` are shell patterns.
 
-    :param number: assigned by :meth:`Debugger.add`; 0 before.
+    :param number: the number that :meth:`Debugger.add` assigns; 0 before.
     :param kind: ``before`` or ``after`` a rule, a ``goal``, an ``action``, a ``skill``, or a ``line`` of a
         right-hand side. A ``line`` breakpoint has no notation, see :meth:`Debugger.at_line`.
     :param name: the rule, the goal's id or class, the action, the skill string, or the skill's name.
     :param state: the goal's mode, the action's state, the skill's status, or the number of the line.
     :param outcome: the goal's outcome.
-    :param condition: a CLIPS expression; FALSE prevents the stop. Empty: no condition.
-    :param hits: the required number of hits: ``3``, ``>=3``, ``%3`` ...; empty: any.
-    :param log: a text to log instead of stopping, with CLIPS expressions in braces. Empty: stop.
+    :param condition: a CLIPS expression; FALSE prevents the stop. Empty without a condition.
+    :param hits: the required number of hits: ``3``, ``>=3``, ``%3`` ...; empty for any number.
+    :param log: a text to log instead of stopping, with CLIPS expressions in braces; empty to stop.
     """
 
     number: int
@@ -86,7 +86,7 @@ class Breakpoint:
     def is_due(self, hit: int) -> bool:
         """Return whether the breakpoint stops at this hit, counted from 1."""
         match = _COUNT.fullmatch(self.hits)
-        return match is None or _COMPARED[match[1] or "="](hit, int(match[2]))
+        return match is None or _COMPARISONS[match[1] or "="](hit, int(match[2]))
 
     def has_transition(self, event: Transition) -> bool:
         """Return whether the breakpoint matches a transition."""
@@ -104,7 +104,7 @@ class Breakpoint:
             and (not isinstance(event, GoalTransition) or fnmatchcase(event.outcome, self.outcome))
         )
 
-    def logged(self, value: Callable[[str], str]) -> str:
+    def log_text(self, value: Callable[[str], str]) -> str:
         """Return the log text.
 
         :param value: evaluates a CLIPS expression.
@@ -143,7 +143,7 @@ def parse_breakpoint(spec: str) -> Breakpoint:
     if hits:
         check_hits(hits[0])
     if kind == "skill":
-        # a skill string may have colons
+        # A skill string may have colons, so only an end such as ``:S_FAILED`` is a status.
         match = _STATUS.fullmatch(pattern)
         names = list(match.groups()) if match else [pattern]
     else:
@@ -179,14 +179,14 @@ class Stop:
 
     :param kind: ``before``, ``after``, ``line``, ``transition``, ``step`` or ``asked``.
     :param reason: the reason as text.
-    :param breakpoint: the number of the breakpoint, or 0.
+    :param breakpoint: the number of the breakpoint; 0 without a breakpoint.
     :param rule: the last rule fired in this loop; empty if none has fired.
     :param next_rule: the first rule of the agenda; empty if there is none.
-    :param event: the transition that caused the stop.
+    :param event: the transition that caused the stop; None without a transition.
     :param loop: the number of the loop since the debugger started, from 1.
     :param fired: the number of firings in this loop.
-    :param time_us: the run's clock.
-    :param line: the line within the right-hand side of ``rule``; 0: between rules.
+    :param time_us: the time of the run's clock.
+    :param line: the line within the right-hand side of ``rule``; 0 between rules.
     """
 
     kind: str

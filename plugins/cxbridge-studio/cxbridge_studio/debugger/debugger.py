@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 STEPS: Final = ("rule", "loop", "transition")  # units of stepping
 
-# The unit for the next line of a right-hand side: only rules with probes call `Debugger.at_line`.
+# A further unit, the next line of a right-hand side: only rules with probes call `Debugger.at_line`.
 LINE: Final = "line"
 
 
@@ -74,17 +74,17 @@ class Debugger:
         self._stop_requested = False
         self._firing = False  # whether CLIPS runs rules, so that transitions come from them
         self._in_loop = False
-        self._interrupted = False
-        self._fired = 0  # firings in this loop
+        self._interrupted = False  # whether a stop within the last right-hand side ended the firing
+        self._fired_count = 0  # the firings in this loop
         self._last_rule = ""
         self._one_by_one = False  # whether the rules are fired one by one
         # The transitions of the last firing that stop; without a breakpoint for a step.
         self._hits: list[tuple[Breakpoint | None, Transition]] = []
         self._statuses: dict[str, tuple[str, str]] = {}  # skill string and status by Skiller
-        self._passed_activation = ""
-        self._agent_halts = False
+        self._passed_activation = ""  # the activation of the last stop before a rule: it does not stop again
+        self._agent_halts = False  # whether a rule of the agent has called (halt) in this loop
         self._is_subscribed = False
-        self._after_fire = callback("void(Environment *, Activation *, void *)", self._note_fired)
+        self._after_fire = callback("void(Environment *, Activation *, void *)", self._handle_firing)
 
     @property
     def breakpoints(self) -> tuple[Breakpoint, ...]:
@@ -95,7 +95,7 @@ class Debugger:
     def add(self, spec: str | Breakpoint, *, checked: bool = True) -> Breakpoint:
         """Add a breakpoint; return it with its number.
 
-        :param checked: refuse an unreachable breakpoint, see :meth:`AgentNames.check`.
+        :param checked: whether to refuse an unreachable breakpoint, see :meth:`AgentNames.check`.
         :raises ExecutiveError: if the text is not a breakpoint, or the breakpoint is unreachable.
         """
         item = parse_breakpoint(spec) if isinstance(spec, str) else spec
@@ -105,7 +105,7 @@ class Debugger:
             self._last_number += 1
             item = replace(item, number=self._last_number)
             self._breakpoints[item.number] = item
-            self._set_hooks()
+            self._update_subscription()
         return item
 
     def remove(self, number: int) -> None:
@@ -118,12 +118,12 @@ class Debugger:
                 known = ", ".join(map(str, self._breakpoints)) or "none"
                 raise ExecutiveError(f"there is no breakpoint {number}", hint=f"there are: {known}")
             del self._breakpoints[number]
-            self._set_hooks()
+            self._update_subscription()
 
     def clear(self) -> None:
         with self._env.lock:
             self._breakpoints.clear()
-            self._set_hooks()
+            self._update_subscription()
 
     def counts(self, number: int) -> tuple[int, int]:
         """Return the number of hits of a breakpoint, and of hits with a true condition."""
@@ -161,7 +161,7 @@ class Debugger:
         """Continue to the next breakpoint. Does nothing while running."""
         with self._env.lock:
             self._stop_requested, self._stopped, self._step = False, None, ""
-            self._set_hooks()
+            self._update_subscription()
 
     def step(self, unit: str = "rule") -> None:
         """Continue for one ``rule``, ``loop`` or ``transition``. While running, stop after the next one.
@@ -173,7 +173,7 @@ class Debugger:
         with self._env.lock:
             self.go_on()
             self._step = unit
-            self._set_hooks()
+            self._update_subscription()
 
     def run(self) -> int:
         """Fire the rules of a loop, or its remaining rules, until a stop. Called by :meth:`Executive.loop`.
@@ -184,9 +184,9 @@ class Debugger:
         while self._stopped is None:
             if not self._in_loop:
                 self._begin_loop()
-            fired_before = self._fired
+            fired_before = self._fired_count
             stop = self._fire_until_stop()
-            fired += self._fired - fired_before
+            fired += self._fired_count - fired_before
             self.names.check_once(self._breakpoints.values())
             if stop is not None:
                 self._enter_stop(stop)  # `on_stop` may continue the run before it returns
@@ -236,14 +236,14 @@ class Debugger:
             self._enter_stop(stop)
         finally:
             self._stopped, self._firing = None, True
-        # the next breakpoint may belong to another rule: check again after this firing
+        # The next breakpoint may belong to another rule, so the agenda is checked again after this firing.
         self._interrupted = True
         if not self._one_by_one:
             self._env.api.after_fire(self._after_fire)
 
     def _begin_loop(self) -> None:
         self._in_loop, self._agent_halts = True, False
-        self._fired, self._last_rule, self._passed_activation = 0, "", ""
+        self._fired_count, self._last_rule, self._passed_activation = 0, "", ""
         self.loops += 1
         self._env.watcher.firings = 0
 
@@ -275,11 +275,12 @@ class Debugger:
         self._firing = True
         api.after_fire(self._after_fire if self._one_by_one else None)
         try:
-            fired = self._env.fire(1 if self._one_by_one else -1, self._fired)
+            # -1 is CLIPS' number for all activations.
+            fired = self._env.fire(1 if self._one_by_one else -1, self._fired_count)
         finally:
             self._firing = False
             api.after_fire(None)
-        self._fired += fired
+        self._fired_count += fired
         return fired
 
     def _stop_before(self, breakpoints: list[Breakpoint], next_rule: str) -> Stop | None:
@@ -328,12 +329,12 @@ class Debugger:
         if not item.is_due(self._true_hit_counts[item.number]):
             return None
         if item.log:
-            text = item.logged(lambda expression: self._value(expression, stop))
+            text = item.log_text(lambda expression: self._value_text(expression, stop))
             self._log.info(text)
             return None
         return stop
 
-    def _value(self, expression: str, stop: Stop) -> str:
+    def _value_text(self, expression: str, stop: Stop) -> str:
         """Return the value of an expression as text, or its error."""
         try:
             value = self._env.eval(self.expand(expression, stop))
@@ -352,29 +353,29 @@ class Debugger:
             next_rule=next_rule(self._env),
             event=event,
             loop=self.loops,
-            fired=self._fired,
+            fired=self._fired_count,
             time_us=self._env.bus.clock.now_us(),
             line=line,
         )
 
-    def _set_hooks(self) -> None:
+    def _update_subscription(self) -> None:
         """Subscribe to transitions only while a breakpoint or step needs them."""
         is_needed = self._step == "transition" or any(
             item.is_of_transitions for item in self._breakpoints.values()
         )
         if is_needed and not self._is_subscribed:
             self._statuses.clear()
-            self._env.bus.subscribe(self._take, *TRANSITION_TYPES)
+            self._env.bus.subscribe(self._handle_transition, *TRANSITION_TYPES)
         elif self._is_subscribed and not is_needed:
-            self._env.bus.unsubscribe(self._take)
+            self._env.bus.unsubscribe(self._handle_transition)
         self._is_subscribed = is_needed
 
-    def _take(self, event: Event) -> None:
+    def _handle_transition(self, event: Event) -> None:
         """Handle a transition, within a right-hand side."""
         if not isinstance(event, TRANSITION_TYPES) or event.env != self._env.name:
             return
         if isinstance(event, SkillStatus):
-            # each fact causes an event; the first one only shows the present status
+            # Each fact of the Skiller causes an event, and the first event only shows the present status.
             status = event.skill_string, event.status
             previous_status = self._statuses.get(event.skiller, status)
             self._statuses[event.skiller] = status
@@ -391,11 +392,11 @@ class Debugger:
             self._env.api.after_fire(self._after_fire)
         self._hits += [(item, event) for item in hits]
 
-    def _note_fired(self, _env: CData, activation: CData, _context: CData) -> None:
+    def _handle_firing(self, _env: CData, activation: CData, _context: CData) -> None:
         """Record the fired rule and its ``(halt)``; end the run if a stop is pending."""
         self._last_rule = decode(lib.ActivationRuleName(activation))
         if self._env.api.rules_halt():
             self._agent_halts = True
         if (self._hits or self._interrupted) and not self._one_by_one:
-            # after the check of rules_halt(), which could not tell this halt from the agent's
+            # After the check of rules_halt(), which cannot tell this halt from the agent's.
             self._env.hold()

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.manager import EnvironmentManager, FeatureInfo
 
-_MAX_COMPONENT_LENGTH: Final = 64  # characters of the name of a log component
+_MAX_COMPONENT_LENGTH: Final = 64  # the characters of the name of a log component
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
@@ -36,7 +36,7 @@ class EnvironmentInfo(Struct, frozen=True):
     :param own: whether :class:`EnvironmentService` created it.
     :param facts: the number of facts.
     :param agenda: the number of activations.
-    :param features: its features, sorted.
+    :param features: the names of its features, sorted.
     :param watch: ``facts`` and ``rules``, if at least partly watched.
     :param log_level: the minimum log level.
     :param ended: whether no rule fires any more.
@@ -104,14 +104,14 @@ class EnvironmentService:
         :raises ClipsError: if the name exists, or has characters other than letters, digits and ``_.-``.
         """
         _check_name(name, "an environment")
-        env = self._manager.create(name, _component(log_component) or None)
+        env = self._manager.create(name, _checked_component(log_component) or None)
         self._manager.extra.append(name)
         return env
 
     def destroy(self, name: str) -> None:
         """Destroy an environment created by this service.
 
-        :raises ClipsError: if the environment is unknown or not this service's.
+        :raises ClipsError: if the environment is unknown, or the executive's.
         """
         self._manager.find(name)
         if name not in self._manager.extra:
@@ -167,7 +167,7 @@ class EnvironmentService:
             unknown = [word for word in names if word not in defined]
             if unknown:
                 construct = "deftemplate" if item == "facts" else "defrule"
-                # The text is that of CLIPS.
+                # CLIPS' own text, which its users know.
                 message = f"Unable to find {construct} '{unknown[0]}'."
                 raise ClipsError(message, hint=did_you_mean(unknown[0], defined) or None)
             env.watch(item, names, on=on)
@@ -183,7 +183,7 @@ class EnvironmentService:
             env.loggers.set_level(DEFAULT_LOGGER, log_level)
 
     def features(self) -> Sequence[FeatureInfo]:
-        """Describe all features, including withdrawn ones."""
+        """Describe all features, including withdrawn features."""
         return self._manager.catalogue
 
     def feature(self, feature: str) -> FeatureInfo:
@@ -255,7 +255,7 @@ class EnvironmentService:
         """
         env = self._manager.find(name)
         _check_name(logger, "a logger")
-        component = _component(component) or f"{logger}|{name}"
+        component = _checked_component(component) or f"{logger}|{name}"
         sink = env.bus.logger(component).log
         new_logger = ClipsLogger(logger, sink, priority, find_level(level), contains, replaces, component)
         with env.lock:
@@ -276,8 +276,8 @@ def _check_name(name: str, subject: str) -> None:
         raise ClipsError(f"'{name}' cannot name {subject}", hint="use up to 64 letters, digits, _, . and -")
 
 
-def _component(text: str) -> str:
-    """Check the name of a log component.
+def _checked_component(text: str) -> str:
+    """Return the name of a log component, after a check.
 
     :raises ClipsError: if the name is too long or has unprintable characters.
     """

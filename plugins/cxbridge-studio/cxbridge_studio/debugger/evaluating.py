@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 # The maximum duration of an evaluation in seconds. It blocks the rules and the loop.
 LIMIT_S: Final = 1.0
 
-MAX_LINES: Final = 1000  # maximum number of output lines
+MAX_LINES: Final = 1000  # the limit of the output lines
 
 
 class Evaluation(Struct, frozen=True):
@@ -37,34 +37,34 @@ def evaluate(env: ClipsEnvironment, expression: str, limit_s: float = LIMIT_S) -
     :raises ClipsError: if the expression does not parse, fails or takes too long.
     """
     lines: list[str] = []
-    late = threading.Event()
+    is_late = threading.Event()
 
     def end() -> None:
-        late.set()
-        env.api.halt()  # sets a flag that CLIPS checks, as a signal handler does
+        is_late.set()
+        env.api.halt()  # safe in this thread: it only sets a flag, which CLIPS checks
 
-    def keep(_level: Level, line: str) -> None:
+    def keep_line(_level: Level, line: str) -> None:
         if len(lines) < MAX_LINES:
             lines.append(line)
 
     timer = threading.Timer(limit_s, end)
-    previous_sink = env.output.redirect(keep)
+    previous_sink = env.output.redirect(keep_line)
     timer.start()
     try:
         value = env.eval(expression)
     except ClipsError as error:
-        if late.is_set():
-            raise _too_long(expression, limit_s) from error
+        if is_late.is_set():
+            raise _timeout_error(expression, limit_s) from error
         raise
     finally:
         timer.cancel()
         timer.join()
         env.output.redirect(previous_sink)
         env.api.clear_halt()
-    if late.is_set():
-        raise _too_long(expression, limit_s)
+    if is_late.is_set():
+        raise _timeout_error(expression, limit_s)
     return Evaluation("" if value is None else show_alone(value), tuple(lines))
 
 
-def _too_long(expression: str, limit_s: float) -> ClipsError:
+def _timeout_error(expression: str, limit_s: float) -> ClipsError:
     return ClipsError(f"{expression} has not come to an end within {limit_s:g} s", hint="it was ended")

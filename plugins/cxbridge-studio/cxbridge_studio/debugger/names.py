@@ -23,7 +23,7 @@ from cxbridge_studio.debugger.breakpoints import ANY, Breakpoint, skill_name
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-# Functions that define constructs.
+# The functions that define constructs, from a file or from a text.
 _LOADERS: Final = frozenset(
     {"load", "load*", "batch", "batch*", "path-load", "path-load*", "path-batch", "path-batch*"}
     | {"bload", "build"}
@@ -32,8 +32,7 @@ _LOADERS: Final = frozenset(
 _COLON_STATUS: Final = re.compile(r".*:(\w+)", re.DOTALL)
 _LITERAL: Final = re.compile(r"[^*?\[{(]*")
 _WILDCARDS: Final = "*?["
-_MAX_NAMES: Final = 10_000  # names kept per kind for suggestions
-
+_MAX_NAMES: Final = 10_000  # the limit of the names that are kept for suggestions, per kind
 
 # Unreachable breakpoints, with the reasons.
 Mistakes = Sequence[tuple[Breakpoint, ExecutiveError]]
@@ -43,7 +42,7 @@ class AgentNames:
     """The names that can occur in an agent.
 
     :param env: the agent's environment.
-    :param skills: returns the existing skills; None: unknown.
+    :param skills: returns the existing skills; None if they are unknown.
     :param is_initial: returns whether a file belongs to the initialisation.
     """
 
@@ -73,7 +72,7 @@ class AgentNames:
         """
         with self._env.lock:
             if self.are_complete:
-                self._check(item)
+                self._check_names(item)
 
     def check_once(self, items: Iterable[Breakpoint]) -> None:
         """Check all breakpoints in the loop that completes the initialisation."""
@@ -83,7 +82,7 @@ class AgentNames:
         mistakes = []
         for item in items:
             try:
-                self._check(item)
+                self._check_names(item)
             except ExecutiveError as error:
                 mistakes.append((item, error))
         self.on_mistakes(mistakes)
@@ -92,27 +91,29 @@ class AgentNames:
         for _, error in mistakes:
             self._log.warn(" ".join(str(error).split()))
 
-    def _check(self, item: Breakpoint) -> None:
-        mistake = self._mistake(item)
+    def _check_names(self, item: Breakpoint) -> None:
+        mistake = self._find_mistake(item)
         if mistake is None:
             return
-        message, hint = f"breakpoint {item}: {mistake[0]}", mistake[1]
+        problem, hint = mistake
+        message = f"breakpoint {item}: {problem}"
         if not (item.is_of_rules and self._may_load):
             raise ExecutiveError(message, hint=hint)
         # A file that the agent loads later may have the rule.
         self._log.warn(f"{message} yet{f': {hint}' if hint else ''}")
 
-    def _mistake(self, item: Breakpoint) -> tuple[str, str] | None:
+    def _find_mistake(self, item: Breakpoint) -> tuple[str, str] | None:
+        """Return the problem of a breakpoint and a hint; None if the breakpoint is reachable."""
         if item.is_of_rules:
-            return self._rule(item.name)
+            return self._rule_mistake(item.name)
         if item.kind == "goal":
-            return self._goal(item)
+            return self._goal_mistake(item)
         if item.kind == "action":
             states = allowed_values(self._env, "plan-action", "state")
-            return _unknown(item.state, states, "plan-actions have no state", "the states are")
-        return self._skill(item) if item.kind == "skill" else None
+            return _name_mistake(item.state, states, "plan-actions have no state", "the states are")
+        return self._skill_mistake(item) if item.kind == "skill" else None
 
-    def _rule(self, name: str) -> tuple[str, str] | None:
+    def _rule_mistake(self, name: str) -> tuple[str, str] | None:
         rules = rule_names(self._env)
         if name.strip("*") == "" or any(fnmatchcase(rule, name) for rule in rules):
             return None
@@ -120,20 +121,21 @@ class AgentNames:
         problem = "no rule matches" if is_pattern else "there is no rule"
         return f"{problem} '{name}'", did_you_mean(_without_wildcards(name), rules)
 
-    def _goal(self, item: Breakpoint) -> tuple[str, str] | None:
+    def _goal_mistake(self, item: Breakpoint) -> tuple[str, str] | None:
         modes = allowed_values(self._env, "goal", "mode")
         outcomes = allowed_values(self._env, "goal", "outcome")
-        mistake = _unknown(item.state, modes, "goals have no mode", "the modes are")
+        mistake = _name_mistake(item.state, modes, "goals have no mode", "the modes are")
         if mistake is None:
-            return _unknown(item.outcome, outcomes, "goals have no outcome", "the outcomes are")
+            return _name_mistake(item.outcome, outcomes, "goals have no outcome", "the outcomes are")
         if item.state in outcomes:
-            return mistake[0], f"{item.state} is an outcome: use goal:{item.name}:*:{item.state}"
+            problem, _ = mistake
+            return problem, f"{item.state} is an outcome: use goal:{item.name}:*:{item.state}"
         return mistake
 
-    def _skill(self, item: Breakpoint) -> tuple[str, str] | None:
+    def _skill_mistake(self, item: Breakpoint) -> tuple[str, str] | None:
         end = _COLON_STATUS.fullmatch(item.name)  # no skill string ends with a status
         status = end[1] if end else item.state
-        mistake = _unknown(status, skill_statuses(), "skills have no status", "these are")
+        mistake = _name_mistake(status, skill_statuses(), "skills have no status", "these are")
         skills = None if mistake else self._skills()
         if mistake or skills is None:
             return mistake
@@ -196,10 +198,10 @@ def skill_statuses() -> tuple[str, ...]:
     return tuple(item.name for enum in enums if enum.name == "SkillStatusEnum" for item in enum.items)
 
 
-def _unknown(pattern: str, names: Collection[str], problem: str, title: str) -> tuple[str, str] | None:
+def _name_mistake(pattern: str, names: Collection[str], problem: str, title: str) -> tuple[str, str] | None:
     """Return message and hint if no name matches a pattern; None if a name matches, or there are none.
 
-    :param title: of the list of names in the hint.
+    :param title: the title of the list of names in the hint.
     """
     if pattern == ANY or not names or any(fnmatchcase(name, pattern) for name in names):
         return None

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 OPERATIONS: Final = Operations()
 _PATH: Final = "/cxbridge/debugger"
-_MAX_DIGITS: Final = 9
+_MAX_DIGITS: Final = 9  # of the number of a breakpoint: longer texts of a client are not parsed
 
 
 class _Specs(Struct):
@@ -66,10 +66,10 @@ class DebuggerInfo(Struct):
 
 
 def breakpoint_rows(debugger: Debugger | None) -> list[BreakpointInfo]:
-    return [] if debugger is None else [_row(item) for item in debugger.breakpoints]
+    return [] if debugger is None else [_describe(item) for item in debugger.breakpoints]
 
 
-def _row(item: Breakpoint) -> BreakpointInfo:
+def _describe(item: Breakpoint) -> BreakpointInfo:
     return BreakpointInfo(item.number, str(item))
 
 
@@ -101,7 +101,7 @@ OPERATIONS.add(
     "debugger",
     Right.LOOK,
     NoParameters,
-    _route("GET", "", "Breakpoints, and where the rules are stopped."),
+    _route("GET", "", "Return the breakpoints, and the stop of the rules if they are stopped."),
     is_verb=False,
 )(_state)
 
@@ -118,17 +118,17 @@ def _list(context: OperationContext, _parameters: NoParameters) -> list[Breakpoi
     Route(
         "POST",
         f"{_PATH}/breakpoints",
-        "Stop there from now on.",
+        "Add a breakpoint.",
         BreakpointInfo,
         "Breakpoint",
         check=_check_available,
         body="BreakpointSpec",
-        errors={400: "That is not a breakpoint, or nothing can ever reach it"},
+        errors={400: "The text is not a breakpoint, or the breakpoint is unreachable"},
     ),
     is_verb=False,
 )
 def _add(context: OperationContext, parameters: _Spec) -> BreakpointInfo:
-    return _row(debugger_of(context.executive).add(_checked(context, parameters.spec)))
+    return _describe(debugger_of(context.executive).add(_checked(context, parameters.spec)))
 
 
 def _checked(context: OperationContext, spec: str) -> Breakpoint:
@@ -147,9 +147,9 @@ def _checked(context: OperationContext, spec: str) -> Breakpoint:
 
 @OPERATIONS.add("break-add", Right.CONTROL, _Specs)
 def _add_all(context: OperationContext, parameters: _Specs) -> list[BreakpointInfo]:
-    # check all of them before any is added
+    # All texts are checked before the first breakpoint is added: a mistake leaves none behind.
     breakpoints = [_checked(context, spec) for spec in parameters.specs]
-    return [_row(debugger_of(context.executive).add(item)) for item in breakpoints]
+    return [_describe(debugger_of(context.executive).add(item)) for item in breakpoints]
 
 
 @OPERATIONS.add("break-remove", Right.CONTROL, _Numbers)

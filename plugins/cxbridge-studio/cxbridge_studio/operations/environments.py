@@ -95,7 +95,11 @@ def _info(context: OperationContext, parameters: Any) -> EnvironmentInfo:
 
 
 OPERATIONS.add(
-    "env-info", Right.LOOK, NamedEnvironment, of_environment("GET", "", "One environment."), is_verb=False
+    "env-info",
+    Right.LOOK,
+    NamedEnvironment,
+    of_environment("GET", "", "Return an environment."),
+    is_verb=False,
 )(_info)
 
 
@@ -103,7 +107,7 @@ OPERATIONS.add(
     "env-list",
     Right.LOOK,
     NoParameters,
-    Route("GET", PATH, "All environments, in the order in which they were created.", list[EnvironmentInfo]),
+    Route("GET", PATH, "Return all environments, in the order of their creation.", list[EnvironmentInfo]),
 )
 def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[EnvironmentInfo]:
     return service_of(context).list()
@@ -121,7 +125,7 @@ def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[Envi
         answer=_info,
         body="EnvironmentName",
         names={"env": "name"},
-        errors={400: "There is one of that name, or none can have it"},
+        errors={400: "An environment has this name, or the name is invalid"},
     ),
 )
 def _create(context: OperationContext, parameters: _NewEnvironment) -> None:
@@ -129,7 +133,7 @@ def _create(context: OperationContext, parameters: _NewEnvironment) -> None:
 
 
 def _destroy_and_describe(context: OperationContext, parameters: NamedEnvironment) -> EnvironmentInfo:
-    info = _info(context, parameters)  # afterwards, there is no environment to describe
+    info = _info(context, parameters)  # before the environment is destroyed
     _destroy(context, parameters)
     return info
 
@@ -141,8 +145,8 @@ def _destroy_and_describe(context: OperationContext, parameters: NamedEnvironmen
     of_environment(
         "DELETE",
         "",
-        "Destroy an environment that was created so.",
-        errors={400: "It is the executive's"},
+        "Destroy an environment that a client created.",
+        errors={400: "The environment is the executive's"},
         instead=_destroy_and_describe,
     ),
 )
@@ -164,7 +168,7 @@ def _load_absolute(context: OperationContext, parameters: _File) -> Loaded:
     of_environment(
         "POST",
         "/load",
-        "Load a file of the daemon's machine; returns the mistakes in it.",
+        "Load a CLIPS file of the daemon's machine, and return the mistakes in the file.",
         Loaded,
         {400: "CLIPS cannot read the file"},
         instead=_load_absolute,
@@ -182,7 +186,7 @@ def _load(context: OperationContext, parameters: _File) -> Sequence[str]:
     of_environment(
         "POST",
         "/features",
-        "Give an environment a feature.",
+        "Add a feature to an environment.",
         errors={400: "There is no such feature"},
         answer=_info,
         body="FeatureName",
@@ -199,8 +203,8 @@ def _request_feature(context: OperationContext, parameters: _EnvironmentFeature)
     of_environment(
         "DELETE",
         "/features/{feature}",
-        "Take a feature away from an environment: calls of its functions fail until it is given again.",
-        errors={400: "The environment does not have it"},
+        "Remove a feature from an environment: calls of its functions fail until it is added again.",
+        errors={400: "The environment does not have the feature"},
         answer=_info,
     ),
 )
@@ -213,7 +217,7 @@ def _remove_feature(context: OperationContext, parameters: _EnvironmentFeature) 
     Right.CONTROL,
     _Watch,
     of_environment(
-        "PUT", "/watch", "Watch facts or rules, which are recorded then.", answer=_info, body="Watch"
+        "PUT", "/watch", "Watch facts or rules, so that they are recorded.", answer=_info, body="Watch"
     ),
 )
 def _watch(context: OperationContext, parameters: _Watch) -> None:
@@ -225,7 +229,11 @@ def _watch(context: OperationContext, parameters: _Watch) -> None:
     Right.CONTROL,
     _Level,
     of_environment(
-        "PUT", "/log", "Let it log only lines of this level and above.", answer=_info, body="LogLevel"
+        "PUT",
+        "/log",
+        "Set the lowest level of the lines that an environment logs.",
+        answer=_info,
+        body="LogLevel",
     ),
 )
 def _log(context: OperationContext, parameters: _Level) -> None:
@@ -245,9 +253,9 @@ def _evaluate_text(context: OperationContext, parameters: _Expression) -> object
     of_environment(
         "POST",
         "/eval",
-        "Evaluate an expression of CLIPS.",
+        "Evaluate a CLIPS expression.",
         Evaluation,
-        {400: "It does not parse, fails, or takes too long"},
+        {400: "The expression does not parse, fails, or takes too long"},
         kind="Value",
         instead=_evaluate_text,
         body="Expression",

@@ -49,7 +49,7 @@ def _feature_route(method: str, summary: str, refusal: str = "") -> Route[Any]:
     "feature-list",
     Right.LOOK,
     NoParameters,
-    Route("GET", _PATH, "All features of CLIPS, by name.", list[FeatureInfo], "Feature"),
+    Route("GET", _PATH, "Return all features of CLIPS.", list[FeatureInfo], "Feature"),
 )
 def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[FeatureInfo]:
     return service_of(context).features()
@@ -59,7 +59,7 @@ OPERATIONS.add(
     "feature-info",
     Right.LOOK,
     _Feature,
-    _feature_route("GET", "One feature: it can be withdrawn while no environment has it."),
+    _feature_route("GET", "Return a feature, which can be withdrawn while no environment has it."),
     is_verb=False,
 )(_info)
 
@@ -75,7 +75,7 @@ def _offer(context: OperationContext, parameters: _Feature) -> None:
     "feature-withdraw",
     Right.CONTROL,
     _Feature,
-    _feature_route("DELETE", "Offer a feature no more.", refusal="An environment has it"),
+    _feature_route("DELETE", "Withdraw a feature from the offer.", refusal="An environment has the feature"),
 )
 def _withdraw(context: OperationContext, parameters: _Feature) -> None:
     service_of(context).withdraw_feature(parameters.feature)

@@ -41,7 +41,7 @@ class _NewLogger(NamedEnvironment):
     of_environment(
         "GET",
         "/loggers",
-        "The loggers of an environment, in the order in which they get a line.",
+        "Return the loggers of an environment, in the order in which they get a line.",
         list[LoggerInfo],
         kind="Logger",
     ),
@@ -57,9 +57,9 @@ def _list(context: OperationContext, parameters: Any) -> Sequence[LoggerInfo]:
     of_environment(
         "POST",
         "/loggers",
-        "Give an environment another logger.",
+        "Add a logger to an environment.",
         list[LoggerInfo],
-        {400: "There is one of that name, or it makes no sense"},
+        {400: "The environment has a logger with this name, or a setting is invalid"},
         kind="Logger",
         answer=_list,
         body="NewLogger",
@@ -67,6 +67,7 @@ def _list(context: OperationContext, parameters: Any) -> Sequence[LoggerInfo]:
     ),
 )
 def _add(context: OperationContext, parameters: _NewLogger) -> None:
+    # An empty level stands for the default, too.
     parameters.level = parameters.level or "debug"
     settings = asdict(parameters)
     service_of(context).add_logger(settings.pop("env"), settings.pop("logger"), **settings)
@@ -79,9 +80,9 @@ def _add(context: OperationContext, parameters: _NewLogger) -> None:
     of_environment(
         "DELETE",
         "/loggers/{logger}",
-        "Take a logger away.",
+        "Remove a logger from an environment.",
         list[LoggerInfo],
-        {400: "There is no such logger, or every environment has it"},
+        {400: "There is no such logger, or the logger belongs to every environment"},
         kind="Logger",
         answer=_list,
     ),
