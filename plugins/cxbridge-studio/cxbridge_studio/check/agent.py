@@ -1,9 +1,9 @@
 """The agent under check: its configuration and its CLIPS files, loaded into CLIPS without running rules.
 
 CLIPS reads the constructs in the order of a run, in an environment with the features that the agent requests.
-A construct is wrong exactly when a run would drop it. Since no rule fires, actions that affect later files
-are taken from the text of the rules: loaded files, opened interfaces (each adds a deftemplate), and requested
-features.
+A construct is wrong exactly when a run would drop it. Since no rule fires, the check reads the actions that
+affect later files from the text of the rules: loading a file, opening an interface (which adds a
+deftemplate), and requesting a feature.
 """
 
 from __future__ import annotations
@@ -48,10 +48,11 @@ _BATCHES: Final = frozenset({"path-batch", "path-batch*", "batch", "batch*"})
 _INTERFACES: Final = frozenset(
     {"blackboard-preload", "blackboard-open", "blackboard-open-reading", "blackboard-open-writing"}
 )
-_FIRST_FILES: Final = "BATCH|blackboard-init.clp"
-_FROM_CORE: Final = "the core"
+_BLACKBOARD_FILE: Final = "BATCH|blackboard-init.clp"
+_FROM_CORE: Final = "the core"  # stands for the file of a position, where the core itself loads a file
 _MAIN: Final = Symbol("MAIN")
-# The number of parent folders of a CLIPS file to search for its scenario and its loaded files.
+# The number of parent folders of a CLIPS file to search for the scenario of the file and the files that it
+# loads.
 MAX_FOLDERS: Final = 4
 
 
@@ -100,13 +101,13 @@ class ClipsFile:
 
     @cached_property
     def all_constructs(self) -> tuple[Construct, ...]:
-        """The constructs and commands, unclosed constructs and those behind them included."""
+        """The constructs and commands, including unclosed constructs and the constructs after them."""
         return () if self.names is None else constructs_of(self.names)
 
 
 @cache
 def _core_file(path: Path, text: str, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
-    """Return a file of the built-in core; the cache shares the file between agents."""
+    """Return a file of the built-in core; the cache shares the parsed file between agents."""
     return ClipsFile(path, text, diagnostics, is_core=True)
 
 
@@ -114,7 +115,8 @@ def _core_file(path: Path, text: str, diagnostics: tuple[Diagnostic, ...]) -> Cl
 class RequestedFile:
     """A file that the agent loads.
 
-    :param place: the position of the load command or configuration entry.
+    :param name: the written name, without ``BATCH|``.
+    :param place: the position of the load command, or of the entry in the configuration.
     """
 
     name: str
@@ -125,10 +127,10 @@ class Agent(Closing):
     """An agent under check. A context manager.
 
     :param options: the options of a run.
-    :param sources: receives each source file when it is read.
-    :ivar files: the loaded CLIPS files, in order.
-    :ivar requested_files: the files that the configuration and the CLIPS files name, found or not.
-    :ivar missing_files: the requested files that no folder has.
+    :param sources: receives each source file when the file is read.
+    :ivar files: the loaded CLIPS files, in the order of loading.
+    :ivar requested_files: the files that the configuration and the CLIPS files name, including missing files.
+    :ivar missing_files: the requested files that no folder contains.
     """
 
     def __init__(self, options: RunOptions, sources: Sink | None = None) -> None:
@@ -141,7 +143,7 @@ class Agent(Closing):
         base = make_base(options, VirtualClock())
         if sources is not None:
             base.bus.subscribe(sources, SourceRead)
-        # No skills are executed, and all files are read even if the first has a mistake.
+        # No skill is executed, and a mistake in one file must not end the reading of further files.
         run_options = replace(options, skiller="none", strict=False)
         self.context = context = Run(run_options, base, is_look=True)
         context.memory = _VolatileMemory(context.config, context.clock, context.bus, context.board)
@@ -210,6 +212,7 @@ class Agent(Closing):
         values = list(self.config.walk("/"))
         words = {word for value in values for text in (value.text, *value.items) for word in text.split()}
         functions = (definition.mention.name.text for definition in self.model.defined(NameKind.FUNCTION))
+        # The source of a run, such as a ROS 2 program, may call functions that no file calls.
         words.update(filter(self.context.source.calls, functions))
         core_templates = frozenset(
             mention.name.text
@@ -258,7 +261,7 @@ class Agent(Closing):
 
     @cached_property
     def slots(self) -> dict[str, set[str]]:
-        """The slots by deftemplate, of deftemplates in CLIPS and in dropped constructs."""
+        """The slot names by deftemplate, including deftemplates that CLIPS drops."""
         slots = {name: set(names) for name, names in self._slots_of_clips.items()}
         for definition in self.model.defined(NameKind.SLOT):
             slots.setdefault(definition.mention.name.owner, set()).add(definition.mention.name.text)
@@ -278,9 +281,9 @@ class Agent(Closing):
         return len(now) if isinstance(now, tuple) else 1
 
     def action_mappings(self) -> Iterator[tuple[str, str, SourcePlace | None]]:
-        """Yield the action mapping: action, template of the skill string, position.
+        """Yield each mapped action, the template of its skill string, and the position of the mapping.
 
-        The position is None for a mapping that a plug-in and no configuration file has.
+        The position is None if a plug-in defines the mapping, not a configuration file.
         """
         base = f"/clips-executive/specs/{self.spec}/action-mapping"
         for action, template in action_mapping(self.config, self.spec).items():
@@ -300,9 +303,9 @@ class Agent(Closing):
         return next(filter(is_readable_file, paths if has_library else [Path(name), *paths]), None)
 
     def feature_with(self, function: str) -> str:
-        """Return the first unrequested feature that provides a function; empty if none does.
+        """Return the first unrequested feature that provides a function; empty if no feature does.
 
-        Call this after loading all files: the features tried stay in the environment.
+        Call this after all files are loaded, because the features that it tries stay in the environment.
         """
         for feature in self.manager.features:
             if feature not in self._requested_features:
@@ -339,7 +342,7 @@ class Agent(Closing):
     def _core_files(self, stage: str) -> tuple[str, ...]:
         """Return the files that the core loads before the entries of a stage."""
         if stage == STAGES[0]:
-            return (_FIRST_FILES,) if self.context.source.has_fawkes_configuration else ()
+            return (_BLACKBOARD_FILE,) if self.context.source.has_fawkes_configuration else ()
         if stage != STAGES[1]:
             return ()
         try:
@@ -349,6 +352,10 @@ class Agent(Closing):
         return tuple(map(str, files)) if isinstance(files, tuple) else ()
 
     def _load_entry(self, stage: str, path: str) -> None:
+        """Carry out an entry of a stage.
+
+        :param path: the path of the entry in the configuration.
+        """
         name = self.config.get_str(f"{path}/name", default="")
         if self.config.get_bool(f"{path}/feature-request", default=stage == STAGES[0]):
             self._request(name)
@@ -360,17 +367,21 @@ class Agent(Closing):
                 folders = self._search_folders
                 is_batch = bool(folders) and has_commands(folders[0] / file)
                 self._load(f"BATCH|{file}" if is_batch else file, place_of(value))
-                self._enter(_MAIN)  # In a run, functions of MAIN load each file.
+                self._enter(_MAIN)  # in a run, a function of MAIN loads each file
 
     def _enter(self, module: Value) -> Value:
         """Make a module current and return the previous one."""
         return self.env.call("set-current-module", module)
 
     def _load(self, name: str, place: SourcePlace) -> None:
-        """Load a file and its loaded files, each once."""
-        loader_prefix, _, bare = name.rpartition("|")
-        path = self.find(bare)
-        requested_file = RequestedFile(bare, place)
+        """Load a file and the files that it loads, each once.
+
+        :param name: the name of the file, with the prefix ``BATCH|`` for a file with commands.
+        :param place: the position of the request.
+        """
+        loader_prefix, _, file_name = name.rpartition("|")
+        path = self.find(file_name)
+        requested_file = RequestedFile(file_name, place)
         if place.file != _FROM_CORE:
             self.requested_files.append(requested_file)
         if path is None:
@@ -379,7 +390,7 @@ class Agent(Closing):
             self._load_path(path, batch=loader_prefix.startswith("BATCH"))
 
     def _load_path(self, path: Path, *, batch: bool) -> None:
-        """Load an existing file and its loaded files."""
+        """Load an existing file and the files that it loads."""
         if any(file.path == path for file in self.files):
             return
         loader = self.env.loader
@@ -394,12 +405,13 @@ class Agent(Closing):
             for new_path in new_paths
             if all(file.path != new_path for file in self.files)
         ]
-        # Only after all of them are listed: a file that loads one of them must not load it again.
+        # Only after all new files are listed: a file that names another new file must not load that file
+        # again.
         for file in new_files:
-            self._follow(file)
+            self._carry_out_requests(file)
 
-    def _follow(self, file: ClipsFile) -> None:
-        """Carry out the requests of a loaded file: load files, request features, open interfaces."""
+    def _carry_out_requests(self, file: ClipsFile) -> None:
+        """Load the files, request the features and open the interfaces that a loaded file names."""
         for call in file.calls("ff-feature-request"):
             self._request(_first_argument(call))
         for call in file.calls(*_INTERFACES):
@@ -422,7 +434,7 @@ class Agent(Closing):
             self.manager.request(self.env.name, feature)
 
     def _preload(self, interface: str) -> None:
-        """Add the deftemplate of an interface to the environment, as opening the interface does."""
+        """Add the deftemplate of an interface to the environment, as opening the interface in a run does."""
         if interface:
             self.env.call("blackboard-preload", interface)
 
@@ -447,7 +459,7 @@ def place_of(value: ConfigValue) -> SourcePlace:
 
 
 def folders_around(program: Path | None) -> tuple[Path, ...]:
-    """Return the folders to search for files that a CLIPS program loads; empty for an agent."""
+    """Return the folders to search for files that a CLIPS program loads; empty for anything but a program."""
     is_program = program is not None and program.suffix == CLIPS_SUFFIX and program.is_file()
     return tuple(program.resolve().parents[:MAX_FOLDERS]) if program is not None and is_program else ()
 
@@ -458,7 +470,7 @@ def has_commands(file: Path) -> bool:
 
 
 def agents(options: RunOptions) -> list[str | None]:
-    """Return the names of a scenario's agents; ``[None]`` for a single agent."""
+    """Return the names of a scenario's agents; ``[None]`` for a single agent without a name."""
     if options.agent:
         return [options.agent]
     return [*agent_names(source_of(options).load_configuration()[0])] or [None]

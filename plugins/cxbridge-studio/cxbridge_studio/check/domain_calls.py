@@ -21,11 +21,13 @@ _PLANNERS: Final = ("planner-plan", "planner-plan-with", "planner-plan-part")
 class DomainCall:
     """A call of ``parse-pddl-domain``.
 
-    :param name: the name of the domain's file; empty if it is computed at run time.
-    :ivar path: the file; None if no folder has it.
-    :ivar domain: None if the domain cannot be read.
-    :ivar error: why the domain cannot be read.
-    :ivar warnings: mistakes in spite of which the domain is read.
+    :param file: the CLIPS file with the call.
+    :param node: the call.
+    :param name: the name of the domain's file; empty if the name is computed at run time.
+    :param path: the domain's file; None if no folder contains the file.
+    :param domain: the domain; None if the domain cannot be read.
+    :param error: the reason why the domain cannot be read.
+    :param warnings: the mistakes that the parser tolerates.
     """
 
     file: ClipsFile
@@ -38,7 +40,7 @@ class DomainCall:
 
 
 def domain_calls(agent: Agent) -> Iterator[DomainCall]:
-    """Yield the calls that parse a domain, with the domains."""
+    """Yield the calls that parse a domain, each with its domain."""
     fawkes_compat = reads_as_fawkes(agent.config)
     for file in agent.own_files:
         for node in file.calls(_PARSE):
@@ -50,13 +52,13 @@ def domain_calls(agent: Agent) -> Iterator[DomainCall]:
                         call.path, fawkes_compat=fawkes_compat, warn=call.warnings.append
                     )
                 except CxbridgeError as error:
-                    # Kept for one check alone: the others skip a domain that cannot be read.
+                    # Only the check of domains reports the error; the other checks skip such a domain.
                     call.error = error
             yield call
 
 
 def planner_goals(agent: Agent) -> Iterator[tuple[ClipsFile, SyntaxNode, str]]:
-    """Yield the planner calls, each with its file and the text of its goal; empty if the goal is computed."""
+    """Yield the CLIPS file, the call and the goal of each planner call; a computed goal is an empty text."""
     for file in agent.own_files:
         for call in file.calls(*_PLANNERS):
             yield file, call, literal(call.arguments[1]) if len(call.arguments) > 1 else ""

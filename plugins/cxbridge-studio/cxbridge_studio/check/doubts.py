@@ -1,6 +1,7 @@
 """Finds doubts about a domain: statements that are valid PDDL but useless, such as an impossible action.
 
-The analysis ignores deletions and negative preconditions: an action impossible even then is impossible.
+The analysis ignores deletions and negative preconditions: an action that is impossible even then is
+impossible.
 """
 
 from __future__ import annotations
@@ -27,34 +28,34 @@ PREDICATE: Final = Code(
     "CX311",
     Severity.WARNING,
     "a predicate that is never true",
-    "No action has the predicate as an effect, and no rule makes such a fact: conditions that want it never "
-    "hold.",
+    "No action has the predicate as an effect, and no rule makes such a fact: conditions with the "
+    "predicate never hold.",
 )
 ACTION: Final = Code(
     "CX312",
     Severity.WARNING,
     "an action that can never be done",
-    "Its precondition wants a predicate that nothing makes true before it: neither a rule, nor an action "
-    "that can be done.",
+    "The precondition needs a predicate that nothing makes true before the action: neither a rule, nor an "
+    "action that can be done.",
 )
 EFFECT: Final = Code(
     "CX313",
     Severity.WARNING,
     "an action that takes its own effect back",
-    "The action makes an atom true and false at the same time. In PDDL it is true then.",
+    "The action makes an atom true and false at the same time. In PDDL, the atom is true then.",
 )
 OBJECT: Final = Code(
     "CX314",
     Severity.WARNING,
     "an object without a type",
-    "All parameters of actions have a type, and the object has none: no action takes it.",
+    "All parameters of actions have a type, and the object has none: no action takes the object.",
 )
 GOAL: Final = Code(
     "CX315",
     Severity.WARNING,
     "a planner's goal that no action achieves",
-    "The formula of a planner's call wants a predicate that no action has as an effect and that no rule "
-    "makes: there is no plan.",
+    "The goal of a planner's call needs a predicate that no action has as an effect and that no rule makes: "
+    "there is no plan.",
 )
 
 CODES: Final = (PREDICATE, ACTION, EFFECT, OBJECT, GOAL)
@@ -78,7 +79,7 @@ def of_domain(domain: Domain, made: Collection[str] | None = None) -> Iterator[D
         yield from _undone_effects(action)
     if made is None:
         return
-    achieved = {name for action in domain.actions for name in _added(action)}
+    achieved = {name for action in domain.actions for name in _added_predicates(action)}
     for predicate in domain.predicates:
         if predicate.name not in achieved and predicate.name not in made:
             message = (
@@ -94,7 +95,7 @@ def of_objects(domain: Domain, objects: TypedList) -> Iterator[Doubt]:
     if not groups or not all(group.types for group in groups):
         return
     if any(type_ == "object" for group in groups for type_ in group.types):
-        return  # the parameter takes any object
+        return  # a parameter of type `object` takes any object
     for group in objects:
         if not group.types:
             message = f"{', '.join(group.names)} has no type: no action takes it"
@@ -107,7 +108,7 @@ def of_goal(domain: Domain, goal: Formula, made: Collection[str]) -> Iterator[Do
     :param made: the predicates of facts from rules and problems.
     """
     declared = {predicate.name for predicate in domain.predicates}
-    achieved = {name for action in domain.actions for name in _added(action)}
+    achieved = {name for action in domain.actions for name in _added_predicates(action)}
     for atom in _required(goal):
         if atom.predicate in declared - achieved - set(made):
             yield Doubt(GOAL, f"no action achieves {format_formula(atom)}", atom.position)
@@ -119,7 +120,7 @@ def _impossible_actions(domain: Domain, made: Collection[str]) -> Iterator[Doubt
     blocked = list(domain.actions)
     while ready := [action for action in blocked if _needs(action) <= possible]:
         blocked = [action for action in blocked if action not in ready]
-        possible.update(name for action in ready for name in _added(action))
+        possible.update(name for action in ready for name in _added_predicates(action))
     for action in blocked:
         missing = ", ".join(f"({name})" for name in sorted(_needs(action) - possible))
         message = f"the action {action.name} can never be done: nothing makes {missing} true before it"
@@ -131,7 +132,7 @@ def _needs(action: ActionSchema) -> set[str]:
 
 
 def _required(formula: Formula | None) -> Iterator[Atom]:
-    """Yield the atoms that are true whenever the condition holds."""
+    """Yield atoms that are true whenever a formula holds; alternatives such as ``or`` have no such atoms."""
     match formula:
         case Atom():
             yield formula
@@ -142,7 +143,7 @@ def _required(formula: Formula | None) -> Iterator[Atom]:
             return
 
 
-def _added(action: ActionSchema) -> Iterator[str]:
+def _added_predicates(action: ActionSchema) -> Iterator[str]:
     """Yield the predicates that an action may make true."""
     for atom, is_true, _ in _literals(action.effect, ()):
         if is_true:
@@ -170,7 +171,7 @@ def _literals(
 
 
 def _undone_effects(action: ActionSchema) -> Iterator[Doubt]:
-    """Yield the effects of an action that the same action also negates."""
+    """Yield the doubts about atoms that an action makes true and false in the same context."""
     literals = list(_literals(action.effect, ()))
     added = {(atom, context) for atom, is_true, context in literals if is_true}
     for atom, is_true, context in literals:

@@ -21,7 +21,7 @@ class Severity(StrEnum):
 class Code:
     """A kind of finding.
 
-    :param name: a stable name such as ``CX201``, for comments that silence it.
+    :param name: a stable name such as ``CX201``, which comments use to silence findings.
     :param title: the mistake, in a few words.
     :param explanation: the consequence and the remedy.
     """
@@ -36,8 +36,8 @@ class Code:
 class SourcePlace:
     """A position in a file.
 
-    :param line: from 1; 0 for the whole file.
-    :param column: from 1; 0 for the whole line.
+    :param line: the line, from 1; 0 for the whole file.
+    :param column: the column, from 1; 0 for the whole line.
     """
 
     file: str
@@ -67,6 +67,7 @@ class Finding:
     hint: str = ""
 
     def plain(self) -> dict[str, Any]:
+        """Return the finding as JSON values."""
         return {
             "code": self.code.name,
             "severity": self.code.severity.value,
@@ -90,13 +91,13 @@ def _line(text: str) -> str:
     return one_line(" ".join(line.strip() for line in text.splitlines()))
 
 
-# The two codes that no module of checks has: they are about the files before anything is loaded.
+# The two codes without a check module: these mistakes prevent loading the agent, which the checks need.
 INPUT: Final = Code(
     "CX101",
     Severity.ERROR,
     "the agent cannot be read",
-    "A file of the configuration is missing or wrong, or a value in it is of the wrong type. Nothing "
-    "can be loaded before that is mended.",
+    "A file of the configuration is missing or wrong, or a value in the configuration has the wrong type. "
+    "Nothing can be loaded until the mistake is mended.",
 )
 
 
@@ -104,11 +105,12 @@ PROGRAM: Final = Code(
     "CX212",
     Severity.WARNING,
     "a program that cannot be a part of an agent",
-    "CLIPS takes the file, but not together with the executive's core: facts, templates or functions of both "
-    "have the same names.",
+    "CLIPS loads the file alone, but not together with the executive's core: facts, templates or functions "
+    "of both have the same names.",
 )
 
 
 def of_error(error: CxbridgeError, code: Code = INPUT) -> Finding:
+    """Return an error as a finding."""
     place = SourcePlace(error.file or "", error.line or 0, error.column or 0)
     return Finding(code, place, error.message, error.hint or "")

@@ -1,4 +1,4 @@
-"""Output formats of findings: text, JSON, SARIF for code scanning, annotations for GitHub."""
+"""The output formats of findings: text, JSON, SARIF for code scanning, and GitHub's annotations."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from cxbridge import __version__
 from cxbridge_studio.check.findings import Code, Finding, Severity
 
 _SARIF_SCHEMA: Final = "https://json.schemastore.org/sarif-2.1.0.json"
-_GITHUB: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
+_GITHUB_LEVELS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
 
 
 def as_text(findings: Sequence[Finding]) -> str:
-    """Return one entry per finding, and a line with the counts."""
+    """Return an entry for each finding, and a last line with the counts."""
     return "\n".join([*map(str, findings), summary(findings)])
 
 
@@ -37,7 +37,7 @@ def as_json(findings: Sequence[Finding]) -> str:
 
 
 def as_sarif(findings: Sequence[Finding]) -> str:
-    """Return the findings as a SARIF log, with the rules that they violate."""
+    """Return the findings as a SARIF log; its rules are the codes of the findings."""
     codes = {finding.code.name: finding.code for finding in findings}
     driver = {
         "name": "cxbridge check",
@@ -79,7 +79,7 @@ def _uri(file: str) -> str:
 
 
 def as_github(findings: Sequence[Finding]) -> str:
-    """Return workflow commands that GitHub shows next to the lines."""
+    """Return the findings as workflow commands, which GitHub shows next to the lines of a pull request."""
     return "\n".join(map(_annotation, findings))
 
 
@@ -88,15 +88,16 @@ def _annotation(finding: Finding) -> str:
     column = f",col={finding.place.column}" if line and finding.place.column else ""
     position = f"file={_escaped(finding.place.file, ':,')}{line}{column}"
     text = f"{finding.message}\n{finding.hint}" if finding.hint else finding.message
-    return f"::{_GITHUB[finding.code.severity]} {position},title={finding.code.name}::{_escaped(text)}"
+    return f"::{_GITHUB_LEVELS[finding.code.severity]} {position},title={finding.code.name}::{_escaped(text)}"
 
 
 def _escaped(text: str, further: str = "") -> str:
-    """Percent-encode the characters that are special in workflow commands.
+    """Return a text with the special characters of workflow commands percent-encoded.
 
-    :param further: further characters to encode: a property also ends at a colon or a comma.
+    :param further: further special characters, such as the colon and the comma, which end a property.
     """
-    for character in f"%\r\n{further}":  # the percent sign first: the codes contain it
+    # The percent sign comes first, because the encoding adds percent signs.
+    for character in f"%\r\n{further}":
         text = text.replace(character, f"%{ord(character):02X}")
     return text
 

@@ -1,6 +1,6 @@
-"""The configuration keys that the program reads, as listed in docs/configuration.md.
+"""The configuration keys that the program reads, as docs/configuration.md lists them.
 
-A test compares the list with the page; the list is here, because an installed program has no pages.
+A test compares this list with the page. The list is in the code, because an installed program has no pages.
 """
 
 from __future__ import annotations
@@ -8,7 +8,8 @@ from __future__ import annotations
 from functools import cache
 from typing import Final
 
-# A line: a base, and the keys below it. In capitals: any name; ``...``: any keys below.
+# Each line has a path and the keys below that path. A key in capitals stands for any name, ``...`` for any
+# keys.
 _KEYS: Final = """
 clips-executive: spec clips-dirs assert-time-each-loop automatic-goal-retraction steal-skiller-control
 clips-executive: exact-retry request-redefine-warning-feature refresh-rate
@@ -48,13 +49,13 @@ skiller/instances/NAME: kind skillspace mode
 
 @cache
 def known_keys() -> tuple[tuple[str, ...], ...]:
-    """Return all keys, split at the slashes."""
+    """Return the paths of all keys, split at the slashes."""
     lines = (line.partition(": ") for line in _KEYS.split("\n") if line)
     return tuple(split_path(f"{base}/{key}") for base, _, keys in lines for key in keys.split())
 
 
 def first_unknown(path: tuple[str, ...]) -> tuple[int, set[str]] | None:
-    """Return the index of the first unknown name of a path and the known names there, or None."""
+    """Return the index of the first unknown name in a path, with the known names there, or None."""
     keys = list(known_keys())
     for index, name in enumerate(path):
         if any(key[index] == "..." for key in keys):

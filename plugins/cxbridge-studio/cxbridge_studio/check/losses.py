@@ -1,7 +1,7 @@
-"""The consequences of dropped constructs: constructs that need them, and goals and actions only they make.
+"""The consequences of dropped constructs: dependent constructs, and lost goals and actions.
 
 CLIPS drops a construct with a mistake. A finding names the losses, because a missing function or template may
-disable an agent far from the mistake.
+disable rules that are far from the mistake.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.usage import Construct, Usage
 
 _MAX_LISTED: Final = 5  # names in a message
-# The constructs without which CLIPS drops the constructs that name them.
+# The kinds of constructs that other constructs need: CLIPS drops a construct that names an undefined function
+# or template.
 _NEEDED_KINDS: Final = {
     "deffunction": NameKind.FUNCTION,
     "defgeneric": NameKind.FUNCTION,
@@ -24,11 +25,11 @@ _NEEDED_KINDS: Final = {
 
 @dataclass
 class Losses:
-    """The losses caused by dropped constructs.
+    """The losses that dropped constructs cause.
 
-    :param constructs: further constructs that depend on them.
-    :param goals: goal classes that nothing else formulates.
-    :param actions: actions that nothing else plans.
+    :param constructs: the names of further constructs, which depend on the dropped constructs.
+    :param goals: the goal classes that no remaining construct formulates.
+    :param actions: the actions that no remaining construct plans.
     """
 
     constructs: list[str] = field(default_factory=list)
@@ -40,23 +41,23 @@ class Losses:
 
     def __str__(self) -> str:
         lists = (
-            _listed(self.constructs, ""),
-            _listed(self.goals, "goals of class "),
-            _listed(self.actions, "the action "),
+            _list_text(self.constructs, ""),
+            _list_text(self.goals, "goals of class "),
+            _list_text(self.actions, "the action "),
         )
         return f"lost with it: {', '.join(filter(None, lists))}" if self else ""
 
 
-def _listed(names: list[str], prefix: str) -> str:
-    """Return the first names, and the number of further names."""
+def _list_text(names: list[str], prefix: str) -> str:
+    """Return the first names with a prefix, and the number of further names."""
     further = f" and {len(names) - _MAX_LISTED} more" if len(names) > _MAX_LISTED else ""
     return ", ".join(f"{prefix}{name}" for name in names[:_MAX_LISTED]) + further
 
 
 class LossFinder:
-    """Finder of the losses caused by dropped constructs.
+    """Finder of the losses that dropped constructs cause.
 
-    :param own_constructs: the agent's constructs; those of a core are never lost.
+    :param own_constructs: the agent's constructs; constructs of a core do not depend on an agent.
     """
 
     def __init__(self, usage: Usage, own_constructs: Sequence[Construct]) -> None:
@@ -65,7 +66,10 @@ class LossFinder:
         self._matched_classes = usage.model.names(NameKind.GOAL_CLASS, Use.MATCHED)
 
     def swallowed(self, file: str, start: int) -> Losses:
-        """Return the losses of an unclosed construct, including all constructs after it."""
+        """Return the losses of an unclosed construct, which include all later constructs of the file.
+
+        :param start: the offset of the unclosed construct.
+        """
         dropped = [
             construct
             for construct in self._usage.constructs
@@ -76,22 +80,23 @@ class LossFinder:
         return losses
 
     def of(self, dropped: Sequence[Construct]) -> Losses:
-        # By identity: two constructs with the same text are different losses.
+        """Return the losses that dropped constructs cause."""
+        # The keys are identities, because two constructs with the same text are different losses.
         dead = {id(construct): construct for construct in dropped}
         goals: dict[str, None] = {}
         grows = True
         # Losses cause further losses: repeat until nothing is added.
         while grows:
             previous_sizes = len(dead), len(goals)
-            goals |= dict.fromkeys(self._goals_of(dead))
-            facts, names = self._facts_of(dead), self._names_of(dead)
+            goals |= dict.fromkeys(self._lost_goals(dead))
+            facts, names = self._lost_facts(dead), self._lost_names(dead)
             for construct in self._own_constructs:
                 if id(construct) not in dead and self._needs_any(construct, names, facts, goals):
                     dead[id(construct)] = construct
             grows = previous_sizes != (len(dead), len(goals))
         new_ids = dead.keys() - set(map(id, dropped))
         further = [construct.name for construct in self._usage.constructs if id(construct) in new_ids]
-        return Losses(further, list(goals), self._actions_of(dead))
+        return Losses(further, list(goals), self._lost_actions(dead))
 
     def _needs_any(
         self, construct: Construct, names: set[tuple[NameKind, str]], facts: set[str], goals: dict[str, None]
@@ -100,6 +105,7 @@ class LossFinder:
         defined: set[Name] = set()
         for mention in construct.placed.piece.mentions:
             name = mention.name
+            # A construct may name its own definition, such as a recursive function.
             if mention.use is Use.DEFINED:
                 defined.add(name)
             elif (name.kind, name.text) in names and name not in defined:
@@ -112,13 +118,13 @@ class LossFinder:
                 return True
         return False
 
-    def _names_of(self, dead: dict[int, Construct]) -> set[tuple[NameKind, str]]:
+    def _lost_names(self, dead: dict[int, Construct]) -> set[tuple[NameKind, str]]:
         """Return the functions and templates that no remaining construct defines."""
-        names = _needed_names(dead.values())
+        names = _definitions_of_needed_kinds(dead.values())
         alive = (construct for construct in self._usage.constructs if id(construct) not in dead)
-        return names - _needed_names(alive) if names else names
+        return names - _definitions_of_needed_kinds(alive) if names else names
 
-    def _facts_of(self, dead: dict[int, Construct]) -> set[str]:
+    def _lost_facts(self, dead: dict[int, Construct]) -> set[str]:
         """Return the templates whose facts no remaining construct asserts."""
         return {
             template
@@ -127,16 +133,16 @@ class LossFinder:
             and not self._usage.is_made_elsewhere(template)
         }
 
-    def _goals_of(self, dead: dict[int, Construct]) -> list[str]:
+    def _lost_goals(self, dead: dict[int, Construct]) -> list[str]:
         """Return the goal classes that rules match and only dropped constructs name."""
         classes = {word for construct in dead.values() for word in construct.symbols & self._matched_classes}
-        classes -= self._usage.configured_words
+        classes -= self._usage.configured_words  # rules may formulate goals of configured classes
         for construct in self._usage.constructs:
             if classes and id(construct) not in dead:
                 classes -= construct.words
         return sorted(classes)
 
-    def _actions_of(self, dead: dict[int, Construct]) -> list[str]:
+    def _lost_actions(self, dead: dict[int, Construct]) -> list[str]:
         """Return the actions that only dropped constructs put into plans."""
         actions = {action for construct in dead.values() for action in _planned_actions(construct)}
         for construct in self._usage.constructs:
@@ -145,7 +151,7 @@ class LossFinder:
         return sorted(actions)
 
 
-def _needed_names(constructs: Iterable[Construct]) -> set[tuple[NameKind, str]]:
+def _definitions_of_needed_kinds(constructs: Iterable[Construct]) -> set[tuple[NameKind, str]]:
     return {
         (_NEEDED_KINDS[construct.keyword], construct.name)
         for construct in constructs

@@ -1,4 +1,4 @@
-"""Check of a PDDL file without an agent: a domain, or a problem with a domain in the same folder."""
+"""Checks a PDDL file without an agent: a domain, or a problem whose domain is in the same folder."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ from cxbridge_studio.check.checks.domain import DOMAIN, DUBIOUS, NO_DOMAIN
 from cxbridge_studio.check.findings import Finding, SourcePlace, of_error
 
 SUFFIX: Final = ".pddl"
-_DOMAIN_OF: Final = re.compile(r"\(\s*:domain\s+([^\s()]+)\s*\)", re.IGNORECASE)
-_NAME_OF: Final = re.compile(r"\(\s*domain\s+([^\s()]+)\s*\)", re.IGNORECASE)
+# (:domain NAME) in a problem
+_DOMAIN_OF_PROBLEM: Final = re.compile(r"\(\s*:domain\s+([^\s()]+)\s*\)", re.IGNORECASE)
+# (domain NAME) in a domain
+_NAME_OF_DOMAIN: Final = re.compile(r"\(\s*domain\s+([^\s()]+)\s*\)", re.IGNORECASE)
 _COMMENT: Final = re.compile(r";[^\n]*")
 
 
 def findings_of(file: Path, text: str | None = None, *, fawkes_compat: bool = False) -> list[Finding]:
-    """Return the mistakes of a PDDL file.
+    """Return the findings for a PDDL file; those for a problem include findings for its domain.
 
     :param text: the text to check instead of the file's content.
     :param fawkes_compat: see :func:`~cxbridge.executive.pddl.parse_domain`.
@@ -33,8 +35,8 @@ def findings_of(file: Path, text: str | None = None, *, fawkes_compat: bool = Fa
 
     try:
         text = read_text(file, "PDDL file") if text is None else text
-        domain_name = _DOMAIN_OF.search(_COMMENT.sub("", text))
-        if domain_name is None:  # a domain; only problems name one
+        domain_name = _DOMAIN_OF_PROBLEM.search(_COMMENT.sub("", text))
+        if domain_name is None:  # only problems refer to a domain, so the file is a domain
             domain = parse_domain(text, file, fawkes_compat=fawkes_compat, warn=warn)
             # Without a problem, any predicate may be true at the start.
             return [*findings, *_findings(file, doubts.of_domain(domain))]
@@ -63,11 +65,11 @@ def _findings(file: Path, doubts_of_file: Iterator[doubts.Doubt]) -> Iterator[Fi
 
 
 def _find_domain(problem: Path, name: str) -> Path | None:
-    """Return the domain file for a problem from the same folder."""
+    """Return the file in the folder of a problem that defines the domain; None if there is none."""
     for path in sorted(problem.parent.glob(f"*{SUFFIX}")):
         try:
-            match = _NAME_OF.search(_COMMENT.sub("", read_text(path, "PDDL file")))
-        except PddlError:  # another file of the folder that is not a text
+            match = _NAME_OF_DOMAIN.search(_COMMENT.sub("", read_text(path, "PDDL file")))
+        except PddlError:  # the folder may contain files that are not texts
             continue
         if path != problem and match is not None and match[1].lower() == name.lower():
             return path

@@ -1,6 +1,7 @@
 """Finds the actions that an agent puts into plans: as asserted facts, or by functions of the agent.
 
-Many agents have a function that asserts plan-actions from its arguments: its calls are plan-actions, too.
+Many agents have a function that asserts a plan-action from its arguments. Each call of such a function is a
+plan-action, too.
 """
 
 from __future__ import annotations
@@ -21,10 +22,11 @@ Values = tuple[SyntaxNode, ...]
 class SourceAction:
     """A plan-action in the source text.
 
+    :param file: the CLIPS file with the plan-action.
     :param name: the node with the action's name.
-    :param node: the assertion or call.
-    :param names: names of parameters; None if they are missing or computed.
-    :param values: values of parameters; None if they are missing or computed.
+    :param node: the asserted fact, or the call of the function.
+    :param names: the names of the parameters; None if they are missing or computed.
+    :param values: the values of the parameters; None if they are missing or computed.
     """
 
     file: ClipsFile
@@ -38,10 +40,10 @@ class SourceAction:
 class _Builder:
     """A function that asserts a plan-action from its arguments.
 
-    :param action: index of the argument with the action's name.
-    :param names: index of the argument with the parameters' names, or None.
-    :param values: index of the argument with the parameters' values, or None.
-    :param wildcard: index of the wildcard parameter ``$?NAME``, or None.
+    :param action: the index of the argument with the action's name.
+    :param names: the index of the argument with the parameters' names, or None.
+    :param values: the index of the argument with the parameters' values, or None.
+    :param wildcard: the index of the wildcard parameter ``$?NAME``, or None.
     """
 
     action: int
@@ -49,17 +51,17 @@ class _Builder:
     values: int | None
     wildcard: int | None
 
-    def argument(self, call: SyntaxNode, number: int | None) -> Values | None:
+    def argument(self, call: SyntaxNode, index: int | None) -> Values | None:
         """Return the values of an argument of a call; None if they are missing or computed."""
-        if number is None or number >= len(call.arguments):
-            return () if number is not None and number == self.wildcard else None
-        if number == self.wildcard:
-            return call.arguments[number:]
-        return field_values(call.arguments[number : number + 1])
+        if index is None or index >= len(call.arguments):
+            return () if index is not None and index == self.wildcard else None
+        if index == self.wildcard:  # takes all remaining arguments
+            return call.arguments[index:]
+        return field_values(call.arguments[index : index + 1])
 
 
 def source_actions(files: Iterable[ClipsFile]) -> Iterator[SourceAction]:
-    """Yield the actions with literal names."""
+    """Yield the plan-actions with literal names."""
     files = list(files)
     builders = dict(pair for file in files for pair in _builders(file))
     for file in files:
@@ -74,13 +76,14 @@ def source_actions(files: Iterable[ClipsFile]) -> Iterator[SourceAction]:
                     file,
                     call.arguments[builder.action],
                     call,
-                    # An empty list: the names come from the operator.
+                    # An empty list of names means that the operator has the names.
                     builder.argument(call, builder.names) or None,
                     builder.argument(call, builder.values),
                 )
 
 
 def _of_fact(file: ClipsFile, fact: SyntaxNode) -> Iterator[SourceAction]:
+    """Yield the plan-action of an asserted fact if its name is literal."""
     slots = {item.head: item.arguments for item in fact.arguments if item.head}
     name = slots.get("action-name", ())
     if len(name) == 1 and literal(name[0]):
@@ -95,25 +98,27 @@ def _of_fact(file: ClipsFile, fact: SyntaxNode) -> Iterator[SourceAction]:
 
 
 def _builders(file: ClipsFile) -> Iterator[tuple[str, _Builder]]:
-    """Yield the functions that assert a plan-action with a name from an argument."""
+    """Yield the name and the arguments of each function that asserts a plan-action named by an argument."""
     for construct in file.constructs:
         if construct.kind != "deffunction":
             continue
+        # The list of parameters follows the name, or the optional comment after the name.
         items = next((node.items for node in construct.node.arguments[1:3] if node.items is not None), ())
         parameters = [item.text for item in items]
-        # A body writes ?x or $?x for the parameter $?x.
+        # The body may refer to the parameter $?x as ?x or as $?x.
         names = [text.removeprefix("$") for text in parameters]
 
-        def number(fact: SyntaxNode, slot: str, names: list[str] = names) -> int | None:
+        def index_of(fact: SyntaxNode, slot: str, names: list[str] = names) -> int | None:
+            """Return the index of the parameter that is the only value of a slot."""
             values = next((item.arguments for item in fact.arguments if item.head == slot), ())
             text = values[0].text.removeprefix("$") if len(values) == 1 else ""
             return names.index(text) if text in names else None
 
         for fact in construct.node.walk():
-            action = number(fact, "action-name") if fact.head == _FACT else None
+            action = index_of(fact, "action-name") if fact.head == _FACT else None
             if action is not None:
                 wildcards = (index for index, text in enumerate(parameters) if text.startswith("$"))
-                param_names, param_values = number(fact, "param-names"), number(fact, "param-values")
+                param_names, param_values = index_of(fact, "param-names"), index_of(fact, "param-values")
                 builder = _Builder(action, param_names, param_values, next(wildcards, None))
                 yield construct.name, builder
 
@@ -128,6 +133,6 @@ def field_values(values: Values) -> Values | None:
 
 
 def count(values: Values) -> int | None:
-    """Return the number of values; None if one of them may be any number."""
+    """Return the number of values; None if a call or a multifield variable gives an unknown number."""
     is_open = any(value.items is not None or value.text.startswith("$?") for value in values)
     return None if is_open else len(values)

@@ -1,7 +1,7 @@
-"""Reads which skills a skill space loads from the text of its Lua files, without executing them.
+"""Finds the skills of a skill space in the text of its Lua files, without executing the files.
 
 A space calls ``use_skill`` for each skill, or in a loop over a list. A space with any other call computes its
-skills: then they are unknown.
+skills, which are then unknown.
 """
 
 from __future__ import annotations
@@ -17,18 +17,26 @@ from cxbridge.skiller.lua.modulepath import ModulePath
 from cxbridge_studio.agent.lua import read_lua
 from cxbridge_studio.agent.names import NameKind
 
+# The beginning of a comment or a long string, or a whole short string.
 _LEXEME: Final = re.compile(r"""--|\[=*\[|"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'""", re.DOTALL)
-_LONG: Final = re.compile(r"\[(=*)\[")
-_USE: Final = re.compile(r"\buse_skill\b")
+_LONG_BRACKET: Final = re.compile(r"\[(=*)\[")
+_ANY_USE: Final = re.compile(r"\buse_skill\b")
+# A call for a literal skill: use_skill("skills.test.say")
 _USE_ONE: Final = re.compile(r"""\buse_skill\s*\(?\s*["']([^"'\\]*)["']\s*\)?""")
+# A loop over literal skills: for _, name in ipairs({"say", "goto"}) do use_skill("skills.test." .. name)
 _USE_EACH: Final = re.compile(
     r"""\bipairs\s*\(?\s*\{([^{}]*)\}\s*\)?\s*do\s+(?:\w+\.)*use_skill\s*\(\s*["']([^"'\\]*)["']\s*\.\.\s*\w+\s*\)"""
 )
-_TEXT: Final = re.compile(r"""["']([^"'\\]*)["']""")
+_STRING: Final = re.compile(r"""["']([^"'\\]*)["']""")
 
 
 def skills_of_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> dict[str, Path] | None:
-    """Return the file of each skill in a skill space; None if the space computes its list."""
+    """Return the file of each skill in a skill space; None if the space computes its skills.
+
+    :param folders: the folders of Lua modules.
+    :raises SkillError: if the space or one of its skills cannot be read, does not compile, or a skill occurs
+        twice.
+    """
     try:
         return _Space(ModulePath(folders), compiler).skills(f"skills.{space}")
     except SkillError as error:
@@ -44,10 +52,11 @@ class _Space:
         self._compiler = compiler
 
     def skills(self, module: str) -> dict[str, Path] | None:
+        """Return the file of each skill that a module loads; None if the module computes its skills."""
         path, text = self._read(module)
         code = _without_comments(text)
         calls = list(_calls(code))
-        if len(calls) != len(_USE.findall(code)) or not calls:
+        if len(calls) != len(_ANY_USE.findall(code)) or not calls:
             return None
         skill_files: dict[str, Path] = {}
         for offset, names in calls:
@@ -55,13 +64,19 @@ class _Space:
                 skill = self._skill(name, path, text.count("\n", 0, offset) + 1)
                 if skill is None:
                     return None
-                if skill[0] in skill_files:
-                    raise SkillError(f"A skill with the name {skill[0]} already exists", file=path)
-                skill_files[skill[0]] = skill[1]
+                skill_name, skill_file = skill
+                if skill_name in skill_files:
+                    # the text of Fawkes' error
+                    raise SkillError(f"A skill with the name {skill_name} already exists", file=path)
+                skill_files[skill_name] = skill_file
         return skill_files
 
     def _skill(self, module: str, space: Path, line: int) -> tuple[str, Path] | None:
-        """Return the name and file of a module's skill; None if the name is computed."""
+        """Return the name and the file of the skill in a module; None if the name is computed.
+
+        :param space: the file of the space.
+        :param line: the line of the call, where an error without a file is reported.
+        """
         try:
             path, text = self._read(module)
         except SkillError as error:
@@ -72,6 +87,7 @@ class _Space:
         return None if name is None or name.kind is not NameKind.SKILL else (name.text, path)
 
     def _read(self, module: str) -> tuple[Path, str]:
+        """Return the path and the text of a module that compiles."""
         text, _ = self._modules.read(module)
         path = self._modules.find(module)
         # Modules are read as Latin-1, so that any bytes of a Lua string survive.
@@ -82,12 +98,12 @@ class _Space:
 
 
 def _calls(code: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the calls of ``use_skill`` with literal names: offset, and the modules that they load."""
+    """Yield the offset and the loaded modules of each call of ``use_skill`` with literal names."""
     for match in _USE_ONE.finditer(code):
-        if not code.startswith("..", match.end()):  # a concatenation is computed
+        if not code.startswith("..", match.end()):  # a concatenated name is computed
             yield match.start(), [match[1]]
     for match in _USE_EACH.finditer(code):
-        yield match.start(), [match[2] + name for name in _TEXT.findall(match[1])]
+        yield match.start(), [match[2] + name for name in _STRING.findall(match[1])]
 
 
 def _without_comments(text: str) -> str:
@@ -97,8 +113,8 @@ def _without_comments(text: str) -> str:
         start, end = match.span()
         pieces.append(text[offset:start])
         is_comment = match[0] == "--"
-        # Long brackets, [[...]] or [==[...]==], are strings, and after -- comments of several lines.
-        bracket = _LONG.match(text, end if is_comment else start)
+        # Long brackets, [[...]] or [==[...]==], enclose a string, or after -- a comment of several lines.
+        bracket = _LONG_BRACKET.match(text, end if is_comment else start)
         if bracket is not None:
             close = text.find(f"]{bracket[1]}]", bracket.end())
             end = len(text) if close < 0 else close + len(bracket[1]) + 2

@@ -1,4 +1,4 @@
-"""The source files of a scenario, and the scenario's rules for explaining a recording that lacks them."""
+"""The source files of a scenario, and the scenario's rules, which explain recordings without rules."""
 
 from __future__ import annotations
 
@@ -23,12 +23,14 @@ class ScenarioRules:
     """The rules of a scenario's files.
 
     :param env: the environment that has loaded the files.
+    :param folders: the folders that the agent searches for CLIPS files.
     """
 
     def __init__(self, env: ClipsEnvironment, folders: tuple[object, ...]) -> None:
         self._env = env
         self._folders = folders
-        # Values of global variables are unknown, so the functions that return them are not called.
+        # Without running the agent, the values of global variables are unknown: the texts of their
+        # definitions take the place of the values.
         self._globals = Constructs(_texts(env.loader.files)).global_texts
 
     def rulebook(self) -> Rulebook:
@@ -51,7 +53,7 @@ class ScenarioRules:
         )
 
     def rule_texts(self) -> Mapping[str, str]:
-        """Return the text of all defrules by name."""
+        """Return the texts of the defrules by name."""
         return source_form(rule_texts(self._env))
 
 
@@ -59,7 +61,7 @@ class ScenarioRules:
 def scenario_rules(options: RunOptions, env: str | None = None) -> Iterator[ScenarioRules]:
     """Load a scenario without running it and yield its rules.
 
-    :param env: the agent, if the scenario has several.
+    :param env: the name of the agent, if the scenario has several agents.
     """
     options.check()
     if env is not None and options.agent is None and env in agents(options):
@@ -71,7 +73,7 @@ def scenario_rules(options: RunOptions, env: str | None = None) -> Iterator[Scen
 def scenario_sources(options: RunOptions) -> list[SourceRead]:
     """Return the source files of a scenario in the order of reading.
 
-    Files whose names rules compute are missing, since no rule fires.
+    Files with names that rules compute are missing, since no rule fires.
     """
     options.check()
     sources: list[SourceRead] = []

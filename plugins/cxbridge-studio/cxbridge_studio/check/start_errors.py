@@ -1,4 +1,4 @@
-"""Replaces the errors of a failed start by the findings of the check."""
+"""Adds the findings of the check to the error of a failed start."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ from cxbridge_studio.check.findings import Finding, Severity
 from cxbridge_studio.check.run import check
 
 _TEMPLATE: Final = re.compile(r"deftemplate ([^\s:]+)")
-# Findings about names that a missing file may define.
+# The codes of unknown names: a missing file may define such a name.
 _UNKNOWN_NAMES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL})
 
 
 def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
-    """Return the error with the check's findings, and with the mistakes that the check misses.
+    """Return the error with the check's findings, and with those of its mistakes that the check misses.
 
-    The error of a lenient run stays unchanged: the check would add known defects of a Fawkes checkout.
+    The error of a lenient run is returned unchanged, because the check would add known defects of a Fawkes
+    checkout.
     """
     if source_of(options).is_lenient:
         return error
@@ -36,7 +37,7 @@ def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentEr
     if any(finding.code is MISSING for finding in findings):
         findings = [finding for finding in findings if finding.code not in _UNKNOWN_NAMES]
     dropped_templates = {match[1] for finding in findings if (match := _TEMPLATE.match(finding.message))}
-    # Without its deftemplate, CLIPS takes the slots of a pattern for calls of functions.
+    # If CLIPS drops a deftemplate, it takes the slots of the template's facts for calls of unknown functions.
     findings = [
         finding
         for finding in findings

@@ -1,12 +1,12 @@
 """CLIPS environments for reading a program's constructs without side effects.
 
 CLIPS evaluates parts of constructs while reading them: values of globals, default values, saliences, tests.
-Therefore each function is replaced by a stub that returns a value of the function's type, unless
-:data:`KEPT_FUNCTIONS` has a reason to keep the function. New functions of CLIPS, features or plug-ins become
-stubs, too, because the functions are listed from CLIPS' own table.
+Therefore a stub that returns a value of the function's type replaces each function, unless
+:data:`KEPT_FUNCTIONS` has a reason to keep the function. Future functions of CLIPS, features and plug-ins
+become stubs, too, because the functions are listed from CLIPS' own table.
 
-The stub replaces the pointer in that table, so earlier constructs call it, too. CLIPS still parses calls, and
-checks number and types of arguments.
+A stub replaces the function's pointer in that table, so that earlier constructs also call the stub. CLIPS
+still parses calls, and checks the number and types of arguments.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from cxbridge.file_access import is_readable_file
 from cxbridge_studio.explain.rules.isolated import ALLOWED
 
 _BY_REASON: Final = {
-    "reads more of the program: what is evaluated in it calls the same stubs": """
+    "reads more of the program, which calls the same stubs": """
         batch batch* build eval funcall load load*""",
     "lists the constructs of the environment itself": """
         get-deffunction-list get-defgeneric-list get-defglobal-list get-defrule-list get-function-list""",
@@ -38,26 +38,26 @@ _BY_REASON: Final = {
         blackboard-open blackboard-open-reading blackboard-open-writing blackboard-preload
         ff-feature-request""",
     "chooses the module in which names are found": "get-current-module set-current-module",
-    "ours: asks whether a file can be read": "cx-is-file",
-    "ours: parts of the shims for CLIPS 6.30": f"{EXISTS_FUNCTION} cx-seed cx-setgen",
+    "a function of cxbridge: tests whether a file can be read": "cx-is-file",
+    "functions of cxbridge: parts of the shims for CLIPS 6.30": f"{EXISTS_FUNCTION} cx-seed cx-setgen",
 }
 
-# The functions that keep working, with their reasons.
+# The functions that are not replaced, each with the reason.
 KEPT_FUNCTIONS: Final = ALLOWED | {
     name: reason for reason, names in _BY_REASON.items() for name in names.split()
 }
 
-# The maximum number of loop iterations and function calls, after which evaluations end.
+# The number of loop iterations and function calls after which all evaluations are aborted as endless.
 MAX_STEPS: Final = 200_000
 
-ENDLESS: Final = "ENDLESS"  # code of an aborted evaluation
+ENDLESS: Final = "ENDLESS"  # the code of the diagnostic about an aborted evaluation
 
 # Offsets in CLIPS' struct functionDefinition, in pointer-sized words.
 _TYPES: Final = 2
 _POINTER: Final = 3
 
-_ANY: Final = (1 << 10) - 1
-# A value of each type, by the type's bit.
+_ANY_TYPE: Final = (1 << 10) - 1  # the bits of all types
+# A value of each type, by the type's bit; a stub returns the first value with a valid type.
 _VALUES: Final[tuple[tuple[int, Value], ...]] = (
     (lib.INTEGER_BIT, 0),
     (lib.FLOAT_BIT, 0.0),
@@ -68,23 +68,23 @@ _VALUES: Final[tuple[tuple[int, Value], ...]] = (
 
 
 class StubbedEnvironment(ClipsEnvironment):
-    """An environment where only the functions of :data:`KEPT_FUNCTIONS` work. No rule fires.
+    """An environment where only the functions of :data:`KEPT_FUNCTIONS` have an effect. No rule fires.
 
-    :ivar folders: search path of ``load`` and ``batch`` after the working directory.
+    :ivar folders: the folders that ``load`` and ``batch`` search after the working directory.
     """
 
     def __init__(self, name: str, bus: EventBus, log_component: str | None = None) -> None:
         self.folders: tuple[Path, ...] = ()
         self._stubs: dict[int, CData] = {}
         self._steps = 0
-        self._is_made = False
+        self._is_initialised = False
         super().__init__(name, bus, log_component)
         _check_records(self.env)
         for function in self.call("get-function-list"):
             self._stub(str(function))
-        self._is_made = True
-        self._count = callback("void(Environment *, void *)", self._counted)
-        EXTRA.AddPeriodicFunction(self.env, b"cxbridge-look", self._count, 0, NULL)
+        self._is_initialised = True
+        self._step_callback = callback("void(Environment *, void *)", self._count_step)
+        EXTRA.AddPeriodicFunction(self.env, b"cxbridge-look", self._step_callback, 0, NULL)
 
     @property
     def stubs(self) -> frozenset[int]:
@@ -101,16 +101,17 @@ class StubbedEnvironment(ClipsEnvironment):
     ) -> None:
         """Define a Python function, as a stub unless :data:`KEPT_FUNCTIONS` keeps it."""
         super().define(name, function, minimum, maximum, types)
-        if self._is_made:
+        # Earlier definitions are replaced at the end of the constructor.
+        if self._is_initialised:
             self._stub(name)
 
     def _load(self, file: str) -> Value:
-        """Load a file, except within a construct."""
-        # CLIPS would lose its place in the file of the construct
+        """Load a file; a call within a construct returns FALSE."""
+        # The parser would lose its position in the file of the construct.
         return FALSE if self.loader.is_parsing else super()._load(self._resolve(file))
 
     def _batch(self, file: str) -> Value:
-        """Execute a file's commands, except within a construct."""
+        """Execute the commands of a file; a call within a construct returns FALSE."""
         return FALSE if self.loader.is_parsing else super()._batch(self._resolve(file))
 
     def _resolve(self, file: str) -> str:
@@ -126,14 +127,15 @@ class StubbedEnvironment(ClipsEnvironment):
             return
         record = ffi.cast("intptr_t *", EXTRA.FindFunction(self.env, encode(name)))
         types = int(ffi.cast("unsigned *", record + _TYPES)[0])
-        kind = -1 if name == "open" else types
-        if kind not in self._stubs:
+        # One stub serves all functions with the same types of results. The key -1 is that of `open`.
+        key = -1 if name == "open" else types
+        if key not in self._stubs:
             answer = _answer_open if name == "open" else _answer_of(types)
-            self._stubs[kind] = callback("void(Environment *, UDFContext *, UDFValue *)", answer)
-        record[_POINTER] = int(ffi.cast("intptr_t", self._stubs[kind]))
+            self._stubs[key] = callback("void(Environment *, UDFContext *, UDFValue *)", answer)
+        record[_POINTER] = int(ffi.cast("intptr_t", self._stubs[key]))
 
-    def _counted(self, _env: CData, _context: CData) -> None:
-        """Abort an evaluation that may be endless."""
+    def _count_step(self, _env: CData, _context: CData) -> None:
+        """Count a step, and abort evaluations after too many steps."""
         self._steps += 1
         if self._steps > MAX_STEPS:
             self.api.halt()
@@ -145,7 +147,7 @@ class StubbedEnvironment(ClipsEnvironment):
 def _check_records(env: CData) -> None:
     """Check that the layout of CLIPS' function records matches :data:`_POINTER`.
 
-    :raises RuntimeError: if it does not: a kept function would run in place of its stub.
+    :raises RuntimeError: if the layout differs, because functions would then run in place of their stubs.
     """
     record = ffi.cast("intptr_t *", EXTRA.FindFunction(env, b"system"))
     address = ctypes.cast(ctypes.CDLL(_clips.__file__).SystemCommand, ctypes.c_void_p).value
@@ -155,7 +157,7 @@ def _check_records(env: CData) -> None:
 
 def _answer_of(types: int) -> Callable[[CData, CData, CData], None]:
     """Return a stub whose result has one of the given types; FALSE if any type is valid."""
-    known = (value for bit, value in _VALUES if types & bit and types & _ANY != _ANY)
+    known = (value for bit, value in _VALUES if types & bit and types & _ANY_TYPE != _ANY_TYPE)
     value = next(known, None if types == lib.VOID_BIT else FALSE)
 
     def answer(env: CData, _context: CData, result: CData) -> None:
@@ -168,16 +170,16 @@ def _answer_of(types: int) -> Callable[[CData, CData, CData], None]:
 
 
 def _answer_open(env: CData, context: CData, result: CData) -> None:
-    """Return ``open``'s result for reading without opening the file.
+    """Return TRUE if ``open`` can open a file for reading; the file is not opened.
 
-    Fawkes' ``path-resolve`` tests files by it.
+    Fawkes' ``path-resolve`` calls ``open`` to test whether a file exists.
     """
     name, mode = ffi.new("UDFValue *"), ffi.new("UDFValue *")
     result.lexemeValue = lib.FalseSymbol(env)
     if not lib.UDFFirstArgument(context, lib.SYMBOL_BIT | lib.STRING_BIT, name):
         return
     path = decode(name.lexemeValue.contents)
-    lib.UDFNextArgument(context, _ANY, mode)
+    lib.UDFNextArgument(context, _ANY_TYPE, mode)
     if lib.UDFHasNextArgument(context):
         lib.UDFNextArgument(context, lib.STRING_BIT, mode)
         if decode(mode.lexemeValue.contents) not in ("r", "rb"):

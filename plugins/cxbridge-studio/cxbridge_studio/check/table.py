@@ -28,6 +28,7 @@ def modules() -> list[ModuleType]:
 
 
 def codes() -> dict[str, Code]:
+    """Return the codes of all check modules by name, in the order of the names."""
     all_codes = [INPUT, PROGRAM, *(code for module in modules() for code in module.CODES)]
     return {code.name: code for code in sorted(all_codes, key=lambda code: code.name)}
 
@@ -35,10 +36,10 @@ def codes() -> dict[str, Code]:
 def findings(agent: Agent, *, errors_only: bool = False, portable: bool = False) -> Iterator[Finding]:
     """Yield the findings of all checks, in the order of files and lines.
 
-    :param errors_only: skip warnings and notes.
-    :param portable: include the check for Fawkes.
+    :param errors_only: whether to skip warnings and notes.
+    :param portable: whether to report code that Fawkes does not accept.
     """
-    needed = [
+    needed_modules = [
         module
         for module in modules()
         if not errors_only or any(code.severity is Severity.ERROR for code in module.CODES)
@@ -46,11 +47,14 @@ def findings(agent: Agent, *, errors_only: bool = False, portable: bool = False)
     ]
     unique_findings = dict.fromkeys(
         finding
-        for module in needed
+        for module in needed_modules
         for finding in module.check(agent)
         if not errors_only or finding.code.severity is Severity.ERROR
     )
-    order = {str(file.path): number for number, file in enumerate(agent.files)}
-    yield from sorted(
-        unique_findings, key=lambda each: (order.get(each.place.file, -1), each.place.file, each.place.line)
-    )
+    positions = {str(file.path): number for number, file in enumerate(agent.files)}
+
+    def sort_key(finding: Finding) -> tuple[int, str, int]:
+        # Files that CLIPS does not load, such as the configuration, come first.
+        return positions.get(finding.place.file, -1), finding.place.file, finding.place.line
+
+    yield from sorted(unique_findings, key=sort_key)

@@ -1,6 +1,6 @@
 """The facts that an agent's constructs match and assert, and the words in the constructs.
 
-The checks compare both sides: a pattern without a fact never matches, a fact without a pattern is useless.
+The checks compare the two: a pattern without a fact never matches, and a fact without a pattern is useless.
 """
 
 from __future__ import annotations
@@ -22,26 +22,27 @@ from cxbridge_studio.check.findings import SourcePlace
 
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
 _FACT_IN_TEXT: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
-_MISSPELT: Final = 0.93  # similarity above which one name is taken as a misspelling of the other
+_MISSPELT: Final = 0.93  # similarity above which a name is taken for a misspelling of another name
+# Functions that compare values, so that their words may select a goal class or a sub-type.
 _COMPARISONS: Final = frozenset({"eq", "member$", "switch", "case", "create$"})
 
-# Templates of facts that the program or its features assert.
+# Templates of facts that cxbridge or its features assert.
 OF_PROGRAM: Final = re.compile(
     r"(init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
     r"|(executive|ff-feature|domain|pddl|grounded|protobuf|navgraph|robmem|mutex|blackboard|skill|ros2?)-?.*"
 )
 
-Slots = Mapping[str, frozenset[str]]  # possible words by slot; a missing slot can have any word
+Slots = Mapping[str, frozenset[str]]  # the possible words by slot; a slot that is missing can have any word
 
 
 @dataclass(frozen=True, slots=True)
 class FactUse:
     """A pattern of a rule, or an asserted fact.
 
-    :param start: offset in the construct.
-    :param slots: the constraints of a pattern, or the literal words of a fact.
-    :param slot_names: the slots that are written, with any value.
-    :param count: minimum and maximum number of fields if ordered; None for a pattern with slots.
+    :param start: the offset in the construct.
+    :param slots: the words that a pattern allows, or the literal words of a fact.
+    :param slot_names: the slots that the text names, with literal or computed values.
+    :param count: the minimum and the maximum number of fields; None for a pattern with slots.
     """
 
     template: str
@@ -53,7 +54,8 @@ class FactUse:
     def fits(self, fact: FactUse, defaults: Mapping[str, str]) -> bool:
         """Return whether this pattern can match an asserted fact.
 
-        :param defaults: default words of slots that the fact may omit; other omitted slots match any word.
+        :param defaults: the default words of slots that the fact may omit; other omitted slots match any
+            word.
         """
         for slot, words in self.slots.items():
             fact_words = fact.slots.get(slot)
@@ -77,13 +79,13 @@ class Construct:
 
     @property
     def name(self) -> str:
-        """The defined name; empty if there is none."""
+        """The name that the construct defines; empty if the construct defines none."""
         name = self.placed.piece.name
         return "" if name is None else name.text
 
     @property
     def module(self) -> str:
-        """The module that the construct names or defines; empty if it has none."""
+        """The module that the construct names or defines; empty if the construct names none."""
         is_construct = self.keyword.startswith("def") and self.node.arguments
         written = self.node.arguments[0].text if is_construct else ""
         return written if self.keyword == "defmodule" else written.rpartition("::")[0]
@@ -94,7 +96,7 @@ class Construct:
 
     @cached_property
     def node(self) -> SyntaxNode:
-        """The construct as a list of nodes, with offsets in the construct; an unclosed list is closed."""
+        """The parsed construct, with offsets in the construct; unclosed lists end with the text."""
         return read(self.placed.piece.text, close=True)[0]
 
     @cached_property
@@ -104,7 +106,7 @@ class Construct:
 
     @cached_property
     def patterns(self) -> tuple[FactUse, ...]:
-        """The patterns that must match a fact, without those below ``not``."""
+        """The patterns that must match a fact, without patterns below ``not``."""
         return tuple(_pattern(ce) for ce in needed(self.condition) if ce.template != OBJECT)
 
     @cached_property
@@ -113,7 +115,10 @@ class Construct:
 
     @cached_property
     def actions(self) -> tuple[SyntaxNode, ...]:
-        """The right-hand side of a rule, the body of another construct, or all of an unclosed construct."""
+        """The right-hand side of a rule, the body of another construct, or the command itself.
+
+        In an unclosed construct, the sides are unknown: all its nodes are actions.
+        """
         items = self.node.arguments
         if not self.placed.piece.closed:
             return items
@@ -130,12 +135,12 @@ class Construct:
         return tuple(_fact(node, single_valued) for node in nodes if node.head)
 
     def _single_valued_variables(self) -> frozenset[str]:
-        """Return the single-valued variables in the condition of a rule, as ``?x``."""
+        """Return the single-valued variables in the condition of a rule, written as ``?x``."""
         if self.keyword != "defrule":
             return frozenset()
         words = [node.text for node in self.node.walk() if node.items is None]
         condition_words = set(words[: words.index("=>")] if "=>" in words else ())
-        # A variable that an action binds again may hold a multifield.
+        # A variable that an action binds to another value may hold a multifield.
         rebound = {
             node.arguments[0].text for node in self.node.walk() if node.head == "bind" and node.arguments
         }
@@ -152,7 +157,7 @@ class Construct:
 
     @cached_property
     def compared(self) -> frozenset[str]:
-        """The words in comparisons, in conditions, tests and queries."""
+        """The words in comparisons, which may be in conditions, actions or queries."""
         return frozenset(
             literal(value)
             for node in self.node.walk()
@@ -176,6 +181,7 @@ class Construct:
 
 
 def constructs_of(file: SourceFile) -> tuple[Construct, ...]:
+    """Return the constructs and commands of a file, without lists that begin with no word."""
     return tuple(Construct(file, placed) for placed in file.pieces if placed.piece.keyword)
 
 
@@ -188,7 +194,7 @@ def _pattern(ce: PatternCE) -> FactUse:
 def _fact(node: SyntaxNode, single_valued: frozenset[str]) -> FactUse:
     """Return an asserted fact.
 
-    :param single_valued: the single-valued variables.
+    :param single_valued: the variables that hold a single value, written as ``?x``.
     """
     slots = [item for item in node.arguments if item.head]
     words = {
@@ -197,7 +203,7 @@ def _fact(node: SyntaxNode, single_valued: frozenset[str]) -> FactUse:
         if len(slot.arguments) == 1 and literal(slot.arguments[0])
     }
     minimum = sum(bool(literal(item)) or item.text in single_valued for item in node.arguments)
-    # A call or another variable gives any number of fields.
+    # A call, or a variable that may hold a multifield, gives any number of fields.
     count = (minimum, minimum if minimum == len(node.arguments) else inf)
     slot_names = frozenset(slot.head for slot in slots)
     return FactUse(without_module(node.head), node.start, words, slot_names, count)
@@ -207,10 +213,10 @@ def _fact(node: SyntaxNode, single_valued: frozenset[str]) -> FactUse:
 class Usage:
     """All facts that an agent's files match and assert.
 
-    :param configured_words: words that reach rules from the configuration.
-    :param deftemplates: CLIPS' deftemplates with slots.
-    :param core_templates: templates that files of the core name.
-    :param constructs: the constructs of all files, in order.
+    :param configured_words: the words in the configuration, which rules may read.
+    :param deftemplates: the names of the deftemplates with slots in CLIPS.
+    :param core_templates: the templates that files of the core name.
+    :param constructs: the constructs of all files, in the order of loading.
     """
 
     model: AgentModel
@@ -230,7 +236,7 @@ class Usage:
 
     @cached_property
     def templates_in_texts(self) -> frozenset[str]:
-        """Words after a parenthesis in strings: ``assert-string`` or ``eval`` may assert such facts."""
+        """The words after a parenthesis in strings: ``assert-string`` or ``eval`` may assert such facts."""
         return frozenset(
             word
             for construct in self.constructs
@@ -241,11 +247,11 @@ class Usage:
 
     @cached_property
     def symbols(self) -> Counter[str]:
-        """The number of constructs whose commands contain a word."""
+        """The number of constructs with actions that contain a word, by word."""
         return Counter(word for construct in self.constructs for word in construct.symbols)
 
     def is_duplicated(self, template: str) -> bool:
-        """Return whether a rule duplicates a fact of a template, which asserts another fact."""
+        """Return whether a rule that matches a template duplicates a fact, which asserts a fact, too."""
         return any(
             node.head == "duplicate"
             for construct in self.constructs
@@ -254,7 +260,7 @@ class Usage:
         )
 
     def is_made_elsewhere(self, template: str) -> bool:
-        """Return whether facts of a template may come from elsewhere than assertions in the files."""
+        """Return whether anything but literal assertions in the files may assert facts of a template."""
         if template in self.templates_in_texts or self._is_of_program(template) or self._loads_facts:
             return True
         is_defined = self.model.is_defined(Name(NameKind.TEMPLATE, template))
@@ -268,9 +274,9 @@ class Usage:
         return not functions.isdisjoint(("load-facts", "bload-facts", "bload"))
 
     def _is_of_program(self, template: str) -> bool:
-        """Return whether the program may assert a template, unless the name resembles a known template."""
+        """Return whether cxbridge may assert facts of a template, unless the name is a likely misspelling."""
         if not OF_PROGRAM.fullmatch(template):
             return False
-        # OF_PROGRAM has prefixes: (skill-statu ...) is a misspelling and no fact of the program.
+        # OF_PROGRAM matches prefixes: (skill-statu ...) is a misspelling, not a fact of cxbridge.
         known = self.core_templates | self.asserted.keys()
         return template in self.core_templates or not nearest(template, known, _MISSPELT)

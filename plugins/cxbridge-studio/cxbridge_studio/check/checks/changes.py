@@ -1,4 +1,4 @@
-"""Check for slots and values in changes of facts that CLIPS itself checks too late or not at all."""
+"""Checks the slots and values in changes of facts, which CLIPS itself checks too late or never."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SLOT: Final = Code(
     Severity.ERROR,
     "a slot that a fact in a variable does not have",
     "A modify, a duplicate or ?fact:slot names a slot that the deftemplate of the fact lacks. CLIPS does not "
-    "see that when it reads the rule: the action fails each time the rule fires.",
+    "notice the mistake when it reads the rule: the action fails each time the rule fires.",
 )
 VALUE: Final = Code(
     "CX211",
@@ -29,7 +29,8 @@ VALUE: Final = Code(
 
 CODES: Final = (SLOT, VALUE)
 
-_USES: Final = frozenset({Use.CHANGED, Use.QUERIED})
+# Uses of the slots of a fact in a variable; CLIPS itself checks the slots in patterns and assertions.
+_VARIABLE_USES: Final = frozenset({Use.CHANGED, Use.QUERIED})
 
 
 def check(agent: Agent) -> Iterator[Finding]:
@@ -41,7 +42,11 @@ def check(agent: Agent) -> Iterator[Finding]:
             continue
         for mention in piece.mentions:
             owner = mention.name.owner  # empty if the template of the variable's fact is ambiguous
-            if mention.name.kind is not NameKind.SLOT or mention.use not in _USES or owner not in slots:
+            if (
+                mention.name.kind is not NameKind.SLOT
+                or mention.use not in _VARIABLE_USES
+                or owner not in slots
+            ):
                 continue
             if mention.name.text not in slots[owner]:
                 yield _unknown_slot(construct, mention, slots[owner])
@@ -60,6 +65,7 @@ def _forbidden_values(agent: Agent, construct: Construct, mention: Mention) -> I
     slot, template = mention.name.text, mention.name.owner
     allowed = agent.allowed(template, slot)
     text = construct.placed.piece.text
+    # The parenthesis before the slot's name begins the list with the values.
     begin = text.rfind("(", 0, mention.start)
     for value in read(text[begin:], close=True)[0].arguments if allowed else ():
         word = literal(value)

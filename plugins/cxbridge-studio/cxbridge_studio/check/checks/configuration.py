@@ -1,4 +1,4 @@
-"""Check for misleading values and unknown keys in the configuration."""
+"""Checks the configuration for misleading values and unknown keys."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ STRANGE: Final = Code(
     "CX111",
     Severity.WARNING,
     "a misleading configuration value",
-    "YAML reads some words as something else, two files disagree, or this key is never read of an entry. "
-    "Nothing says so at run time.",
+    "YAML reads some words as values of another type, two files disagree, or the entry has a key that is "
+    "never read. A run does not report that.",
 )
 NO_TIME: Final = Code(
     "CX112",
@@ -28,48 +28,48 @@ NO_TIME: Final = Code(
     "no time facts",
     "Without assert-time-each-loop there is no (time ...) fact in the loop: the executive reads no "
     "interface after the first loop, time-outs never pass, and an agent with skills waits without end. "
-    "A scenario.yaml that does not name the key has true; Fawkes' own configuration has false.",
+    "The default is true in a scenario.yaml, and false in Fawkes' own configuration.",
 )
 TIME: Final = Code(
     "CX113",
     Severity.NOTE,
     "time facts by default",
     "A scenario.yaml without assert-time-each-loop gets a (time ...) fact in each loop. Fawkes needs the "
-    "key: write it down if the agent is to run there, too.",
+    "key: add it if the agent shall run there, too.",
 )
 UNKNOWN_KEY: Final = Code(
     "CX114",
     Severity.WARNING,
     "this key is never read",
-    "The program reads no key of this name in this place, and no CLIPS file of the agent names it. "
-    "Often it is misspelt, or a level too high or too low.",
+    "The program reads no key of this name in this place, and no CLIPS file of the agent names the key. "
+    "Often the key is misspelt, or a level too high or too low.",
 )
 SPEC_NAME: Final = Code(
     "CX115",
     Severity.ERROR,
     "the name of the spec is not a text",
-    "The configuration takes the name for a Boolean or a number, with quotes, too. The rule that begins "
-    "the initialisation waits for a text: nothing is ever loaded.",
+    "The configuration reads the name as a Boolean or a number, even in quotes. The rule that begins the "
+    "initialisation waits for a text: no file is ever loaded.",
 )
 OLD_FORMAT: Final = Code(
     "CX116",
     Severity.ERROR,
     "a spec in the old format",
     "Specs once had a key for each part (goal-reasoner, goal-expander, action-selection, ...). Today the "
-    "executive reads init with stages only, and loads none of these files.",
+    "executive only reads init with its stages, and loads none of these files.",
 )
 
 MISTAKEN_KEY: Final = Code(
     "CX117",
     Severity.ERROR,
     "a key of the executive is misspelt or empty",
-    "A key that the executive needs is absent, and one that is nearly the same is there; or a name, a file "
-    "or a mapping is empty. A run does not start; with --lenient it goes on without the key.",
+    "A key that the executive needs is absent, and a key with a similar name is present; or a name, a file "
+    "or a mapping is empty. A run does not start; with --lenient it starts without the key.",
 )
 
 CODES: Final = (STRANGE, NO_TIME, TIME, UNKNOWN_KEY, SPEC_NAME, OLD_FORMAT, MISTAKEN_KEY)
 
-# A warning of the configuration's reader: position and message.
+# A warning of the configuration's reader, with its position and message.
 _WARNING = re.compile(r"(?P<file>[^\n:]+):(?P<line>\d+)(?::(?P<column>\d+))?: (?P<text>.*)", re.DOTALL)
 _ROOT: Final = "/clips-executive"
 _TIME_KEY: Final = f"{_ROOT}/assert-time-each-loop"
@@ -77,6 +77,7 @@ _CLIPS: Final = re.compile(r"\S+\.clp")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
+    """Yield the mistakes in the configuration; in a program without a Fawkes configuration, its warnings."""
     reported: set[SourcePlace] = set()
     for error in () if agent.is_lenient else mistaken_keys(agent.config, agent.spec):
         finding = of_error(error, MISTAKEN_KEY)
@@ -109,7 +110,7 @@ def _check_time(agent: Agent) -> Iterator[Finding]:
         state = "absent" if value is None else "false"
         message = f"assert-time-each-loop is {state}: nothing is read, no time passes"
         yield Finding(NO_TIME, place, message, "set assert-time-each-loop: true below clips-executive")
-    # A value without a line is the default for scenarios; a CLIPS program alone never runs in Fawkes.
+    # A value without a line is the default for scenarios. A CLIPS program alone never runs in Fawkes.
     elif not place.line and not place.file.endswith(CLIPS_SUFFIX):
         yield Finding(TIME, place, "assert-time-each-loop is absent: here that means true, in Fawkes false")
 
@@ -126,7 +127,7 @@ def _check_spec_name(agent: Agent) -> Iterator[Finding]:
 
 
 def _obsolete_keys(agent: Agent) -> list[ConfigValue]:
-    """Return the file lists directly below the spec: the old format without ``init``."""
+    """Return the lists of files directly below the spec, as in the old format without ``init``."""
     base = f"{_ROOT}/specs/{agent.spec}"
     return [
         value
@@ -159,8 +160,9 @@ def _check_keys(agent: Agent, reported: set[SourcePlace]) -> Iterator[Finding]:
         hint = did_you_mean(path[index], names)
         if key in reported_keys or _is_read(agent, value, index):
             continue
-        # A scenario belongs to cxbridge alone, apart from sections of unknown programs. A Fawkes
-        # configuration has keys of many programs: there, only likely misspellings count.
+        # A scenario belongs to cxbridge: any unknown key counts, apart from top-level sections, which may be
+        # those of other programs. A Fawkes configuration has keys of many programs: only likely misspellings
+        # in the sections of the executive count.
         is_likely = bool(hint or index) if in_scenario else bool(hint) and _is_of_spec(agent, path[:index])
         if is_likely:
             reported_keys.add(key)
@@ -172,7 +174,7 @@ def _check_keys(agent: Agent, reported: set[SourcePlace]) -> Iterator[Finding]:
 
 
 def _is_of_spec(agent: Agent, parents: tuple[str, ...]) -> bool:
-    """Return whether keys below a path concern the executive and the chosen spec.
+    """Return whether a path belongs to the executive, but to no other spec than the chosen spec.
 
     A Fawkes folder has sections of many programs, and outdated specs.
     """
@@ -180,7 +182,7 @@ def _is_of_spec(agent: Agent, parents: tuple[str, ...]) -> bool:
 
 
 def _is_read(agent: Agent, value: ConfigValue, unknown_index: int) -> bool:
-    """Return whether a CLIPS file names the path, or one of its unknown prefixes."""
+    """Return whether a CLIPS file of the agent names the path of a value, or one of its unknown prefixes."""
     path = split_path(value.path)
     prefixes = ("/" + "/".join(path[:end]) for end in range(len(path), unknown_index, -1))
     return any(f'"{prefix}' in file.text for prefix in prefixes for file in agent.own_files)

@@ -1,7 +1,7 @@
-"""Check for constructs that CLIPS drops, with the position of the wrong word.
+"""Checks for constructs that CLIPS drops, and finds the position of the wrong word.
 
-CLIPS has loaded the files: its diagnostics are the mistakes. The check finds the word that a message means,
-and leaves out mistakes that only follow from an earlier mistake.
+CLIPS has loaded the files, and its diagnostics are the mistakes. The check finds the word that a message
+means, and leaves out mistakes that only follow from an earlier mistake.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ UNCLOSED: Final = Code(
     "CX201",
     Severity.ERROR,
     "a parenthesis never closes",
-    "CLIPS reads the rest of the file as a part of this construct, and drops it: the constructs after it do "
-    "not exist.",
+    "CLIPS reads the rest of the file as a part of this construct, and drops the construct: the constructs "
+    "after it do not exist.",
 )
 TEMPLATE: Final = Code(
     "CX202",
@@ -65,19 +65,20 @@ VARIABLE: Final = Code(
     "CX207",
     Severity.ERROR,
     "a variable has no value",
-    "Nothing binds the variable before it is used: often it is misspelt. CLIPS drops the construct.",
+    "Nothing binds the variable before its first use: often the variable is misspelt. CLIPS drops the "
+    "construct.",
 )
 CONSTRUCT: Final = Code(
     "CX209",
     Severity.ERROR,
     "CLIPS cannot read this",
-    "CLIPS drops the construct, or does not read the file at all; the message is its own.",
+    "CLIPS drops the construct, or does not read the file at all; the message is that of CLIPS.",
 )
 
 CODES: Final = (UNCLOSED, TEMPLATE, SLOT, FUNCTION, GLOBAL, ARGUMENTS, VARIABLE, CONSTRUCT)
 
-# The codes for CLIPS' own error codes; CONSTRUCT for all others.
-_OF_CLIPS: Final = {
+# The codes for CLIPS' own error codes; all other errors have the code CONSTRUCT.
+_CODES_BY_CLIPS_CODE: Final = {
     "TMPLTDEF1": SLOT,
     "EXPRNPSR3": FUNCTION,
     "GLOBLPSR1": GLOBAL,
@@ -96,16 +97,21 @@ _VARIABLE = re.compile(r"\$?\?[\w*-]+")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the constructs that CLIPS drops for a mistake, not those that follow from another mistake."""
+    """Yield the constructs that CLIPS drops because of a mistake in the construct."""
     loss_finder = LossFinder(agent.usage, agent.own_constructs)
-    dropped = {d.construct.partition(" ")[2] for file in agent.files for d in file.diagnostics if d.construct}
+    dropped = {
+        diagnostic.construct.partition(" ")[2]
+        for file in agent.files
+        for diagnostic in file.diagnostics
+        if diagnostic.construct
+    }
     dropped |= {name for file in agent.files for name in _swallowed_names(file)}
     for file in agent.files:
         line = _unclosed_line(file)
         for diagnostic in file.diagnostics:
             if diagnostic.code == UNCLOSED_CODE:
                 yield from _unclosed(agent, file, diagnostic, loss_finder)
-            # After the unclosed parenthesis, CLIPS reports its own error about it.
+            # CLIPS also reports an error of its own after the unclosed parenthesis, which is left out.
             elif line is None or (diagnostic.line is not None and diagnostic.line < line):
                 finding = _finding(agent, file, diagnostic)
                 if not _is_consequence(agent, finding, diagnostic, dropped):
@@ -113,14 +119,14 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _names(agent: Agent, *keywords: str) -> set[str]:
-    """Return the names that constructs of these kinds define, dropped constructs included."""
+    """Return the names that constructs of these kinds define, including dropped constructs."""
     return {item.name for item in agent.usage.constructs if item.keyword in keywords and item.name}
 
 
 def _with_losses(
     file: ClipsFile, diagnostic: Diagnostic, finding: Finding, loss_finder: LossFinder
 ) -> Finding:
-    """Return the finding with the losses of its construct added to the message."""
+    """Return the finding with a message that also lists the losses of its construct."""
     keyword, _, name = diagnostic.construct.partition(" ")
     key = (keyword, without_module(name))
     constructs = [item for item in file.all_constructs if (item.keyword, item.name) == key]
@@ -129,8 +135,9 @@ def _with_losses(
 
 
 def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Finding:
+    """Return the finding for a diagnostic, at the wrong word if the message identifies a word."""
     construct = _construct(file, diagnostic)
-    code = _OF_CLIPS.get(diagnostic.code, CONSTRUCT)
+    code = _CODES_BY_CLIPS_CODE.get(diagnostic.code, CONSTRUCT)
     prefix = f"{diagnostic.construct}: " if diagnostic.construct else ""
     unknown = _unknown_template(agent, construct) if construct is not None else None
     if unknown is not None:
@@ -143,6 +150,7 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Finding:
         if finding is not None:
             return finding
     word = _unknown_global(agent, construct) if code is GLOBAL else _word(construct, diagnostic)
+    # In conditions, CLIPS reports an undefined global as a variable without a value.
     if code is VARIABLE and word is not None and word.text.startswith("?*"):
         code = GLOBAL
     place = SourcePlace(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
@@ -195,7 +203,7 @@ def _field_instead_of_slot(
         if name in agent.deftemplates and any(item.items is None for item in fact.arguments):
             hint = f"write ({name} (SLOT VALUE) ...)"
             if any(source.is_core and _defines(source, name) for source in agent.files):
-                hint = "it is one of the CX core's: use another name"
+                hint = "it is a deftemplate of the CX core: use another name"
             message = f"{prefix}the deftemplate '{name}' has slots, and here are fields without one"
             return Finding(CONSTRUCT, file.place(fact), message, hint)
     return None
@@ -205,6 +213,7 @@ def _field_instead_of_slot(
 
 
 def _construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | None:
+    """Return the construct of a diagnostic; of several with the name, the last one before the line."""
     kind, _, name = diagnostic.construct.partition(" ")
     matches = [item for item in file.constructs if (item.kind, item.name) == (kind, without_module(name))]
     if len(matches) > 1 and diagnostic.line:
@@ -217,11 +226,11 @@ def _word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | 
     if construct is None:
         return None
     words = _QUOTED.findall(diagnostic.message)[:1] or _VARIABLE.findall(diagnostic.message)[:1]
-    # In conditions, CLIPS' messages name a global without the asterisks.
+    # CLIPS' messages about conditions name a global without the asterisks.
     words += [f"?*{word[1:]}*" for word in words if word.startswith("?")]
-    own = construct.node
-    inner = (node for node in own.walk() if node.items is None and node.start > own.start)
-    return next((node for node in inner if node.text in words), own)
+    top = construct.node
+    inner = (node for node in top.walk() if node.items is None and node.start > top.start)
+    return next((node for node in inner if node.text in words), top)
 
 
 # ---- parentheses
@@ -244,11 +253,12 @@ def _unclosed(
 
 def _unclosed_line(file: ClipsFile) -> int | None:
     """Return the line of the unclosed construct; None without an unclosed construct."""
-    return next((d.line for d in file.diagnostics if d.code == UNCLOSED_CODE), None)
+    lines = (diagnostic.line for diagnostic in file.diagnostics if diagnostic.code == UNCLOSED_CODE)
+    return next(lines, None)
 
 
 def _swallowed_names(file: ClipsFile) -> Iterator[str]:
-    """Yield the names of the unclosed construct and of all constructs after it."""
+    """Yield the names of the unclosed construct and of all later constructs in the file."""
     line = _unclosed_line(file)
     if line is not None:
         named = (construct for construct in file.all_constructs if construct.name)
@@ -259,7 +269,7 @@ def _swallowed_names(file: ClipsFile) -> Iterator[str]:
 
 
 def _is_consequence(agent: Agent, finding: Finding, diagnostic: Diagnostic, dropped: set[str]) -> bool:
-    """Return whether the construct is dropped only because a construct it needs is dropped."""
+    """Return whether a construct is dropped only because CLIPS drops a construct that it needs."""
     names = _QUOTED.findall(finding.message) + _QUOTED.findall(diagnostic.message)
     return not _names(agent, "deftemplate", "deffunction").isdisjoint(dropped.intersection(names))
 
@@ -285,7 +295,7 @@ def _function_hint(agent: Agent, name: str) -> str:
 
 
 def _unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNode | None:
-    """Return the first undefined global variable: CLIPS' message does not name it."""
+    """Return the first undefined global variable, because CLIPS' message does not name the variable."""
     if construct is None:
         return None
     defined = set(map(without_module, agent.words_of("(get-defglobal-list *)")))
@@ -295,4 +305,5 @@ def _unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNode | 
 
 def _global_hint(agent: Agent, text: str) -> str:
     hint = did_you_mean(text.strip("$?*"), agent.model.names(NameKind.GLOBAL, Use.DEFINED))
+    # The model has the names without their asterisks.
     return re.sub(r"mean (.*)\?", r"mean ?*\1*?", hint)

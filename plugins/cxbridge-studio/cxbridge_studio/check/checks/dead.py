@@ -1,7 +1,7 @@
-"""Check for rules, facts, goal classes and functions that are never used.
+"""Checks for rules, facts, goal classes and functions that are never used.
 
-Only the agent's own files are checked: a core is a library, and no agent uses all of it. The check stays
-silent if in doubt, since a text or a computed word may name anything.
+Only the agent's own files are checked, because a core is a library, and no agent uses all of it. If in doubt,
+the check reports nothing, since a text or a computed word may name anything.
 """
 
 from __future__ import annotations
@@ -28,33 +28,34 @@ FACT: Final = Code(
     "CX502",
     Severity.WARNING,
     "a fact that no rule matches",
-    "Rules make facts of this template, and no pattern or query of any file reads them.",
+    "Rules assert facts of this template, and no pattern or query in any file reads the facts.",
 )
 NOT_FORMULATED: Final = Code(
     "CX503",
     Severity.WARNING,
     "a goal class that nothing formulates",
-    "Rules wait for goals of this class, and the class is in nothing that a rule or function does: no goal "
-    "has it.",
+    "Rules wait for goals of this class, and no action of a rule or function names the class: no goal ever "
+    "has this class.",
 )
 NOT_SELECTED: Final = Code(
     "CX504",
     Severity.WARNING,
     "a goal class that nothing selects",
-    "No rule that matches goals of this class selects them: they stay FORMULATED.",
+    "No rule that matches goals of this class selects the goals: they stay FORMULATED.",
 )
 NOT_EXPANDED: Final = Code(
     "CX505",
     Severity.WARNING,
     "a goal class that nothing expands",
-    "Goals of this class are made, and no rule takes one that is SELECTED: none gives it a plan or another "
-    "mode, asks a planner, or calls a function. The goal waits there without end.",
+    "Goals of this class are formulated, and no rule handles a SELECTED goal of the class: no rule gives "
+    "the goal a plan or another mode, calls a planner, or calls a function. The goal stays SELECTED without "
+    "end.",
 )
 FUNCTION: Final = Code(
     "CX506",
     Severity.WARNING,
     "a function that is never called",
-    "No file calls the function, and no text or list of words has its name.",
+    "No file calls the function, and no text or list of words contains its name.",
 )
 SUB_TYPE: Final = Code(
     "CX508",
@@ -71,19 +72,20 @@ CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, NOT_EXPANDED, FUNCTION
 _INITIAL: Final = ("initial-fact", "initial-object")
 _TIME: Final = "time"
 _CLASS: Final = "class"
-# Default values of the goal slots that select the expanding rule.
+# The default values of the goal slots by which rules select goals to expand.
 _DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
 _GOAL: Final = "goal"
 _SELECTING_SLOTS: Final = frozenset({"class", "type", "sub-type"})
-_COMMITTED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")  # modes that can follow EXPANDED
+_AFTER_EXPANDED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")  # modes that can follow EXPANDED
 _CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
-# Functions without effect on a goal.
+# Functions that do not change a goal.
 _WITHOUT_EFFECT: Final = frozenset({"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"})
 
 
 def check(agent: Agent) -> Iterator[Finding]:
+    """Yield the unused rules, facts, goal classes and functions."""
     usage = agent.usage
-    # A dropped construct has another finding, and the end of an unclosed construct is a guess.
+    # A dropped construct has a finding of another check, and the end of an unclosed construct is a guess.
     own_constructs = [
         construct
         for construct in agent.own_constructs
@@ -102,15 +104,16 @@ def check(agent: Agent) -> Iterator[Finding]:
 def _rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
     for construct in own_constructs:
         for pattern in construct.patterns:
-            unmatched = _unmatched(agent, usage, pattern)
-            if unmatched is not None:
-                message = f"defrule {construct.name} can never match: {unmatched[0]}"
-                yield Finding(RULE, construct.place(pattern.start), message, unmatched[1])
-                break  # one unmatched pattern is enough
+            problem = _pattern_problem(agent, usage, pattern)
+            if problem is not None:
+                reason, hint = problem
+                message = f"defrule {construct.name} can never match: {reason}"
+                yield Finding(RULE, construct.place(pattern.start), message, hint)
+                break  # a single unmatched pattern disables the rule
 
 
-def _unmatched(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] | None:
-    """Return the reason why no fact can match a pattern and a hint, or None if a fact can match."""
+def _pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] | None:
+    """Return the reason why no fact can match a pattern, and a hint; None if a fact can match."""
     name = pattern.template
     if name not in usage.asserted and name in _INITIAL:
         return (
@@ -119,7 +122,7 @@ def _unmatched(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] 
         )
     if name not in usage.asserted and not usage.is_made_elsewhere(name):
         return f"nothing asserts a fact '{name}'", did_you_mean(name, set(usage.asserted) - {name})
-    counts = _counts(agent, usage, name)
+    counts = _field_counts(agent, usage, name)
     if pattern.count is None or not counts:
         return None
     minimum, maximum = pattern.count
@@ -135,8 +138,11 @@ def _unmatched(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] 
     )
 
 
-def _counts(agent: Agent, usage: Usage, template: str) -> list[tuple[int, float]]:
-    """Return the numbers of fields in ordered facts of a template; empty if they are unknown."""
+def _field_counts(agent: Agent, usage: Usage, template: str) -> list[tuple[int, float]]:
+    """Return the minimum and the maximum number of fields of each asserted ordered fact of a template.
+
+    The list is empty if the numbers are unknown.
+    """
     assertion_counts = [fact.count for _, fact in usage.asserted.get(template, ()) if fact.count is not None]
     if template in agent.deftemplates or template in usage.templates_in_texts:
         return []
@@ -155,9 +161,9 @@ def _facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Itera
                 continue
             asserting_constructs = {asserting.placed for asserting, _ in usage.asserted.get(name, ())}
             if usage.symbols[name] > len(asserting_constructs):
-                continue  # the word is also an argument of a function that may query such facts
+                continue  # the word is also an argument, perhaps of a function that queries such facts
             if not agent.model.is_defined(Name(NameKind.TEMPLATE, name)) and name in agent.deftemplates:
-                continue  # the deftemplate of a feature, which may read the facts
+                continue  # a feature defines the deftemplate, and may read the facts
             reported.add(name)
             message = f"no rule matches the fact '{name}'"
             yield Finding(FACT, construct.place(fact.start), message, did_you_mean(name, read - {name}))
@@ -174,6 +180,7 @@ def _goals(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Itera
     yield from unhandled.values()
     for construct in own_constructs:
         for pattern in construct.patterns:
+            # Each class of a constraint such as (class A|B) needs a goal.
             for name in sorted(pattern.slots.get(_CLASS, ()) if pattern.template == _GOAL else ()):
                 if name not in words_in_use | reported:
                     reported.add(name)
@@ -197,7 +204,7 @@ def _life_cycle(
 ) -> Iterator[Finding]:
     """Yield a finding if an asserted goal is never selected, or never expanded after its selection."""
     if "mode" in fact.slots and "FORMULATED" not in fact.slots["mode"]:
-        return
+        return  # the rule that asserts the goal also takes the steps up to this mode
     functions = (construct for construct in usage.constructs if construct.keyword == "deffunction")
     setters = {function.name for function in functions if function.sets_mode("SELECTED")}
     if not any(_leads(rule, fact, "FORMULATED", "SELECTED", setters) for rule in usage.constructs):
@@ -207,9 +214,11 @@ def _life_cycle(
 
 
 def _expands(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bool:
-    """Return whether a construct may change such a goal after its selection.
+    """Return whether a construct may change a goal like this goal after its selection.
 
-    Rules of the core for goals of any class do not count: they wait for the agent's rules.
+    Rules of the core for goals of any class do not count, because they wait for the agent's rules.
+
+    :param name: the class of the goal.
     """
     if name in construct.compared:
         return True
@@ -226,10 +235,10 @@ def _expands(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bo
 def _leads(
     rule: Construct, goal: FactUse, mode: str, next_mode: str, setters: set[str], *, by_class: bool = False
 ) -> bool:
-    """Return whether a rule matches such a goal in a mode and can set the next mode.
+    """Return whether a rule matches a goal like this goal in a mode, and can set the next mode.
 
-    :param setters: functions that set the next mode.
-    :param by_class: require a pattern with the goal's class.
+    :param setters: the functions that set the next mode.
+    :param by_class: whether the rule must match the class of the goal.
     """
     if not rule.sets_mode(next_mode) and not rule.symbols & setters:
         return False
@@ -240,10 +249,10 @@ def _leads(
 
 
 def _fits(pattern: FactUse, goal: FactUse, mode: str) -> bool:
-    """Return whether a pattern matches such a goal in a mode."""
+    """Return whether a pattern matches a goal like this goal in a mode."""
     if pattern.template != _GOAL or mode not in pattern.slots.get("mode", {mode}):
         return False
-    # A computed sub-type may be any; an omitted sub-type is the default.
+    # A computed sub-type may be any word; an omitted sub-type has the default value.
     defaults = _DEFAULTS if "sub-type" not in goal.slot_names else {"type": _DEFAULTS["type"]}
     slots = {slot: words for slot, words in pattern.slots.items() if slot in _SELECTING_SLOTS}
     return FactUse(_GOAL, 0, slots, pattern.slot_names).fits(goal, defaults)
@@ -255,17 +264,18 @@ def _fits(pattern: FactUse, goal: FactUse, mode: str) -> bool:
 def _sub_types(
     agent: Agent, usage: Usage, own_constructs: list[Construct]
 ) -> Iterator[tuple[tuple[Construct, int], Finding]]:
-    """Yield a finding, with its construct and offset, for each goal whose sub-type no rule handles."""
+    """Yield the construct and offset of each goal with a sub-type that no rule handles, and the finding."""
     handled = frozenset().union(*(sub_types.handled(rule.condition) for rule in usage.constructs))
     compared = usage.configured_words.union(*(rule.compared for rule in usage.constructs))
     files = sub_types.files_of_core(*agent.context.paths.before, agent.context.paths.cx)
     for construct, goal, start in _with_sub_type(agent, usage, own_constructs, handled | files.keys()):
         for name in goal.slots[sub_types.SLOT] - handled - compared - {sub_types.NONE}:
             hint = sub_types.advice(name, handled, files)
+            # If the name is a likely mistake, only a rule for the class of the goal shows that it is meant.
             is_led = any(
                 _leads(rule, goal, "EXPANDED", mode, set(), by_class=bool(hint))
                 for rule in usage.constructs
-                for mode in _COMMITTED
+                for mode in _AFTER_EXPANDED
             )
             if not is_led:
                 message = f"no rule handles goals of the sub-type {name}"
@@ -285,7 +295,7 @@ def _with_sub_type(
         if function.keyword == "deffunction" and agent.is_of_core(function.file.path)
         if (assigned := function.symbols & names)
     }
-    # A `modify` does not name its template: the slot must belong to goals alone.
+    # A `modify` does not name its template, so only a slot that no other template has identifies goals.
     is_of_goals = not any(sub_types.SLOT in agent.slots[name] for name in agent.slots.keys() - {_GOAL})
     for construct in own_constructs:
         for fact in construct.facts:
@@ -322,7 +332,7 @@ def _functions(usage: Usage, own_constructs: list[Construct]) -> Iterator[Findin
         name = construct.name
         if construct.keyword != "deffunction" or name in called:
             continue
-        # A word or a text with the name may reach funcall, apply or eval.
+        # Any other occurrence of the name may be an argument of funcall, apply or eval.
         occurrences_elsewhere = usage.symbols[name] - (name in construct.symbols)
         if not occurrences_elsewhere and name not in usage.templates_in_texts:
             place = construct.place(construct.node.arguments[0].start)

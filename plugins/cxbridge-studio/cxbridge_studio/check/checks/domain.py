@@ -1,4 +1,4 @@
-"""Check for errors in PDDL domains, and for actions that the domain lacks."""
+"""Checks PDDL domains for errors, and references to actions that the domain lacks."""
 
 from __future__ import annotations
 
@@ -21,45 +21,45 @@ DOMAIN: Final = Code(
     "CX301",
     Severity.ERROR,
     "the PDDL domain is wrong",
-    "The domain does not parse, or uses what it does not declare. No plan-action can be executed.",
+    "The domain does not parse, or uses names that it does not declare. No plan-action can be executed.",
 )
 DUBIOUS: Final = Code(
     "CX310",
     Severity.WARNING,
     "the PDDL domain is read in spite of a mistake",
-    "Other planners and Fawkes refuse the domain, or read it in another way.",
+    "Other planners and Fawkes refuse the domain, or read the domain in another way.",
 )
 NO_DOMAIN: Final = Code(
     "CX302",
     Severity.ERROR,
     "there is no PDDL domain",
-    "The file that is parsed as a domain is not there. No plan-action can be executed.",
+    "The file that is parsed as a domain does not exist. No plan-action can be executed.",
 )
 ACTION: Final = Code(
     "CX303",
     Severity.WARNING,
     "a plan-action has no operator",
-    "A rule makes a plan-action with a name that is neither an action of the domain nor a "
-    "domain-operator of a rule, and no rule executes it without asking whether it is executable. The "
-    "action never becomes executable: its goal waits without end.",
+    "A rule asserts a plan-action with a name that is neither an action of the domain nor a domain-operator "
+    "of a rule, and no rule executes the plan-action without matching (executable TRUE). The plan-action "
+    "never becomes executable: its goal waits without end.",
 )
 MAPPED: Final = Code(
     "CX401",
     Severity.WARNING,
     "a mapping of an action that does not exist",
-    "The action mapping has an entry for a name that no domain and no rule knows: it is never used.",
+    "The action mapping has an entry for a name that no domain and no rule knows: the entry is never used.",
 )
 PARAMETER: Final = Code(
     "CX402",
     Severity.ERROR,
     "a mapping uses a parameter that the action lacks",
-    "The skill string cannot be made: the action fails.",
+    "The skill string cannot be formed: the action fails.",
 )
 DOUBT: Final = Code(
     "CX403",
     Severity.WARNING,
     "a text looks like a placeholder and is none",
-    "It goes into the skill string as it is.",
+    "The text is copied into the skill string unchanged.",
 )
 
 CODES: Final = (DOMAIN, DUBIOUS, NO_DOMAIN, ACTION, MAPPED, PARAMETER, DOUBT)
@@ -72,8 +72,9 @@ _ACTION: Final = "plan-action"
 class _Actions:
     """The known actions of an agent.
 
-    :param parameters: by action; None for operators that rules assert.
-    :param is_complete: whether every domain was read and no operator has a computed name.
+    :param parameters: the names of the parameters by action; None for operators that rules assert.
+    :param is_complete: whether all actions are known: every domain was read, and no operator has a computed
+        name.
     """
 
     parameters: dict[str, tuple[str, ...] | None] = field(default_factory=dict)
@@ -81,12 +82,12 @@ class _Actions:
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the errors in domains and in references to domains."""
+    """Yield the errors in domains and in references to the actions of domains."""
     actions = _Actions()
     for call in domain_calls(agent):
         yield from _check_domain(call, actions)
     _add_operators(agent.usage, actions)
-    # An unknown action may belong to a domain that cannot be read, or to a computed operator.
+    # Otherwise, an unknown action may belong to a domain that cannot be read, or to a computed operator.
     if actions.parameters and actions.is_complete:
         yield from _check_plan_actions(agent.own_files, actions)
     yield from _check_mapping(agent, actions)
@@ -118,7 +119,7 @@ def _add_operators(usage: Usage, actions: _Actions) -> None:
     for construct in usage.constructs:
         for ce in patterns(construct.condition):
             operators |= _operators_of(construct, ce)
-    # The parameters of an action in a domain are known: they stay.
+    # `setdefault` keeps the known parameters of actions in a domain.
     for name in operators:
         actions.parameters.setdefault(name, None)
 

@@ -1,4 +1,4 @@
-"""Check for useless parts of a domain: impossible actions, goals that no action achieves."""
+"""Checks for useless parts of a domain, such as impossible actions and goals that no action achieves."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     domains = [call.domain for call in domain_calls(agent) if call.domain is not None]
     predicates = _predicates_of_facts(agent)
     for domain in domains:
-        # With several domains, rules for one domain make no facts of the others.
+        # With several domains, the facts of one domain say nothing about another domain.
         for doubt in doubts.of_domain(domain, predicates if len(domains) == 1 else None):
             place = SourcePlace(domain.file, doubt.position.line, doubt.position.column)
             yield Finding(doubt.code, place, doubt.message)
@@ -39,13 +39,13 @@ def _predicates_of_facts(agent: Agent) -> frozenset[str] | None:
     if not facts or any("name" not in fact.slots for fact in facts):
         return None
     if any(_FACT_KEY in file.text for file in agent.own_files):
-        return None  # facts of the world model, named by ids that rules may compute
+        return None  # rules make facts of the world model by ids, which they may compute
     names = {word for fact in facts for word in fact.slots["name"]}
     return frozenset(names | agent.model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED))
 
 
 def _check_goals(agent: Agent, domain: Domain, predicates: frozenset[str]) -> Iterator[Finding]:
     for file, call, text in planner_goals(agent):
-        with suppress(PddlError):  # the planner reports a formula with a mistake
+        with suppress(PddlError):  # the planner reports a mistake in the formula
             for doubt in doubts.of_goal(domain, parse_formula(text), predicates) if text else ():
                 yield Finding(doubt.code, file.place(call.arguments[1]), doubt.message)

@@ -1,4 +1,4 @@
-"""Check for missing files and for files that the core hides."""
+"""Checks for missing files, and for files that the core hides."""
 
 from __future__ import annotations
 
@@ -15,36 +15,37 @@ MISSING: Final = Code(
     "CX102",
     Severity.ERROR,
     "a file is missing",
-    "The spec, or a CLIPS file, loads a file that none of the folders has, or that you may not read. The "
-    "executive goes on without it: the rules in it do not exist, and goals wait forever.",
+    "The spec, or a CLIPS file, loads a file that none of the folders contains, or that you may not read. "
+    "The executive continues without the file: its rules do not exist, and goals wait forever.",
 )
 
 SHADOWED: Final = Code(
     "CX103",
     Severity.WARNING,
     "a file of the core hides one of the agent",
-    "Files are searched for in the core's folder first. A file of the agent with the name of a core's file "
-    "is never loaded.",
+    "The core's folder is searched first. A file of the agent that has the name of a core file is never "
+    "loaded.",
 )
 
 CODES: Final = (MISSING, SHADOWED)
 
 
 def check(agent: Agent) -> Iterator[Finding]:
+    """Yield the missing files and the hidden files."""
     folders = (*agent.context.paths.before, agent.context.paths.cx, *agent.context.paths.clips_dirs)
     for missing in agent.missing_files:
         searched = ", ".join(map(str, folders))
         reasons = ((path, why_unreadable(path)) for path in (folder / missing.name for folder in folders))
         unreadable = next((f"{path} {why}" for path, why in reasons if why != ABSENT), "")
-        # A file that the user may not read is more likely meant than a file of a similar name.
+        # The user more likely means an unreadable file of this name than a file with a similar name.
         hint = unreadable or did_you_mean(missing.name, _files(folders), f"searched: {searched}")
         yield Finding(MISSING, missing.place, f"there is no file {missing.name}", hint)
     for requested in agent.requested_files:
         core_file = agent.context.paths.cx / requested.name
         candidates = (folder / requested.name for folder in agent.context.paths.clips_dirs)
-        hidden = next((path for path in candidates if path.is_file()), None)
-        if hidden is not None and core_file.is_file() and not hidden.samefile(core_file):
-            message = f"{requested.name} is the core's file, not {hidden}"
+        hidden_file = next((path for path in candidates if path.is_file()), None)
+        if hidden_file is not None and core_file.is_file() and not hidden_file.samefile(core_file):
+            message = f"{requested.name} is the core's file, not {hidden_file}"
             yield Finding(SHADOWED, requested.place, message, "give the file of the agent another name")
 
 

@@ -1,4 +1,4 @@
-"""Check for resources and mutexes in an agent that never sets its identity."""
+"""Checks for resources and mutexes in an agent that never sets its identity."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ IDENTITY: Final = Code(
     Severity.WARNING,
     "a lock without an identity",
     "A goal needs resources, or a rule locks a mutex, and no rule calls cx-identity-set: the executive has "
-    "no name for the holder of the lock. The lock is never acquired, the goal waits without end.",
+    "no name for the holder of the lock. The lock is never acquired, and the goal waits without end.",
 )
 
 CODES: Final = (IDENTITY,)
 
-_SET: Final = "cx-identity-set"
-_FACT: Final = "/cx/identity"
-_SLOT: Final = "required-resources"
-_LOCKS: Final = ("mutex-try-lock-async", "mutex-lock-async", "mutex-try-lock")
+_SET_IDENTITY: Final = "cx-identity-set"
+_IDENTITY_FACT: Final = "/cx/identity"  # the id of the fact that `cx-identity-set` asserts
+_RESOURCES_SLOT: Final = "required-resources"
+_LOCK_FUNCTIONS: Final = ("mutex-try-lock-async", "mutex-lock-async", "mutex-try-lock")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for the first lock in each file."""
-    # A rule may also assert the fact that the function asserts.
-    if any(_FACT in construct.placed.piece.text for construct in agent.own_constructs):
+    # A rule may also assert the fact itself.
+    if any(_IDENTITY_FACT in construct.placed.piece.text for construct in agent.own_constructs):
         return
-    calls = agent.model.mentions(Name(NameKind.FUNCTION, _SET), Use.CALLED)
+    calls = agent.model.mentions(Name(NameKind.FUNCTION, _SET_IDENTITY), Use.CALLED)
     if any(not agent.is_of_core(call.file.path) for call in calls):
         return
     reported_files: set[str] = set()
@@ -38,10 +38,10 @@ def check(agent: Agent) -> Iterator[Finding]:
         starts = [
             node.start
             for node in construct.action_nodes
-            if (node.head == _SLOT and node.arguments) or node.head in _LOCKS
+            if (node.head == _RESOURCES_SLOT and node.arguments) or node.head in _LOCK_FUNCTIONS
         ]
         if starts and construct.file.path not in reported_files:
             reported_files.add(construct.file.path)
-            hint = f'call ({_SET} "NAME") in a rule for (executive-init)'
-            message = f"no rule calls {_SET}: no lock is ever acquired"
+            hint = f'call ({_SET_IDENTITY} "NAME") in a rule for (executive-init)'
+            message = f"no rule calls {_SET_IDENTITY}: no lock is ever acquired"
             yield Finding(IDENTITY, construct.place(starts[0]), message, hint)

@@ -1,4 +1,4 @@
-"""Check for mismatches between CLIPS files and the domain: predicates, plan-actions, executors."""
+"""Checks for mismatches between CLIPS files and the domain: predicates, plan-actions and executors."""
 
 from __future__ import annotations
 
@@ -21,54 +21,55 @@ PREDICATE: Final = Code(
     "CX304",
     Severity.WARNING,
     "a predicate that the domain lacks",
-    "A rule matches a fact of the domain, (wm-fact (key domain fact NAME ...)) or (domain-fact (name NAME)): "
-    "neither does a domain declare the predicate, nor does a rule make such a fact: its name may be wrong.",
+    "A rule matches a fact of the domain, (wm-fact (key domain fact NAME ...)) or (domain-fact (name "
+    "NAME)), but no domain declares the predicate, and no rule makes such a fact: its name may be wrong.",
 )
 PARAMETERS: Final = Code(
     "CX305",
     Severity.WARNING,
     "a plan-action with wrong parameters",
     "The names or the number of the parameters are not those of the action. The precondition is never "
-    "grounded, or the skill string gets no value.",
+    "grounded, or the skill string lacks a value.",
 )
-UNSAYABLE: Final = Code(
+INEXPRESSIBLE: Final = Code(
     "CX306",
     Severity.ERROR,
     "the executive cannot take this part of the domain",
-    "A precondition or an effect that facts cannot say, such as a quantifier. Planners take it; "
-    "the domain does not load into the executive.",
+    "Facts cannot express this precondition or effect, such as a quantifier. Planners accept the domain, "
+    "but the executive cannot load it.",
 )
 TYPE: Final = Code(
     "CX308",
     Severity.WARNING,
     "a domain object of a type that the domain lacks",
-    "The type is neither in the domain nor made by a rule: no parameter of an action takes the object, and "
-    "formulas do not see it.",
+    "Neither the domain nor a rule declares the type: no parameter of an action takes the object, and "
+    "formulas ignore the object.",
 )
 NOT_EXECUTED: Final = Code(
     "CX404",
     Severity.WARNING,
     "an action without an executor",
-    "A plan has the action, the action mapping has no entry for it, and no rule waits for it: the plan waits "
-    "forever.",
+    "A plan contains the action, but the action mapping has no entry for the action, and no rule waits for "
+    "it: the plan waits forever.",
 )
 
 FORMULA: Final = Code(
     "CX309",
     Severity.WARNING,
     "a planner's goal names something unknown",
-    "The formula of a planner's call names a predicate, or an object, that neither the domain nor a rule "
+    "The goal of a planner's call names a predicate, or an object, that neither the domain nor a rule "
     "declares: the planner finds no plan.",
 )
+# The words of a formula that are not predicates.
 _CONNECTIVES: Final = frozenset(
     {"and", "or", "not", "imply", "forall", "exists", "when", "=", ">", "<", ">=", "<=", "+", "-", "*", "/"}
 )
 
-CODES: Final = (FORMULA, PREDICATE, PARAMETERS, UNSAYABLE, TYPE, NOT_EXECUTED)
+CODES: Final = (FORMULA, PREDICATE, PARAMETERS, INEXPRESSIBLE, TYPE, NOT_EXECUTED)
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the mismatches; none if a domain cannot be read, which another check reports."""
+    """Yield the mismatches; none if a domain cannot be read, because another check reports that."""
     calls = list(domain_calls(agent))
     domains = [call.domain for call in calls if call.domain is not None]
     if not domains or len(domains) < len(calls):
@@ -83,11 +84,12 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _check_facts(domain: Domain) -> Iterator[Finding]:
+    """Yield the first part of a domain that the executive's facts cannot express."""
     try:
         domain_facts(domain)
     except PddlError as error:
         place = SourcePlace(domain.file, error.line or 0, error.column or 0)
-        yield Finding(UNSAYABLE, place, error.message, error.hint or "")
+        yield Finding(INEXPRESSIBLE, place, error.message, error.hint or "")
 
 
 def _predicates(agent: Agent, domains: list[Domain]) -> set[str]:
@@ -99,7 +101,7 @@ def _predicates(agent: Agent, domains: list[Domain]) -> set[str]:
 
 def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     predicates = _predicates(agent, domains)
-    predicates |= {  # those that rules declare
+    predicates |= {  # the predicates that rules declare
         literal(value)
         for file in agent.files
         for call in file.calls("domain-predicate")
@@ -116,7 +118,7 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
                 continue
             reported.add(name)
             if any(f"domain/fact/{name}" in file.text for file in agent.files):
-                continue  # a rule makes the fact by its id
+                continue  # a rule makes the fact of the world model by its id
             message, hint = f"no domain has a predicate '{name}'", did_you_mean(name, predicates)
             yield Finding(PREDICATE, construct.place(mention.start), message, hint)
 
@@ -127,7 +129,7 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     objects = {name for domain in domains for name, _ in pairs_of(domain.constants)}
     asserted_objects = agent.facts_of_agent("domain-object")
     objects |= {word for fact in asserted_objects for word in fact.slots.get("name", ())}
-    # Objects with computed names, or of another source than rules, may be any.
+    # If names of objects are computed, or objects come from other sources than rules, any object is possible.
     are_objects_known = asserted_objects != [] and all("name" in fact.slots for fact in asserted_objects)
     for file, call, text in planner_goals(agent):
         place = file.place(call.arguments[1]) if text else file.place(call)
@@ -144,7 +146,7 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
 
 
 def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
-    """Yield the object types in facts that no domain declares."""
+    """Yield the types of asserted objects that neither a domain nor a rule declares."""
     pairs = [pair for domain in domains for pair in pairs_of(domain.types)]
     types = {"object", *(name for name, _ in pairs), *(parent for _, parent in pairs if parent)}
     asserted = agent.usage.asserted
@@ -175,7 +177,7 @@ def _check_parameters(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
 
 
 def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iterator[Finding]:
-    """Yield the first mistake in the parameters: further mistakes often follow from the first."""
+    """Yield the first mistake in the parameters, because further mistakes often follow from the first."""
     name, file = literal(action.name), action.file
     it_has = f"it has: {', '.join(parameter_names) or 'none'}"
     for node in action.names or ():
@@ -200,11 +202,11 @@ def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iter
 
 def _check_executed(agent: Agent, calls: list[DomainCall]) -> Iterator[Finding]:
     if agent.context.skill_board is not None:
-        return  # Executors announce their actions at run time.
+        return  # executors announce their actions at run time
     mapped = set(action_mapping(agent.config, agent.spec))
     if not mapped and any(map(_executes_any_action, agent.own_constructs)):
-        return  # all actions are executed by rules
-    # The actions that rules match or compare: one of these rules may execute the action.
+        return  # rules execute all actions
+    # The actions that rules match or compare, since such a rule may execute the action.
     handled = {
         word
         for construct in agent.usage.constructs

@@ -1,6 +1,6 @@
-"""Check for text that cxbridge accepts and Fawkes does not: CLIPS 6.30, its features, blackboard and Lua.
+"""Checks for code that cxbridge accepts and Fawkes does not: in CLIPS 6.30, features, the blackboard and Lua.
 
-Only ``cxbridge check --portable`` makes these findings.
+Only ``cxbridge check --portable`` reports these findings.
 """
 
 from __future__ import annotations
@@ -36,53 +36,55 @@ FUNCTION: Final = Code(
 DEFINED: Final = Code(
     "CX603",
     Severity.WARNING,
-    "not in Fawkes: a function of an agent's own with the name of a built-in",
-    "CLIPS 6.30 has a function of this name, and drops a deffunction that would replace it.",
+    "not in Fawkes: an agent's function with the name of a built-in function",
+    "CLIPS 6.30 has a function of this name, and drops a deffunction that would replace the function.",
 )
 BOTH_WAYS: Final = Code(
     "CX604",
     Severity.WARNING,
     "not in Fawkes: an interface type that is read and written",
     "One environment opens interfaces of one type for reading and for writing. Fawkes builds the type's "
-    "deftemplate for each of the two, and CLIPS refuses the second one.",
+    "deftemplate for both, and CLIPS refuses the second deftemplate.",
 )
 NOT_AN_INTERFACE: Final = Code(
     "CX605",
     Severity.WARNING,
     "not in Fawkes: a name of no interface",
-    "The name is not TYPE::ID. Here the function does nothing; in Fawkes an exception ends the process.",
+    "The name is not TYPE::ID. In cxbridge, the function has no effect; in Fawkes, an exception ends the "
+    "process.",
 )
 IN_SEC: Final = Code(
     "CX606",
     Severity.WARNING,
     "not in Fawkes: seconds with decimals of a Lua time",
-    "Time:in_sec() is a number of 32 bits in Fawkes: the time of day is off by up to 64 seconds, "
-    "and differences of two such numbers are 0 or multiples of 128 seconds.",
+    "Time:in_sec() returns a 32-bit float in Fawkes: the time of day is off by up to 64 seconds, and "
+    "differences of two such numbers are 0 or multiples of 128 seconds.",
 )
 ARGUMENT: Final = Code(
     "CX607",
     Severity.WARNING,
     "not in Fawkes: a function as an argument of a skill",
-    "Fawkes makes texts of a skill's arguments; a function has none.",
+    "Fawkes converts the arguments of a skill to texts; a function has no text.",
 )
 PDDL: Final = Code(
     "CX608",
     Severity.WARNING,
     "not in Fawkes: a PDDL domain",
-    "Fawkes' parser refuses the domain: it knows fewer operators, and wants all sections, in one order. "
-    "docs/evidence/planning.md lists the differences.",
+    "Fawkes' parser refuses the domain: it knows fewer operators, and requires all sections in a fixed "
+    "order. docs/evidence/planning.md lists the differences.",
 )
 
 CODES: Final = (REFUSED, FUNCTION, DEFINED, BOTH_WAYS, NOT_AN_INTERFACE, IN_SEC, ARGUMENT, PDDL)
 
 _OWN_FEATURES: Final = ("planner", "problem-expert", "skill-board")  # features that Fawkes lacks
 _CHANGES: Final = ("modify", "duplicate")
-_OF_SEVERAL: Final = ("max", "min")
-_READS: Final = ("blackboard-open", "blackboard-open-reading")
-_WRITES: Final = ("blackboard-open-writing",)
+_OF_TWO_OR_MORE: Final = ("max", "min")
+_OPEN_READING: Final = ("blackboard-open", "blackboard-open-reading")
+_OPEN_WRITING: Final = ("blackboard-open-writing",)
 _BY_UID: Final = ("blackboard-write", "blackboard-set", "blackboard-set-multifield")
 _UID: Final = re.compile(r"[a-zA-Z0-9]+::[a-zA-Z0-9 _/.-]+")
-_IN_LUA: Final = (
+# The code, the pattern and the hint of each mistake in Lua files.
+_LUA_MISTAKES: Final = (
     (IN_SEC, re.compile(r":\s*in_sec\s*\("), "use in_msec()"),
     (
         ARGUMENT,
@@ -103,6 +105,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     yield from _both_ways(agent_files)
     yield from _domains(agent)
     fawkes = agent.options.fawkes_dir
+    # The skills of cxbridge and of a Fawkes checkout are not the agent's.
     for folder in agent.context.paths.skill_dirs:
         is_own = folder != shipped_dir("luaskills") and not (
             fawkes and folder.is_relative_to(fawkes.resolve())
@@ -119,7 +122,7 @@ def _expressions(file: ClipsFile) -> Iterator[Finding]:
             message = f"CLIPS 6.30 refuses ({call.head} {argument} ...)"
             hint = f"bind the fact to a variable before: (bind ?fact {argument}) ({call.head} ?fact ...)"
             yield Finding(REFUSED, file.place(fact), message, hint)
-    for call in file.calls(*_OF_SEVERAL):
+    for call in file.calls(*_OF_TWO_OR_MORE):
         if len(call.arguments) == 1:
             message = f"CLIPS 6.30 refuses ({call.head} ...) with one argument"
             yield Finding(REFUSED, file.place(call), message, "give it two numbers or more")
@@ -138,7 +141,7 @@ def _names(file: ClipsFile) -> Iterator[Finding]:
 
 
 def _functions(agent: Agent) -> Iterator[Finding]:
-    """Yield the calls of functions that only CLIPS 6.4 or a feature of cxbridge has."""
+    """Yield the calls of functions that only CLIPS 6.4 or a feature of cxbridge provides."""
     feature_functions = agent.manager.feature_functions(agent.env.name)
     features = {name: feature for feature in _OWN_FEATURES for name in feature_functions.get(feature, ())}
     defined_functions = agent.model.names(NameKind.FUNCTION, Use.DEFINED)
@@ -152,16 +155,16 @@ def _functions(agent: Agent) -> Iterator[Finding]:
 
 
 def _both_ways(files: list[ClipsFile]) -> Iterator[Finding]:
-    read_types = {name for file in files for name, _ in _opened(file, _READS)}
+    read_types = {name for file in files for name, _ in _opened_types(file, _OPEN_READING)}
     for file in files:
-        for name, node in _opened(file, _WRITES):
+        for name, node in _opened_types(file, _OPEN_WRITING):
             if name in read_types:
                 message = f"interfaces of type {name} are opened for reading and for writing"
                 hint = "write it in another environment, or another program"
                 yield Finding(BOTH_WAYS, file.place(node), message, hint)
 
 
-def _opened(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[tuple[str, SyntaxNode]]:
+def _opened_types(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[tuple[str, SyntaxNode]]:
     for call in file.calls(*functions):
         name = literal(call.arguments[0]) if call.arguments else ""
         if name:
@@ -172,7 +175,7 @@ def _domains(agent: Agent) -> Iterator[Finding]:
     """Yield the valid domains that Fawkes' parser rejects."""
     for path in dict.fromkeys(call.path for call in domain_calls(agent) if call.path is not None):
         with suppress(CxbridgeError):
-            load_domain(path)  # the check of domains reports an invalid domain
+            load_domain(path)  # an invalid domain is a finding of another check
             try:
                 load_domain(path, fawkes_compat=True)
             except PddlError as error:
@@ -182,7 +185,7 @@ def _domains(agent: Agent) -> Iterator[Finding]:
 def _lua(path: str, text: str) -> Iterator[Finding]:
     # Blanks in place of comments keep the offsets.
     text_without_comments, lines = _COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
-    for code, pattern, hint in _IN_LUA:
+    for code, pattern, hint in _LUA_MISTAKES:
         for match in pattern.finditer(text_without_comments):
             place = SourcePlace.at(path, lines, match.start())
             yield Finding(code, place, code.title.removeprefix("not in Fawkes: "), hint)

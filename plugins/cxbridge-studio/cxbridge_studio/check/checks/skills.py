@@ -1,4 +1,4 @@
-"""Check for skills that do not load, and for mappings to unknown skills and arguments."""
+"""Checks for skills that do not load, and for mappings to unknown skills and arguments."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ UNKNOWN: Final = Code(
     "CX412",
     Severity.ERROR,
     "a mapping names a skill that does not exist",
-    "Neither the skill space nor an executor has the skill: the action fails.",
+    "Neither the skill space nor an executor provides the skill: the action fails.",
 )
 
 ARGUMENT: Final = Code(
@@ -37,37 +37,39 @@ ARGUMENT: Final = Code(
     Severity.WARNING,
     "a skill does not know the argument",
     "The mapping gives the skill an argument that is neither in its documentation (@param) nor anywhere in "
-    "its text: the skill never reads it.",
+    "its text: the skill never reads the argument.",
 )
 
 ROS: Final = Code(
     "CX415",
     Severity.ERROR,
-    "a skill of ROS 2 names what its type lacks",
-    "There is no such action or service, or a message of it has no such field: the executor does not start, "
-    "or shows no progress and no reason.",
+    "a skill of ROS 2 names an unknown type or field",
+    "There is no such action or service, or its messages have no such field: the executor does not start, or "
+    "reports no progress and no reason.",
 )
 COMPILES: Final = Code(
     "CX414",
     Severity.WARNING,
     "a Lua file does not compile",
-    "The file is in a folder of skills, and this skill space does not load it; a space that does will not "
-    "start.",
+    "The file is in a folder of skills, and this skill space does not load the file; a space that loads it "
+    "will not start.",
 )
 
 CODES: Final = (ROS, BROKEN, UNKNOWN, ARGUMENT, COMPILES)
 
+# The parts of a skill string such as goto{place="?(to)S"}: the arguments and the name.
 _ARGUMENT = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
 _NAME = re.compile(r"\s*([A-Za-z_][\w-]*)\s*[{(]")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
+    """Yield the mistakes in skills and mappings; none if a program computes its skills at run time."""
     try:
         skills = _skills(agent)
     except CxbridgeError as error:
         yield of_error(error, BROKEN)
         yield from _check_files(agent, error.file or "")
-        return
+        return  # without the skills, mappings cannot be checked
     if skills is None:
         return
     yield from _check_files(agent)
@@ -84,7 +86,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 def _check_files(agent: Agent, reported_file: str = "") -> Iterator[Finding]:
     """Yield the Lua files in the skill folders that do not compile.
 
-    :param reported_file: a file with another finding.
+    :param reported_file: a file that already has a finding; empty if there is none.
     """
     compiler = LuaCompiler()
     for folder in agent.context.paths.skill_dirs:
@@ -107,21 +109,21 @@ def _check_executors(agent: Agent) -> Iterator[Finding]:
 
 def _check_arguments(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Finding]:
     """Yield the named arguments that a Lua skill does not know."""
-    texts = {name: _text(path) for name, path in skills.items() if path is not None}
+    texts = {name: _arguments_and_text(path) for name, path in skills.items() if path is not None}
     for _, template, place in agent.action_mappings():
         match = _NAME.match(template)
         if match is None or match[1] not in texts or place is None:
             continue
         documented, text = texts[match[1]]
         for name in _ARGUMENT.findall(template[match.end(1) :]):
-            # An undocumented argument that the text names may be read there.
+            # The skill may read an undocumented argument that its text names.
             if name not in documented and not re.search(rf"\b{name}\b", text):
                 it_has = f"it has: {', '.join(sorted(documented)) or 'none'}"
                 hint = did_you_mean(name, documented, it_has)
                 yield Finding(ARGUMENT, place, f"the skill '{match[1]}' has no argument '{name}'", hint)
 
 
-def _text(path: Path) -> tuple[set[str], str]:
+def _arguments_and_text(path: Path) -> tuple[set[str], str]:
     """Return the documented arguments and the text of a Lua skill."""
     file = read_lua(str(path), path.read_text("utf-8", "surrogateescape"))
     return {
@@ -130,9 +132,9 @@ def _text(path: Path) -> tuple[set[str], str]:
 
 
 def _skills(agent: Agent) -> dict[str, Path | None] | None:
-    """Return the file of each skill, read from their texts; None if a text computes its skills.
+    """Return the file of each skill, or None for the skills of executors; None if the skills are unknown.
 
-    The skills of executors have no file.
+    Skills are unknown if they are computed, or if the agent has another Skiller than Lua.
     """
     context = agent.context
     board = context.skill_board

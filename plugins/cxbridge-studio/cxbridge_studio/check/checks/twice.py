@@ -1,4 +1,4 @@
-"""Check for constructs that are defined twice: CLIPS silently replaces the first construct."""
+"""Checks for constructs that are defined twice: CLIPS silently replaces the first construct."""
 
 from __future__ import annotations
 
@@ -31,13 +31,14 @@ def check(agent: Agent) -> Iterator[Finding]:
     definitions: dict[tuple[str, str, str], Construct] = {}
     module = "MAIN"
     for construct in agent.usage.constructs:
-        module = construct.module or module  # CLIPS stays in the last named module
+        module = construct.module or module  # the last named module stays the current module of CLIPS
         key = construct.keyword, construct.name
         if construct.keyword not in _KINDS or not construct.name:
             continue
         earlier = definitions.setdefault((*key, module), construct)
         if is_declaration(earlier.placed.piece.text):
-            definitions[*key, module] = construct  # a forward declaration, for functions that call each other
+            # Functions that call each other need a forward declaration, which may be replaced.
+            definitions[*key, module] = construct
             continue
         file = construct.file
         if earlier is construct or agent.is_of_core(file.path) or (file.path, *key) in agent.dropped:
