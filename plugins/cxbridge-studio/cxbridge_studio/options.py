@@ -1,4 +1,4 @@
-"""The option ``--break`` of runs."""
+"""The option ``--break`` of ``cxbridge run``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class BreakOptions(PluginOptions):
-    """Breakpoints of a run."""
+    """The options for the breakpoints of a run."""
 
     commands: ClassVar[frozenset[str]] = frozenset({"run"})
 
@@ -26,7 +26,7 @@ class BreakOptions(PluginOptions):
         typer.Option(
             "--break",
             metavar="SPEC",
-            help="Stop there and take commands from stdin, e.g. rule:NAME, goal:CLASS:MODE. Repeatable.",
+            help="Stop at e.g. rule:NAME or goal:CLASS:MODE, and take commands from stdin. Repeatable.",
         ),
     ] = ()
 
@@ -35,14 +35,18 @@ class BreakOptions(PluginOptions):
         """Whether a user may stop the rules."""
         return bool(self.breaks)
 
-    def check(self, options: RunOptions) -> None:  # noqa: ARG002 - breakpoints fit all options
-        """Raise `ExecutiveError` if a text is not a breakpoint."""
+    def check(self, options: RunOptions) -> None:  # noqa: ARG002 - breakpoints go with any options
+        """Check the breakpoints.
+
+        :raises ExecutiveError: if a text is not a breakpoint.
+        """
         from cxbridge_studio.debugger.breakpoints import parse_breakpoint  # noqa: PLC0415 - start-up time is a feature
 
         for spec in self.breaks:
             parse_breakpoint(spec)
 
     def servers(self) -> Sequence[RunServer]:
+        """Return the prompt for the breakpoints; none without breakpoints."""
         if not self.breaks:
             return ()
         from cxbridge.cli.command_lines import CommandLines  # noqa: PLC0415 - start-up time is a feature

@@ -1,4 +1,4 @@
-"""``cxbridge bb plot``: draws fields of an interface over time, in the terminal."""
+"""``cxbridge bb plot``: plots fields of an interface over time, in the terminal."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 _FRAME_S: Final = 0.1  # seconds between two drawings
 _MAX_POINTS: Final = 100_000  # points kept per field; the oldest are dropped
+# A field is NAME or NAME[INDEX].
 _FIELD: Final = re.compile(r"(\w+)(?:\[(\d+)\])?\Z")
 # Escape sequences of terminals: an alternative screen without a cursor, so that the shell's text stays.
 _BEGIN: Final = "\x1b[?1049h\x1b[?25l"
@@ -35,22 +36,23 @@ _CLEAR_BELOW: Final = "\x1b[J"
 def plot(
     uid: Uid,
     fields: Annotated[
-        list[str], typer.Argument(metavar="FIELD...", help="Numbers of it: NAME, or NAME[INDEX] of an array.")
+        list[str],
+        typer.Argument(
+            metavar="FIELD...", help="Numeric fields: NAME, or NAME[INDEX] for an element of an array."
+        ),
     ],
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,
-    span: Annotated[
-        float, typer.Option(min=0.1, metavar="SECONDS", help="How much time the plot shows.")
-    ] = 30.0,
+    span: Annotated[float, typer.Option(min=0.1, metavar="SECONDS", help="Time span of the plot.")] = 30.0,
     count: Annotated[int | None, typer.Option(min=1, help="End after N writes.")] = None,
     timeout: Annotated[float | None, typer.Option(min=0, help="End after SECONDS.")] = None,
     lines: Annotated[bool, typer.Option("--lines", help="Print lines on a terminal, too.")] = False,
 ) -> int:
     """Plot fields of an interface, live. Ends with Ctrl-C.
 
-    Off a terminal, and with --lines, a line a write: the seconds since the start, then the values, with tabs
-    between. Booleans are 0 and 1, enums their numbers. Exit status: 0 after --count writes or without
-    --count; 3 when --timeout came first; 130 after Ctrl-C.
+    Without a terminal, and with --lines, prints a line for each write: the seconds since the start, then the
+    values, separated by tabs. Booleans are 0 and 1, enums their numbers. Exit status: 0 after --count writes
+    or without --count; 3 when --timeout came first; 130 after Ctrl-C.
 
     Example: cxbridge bb plot Position3DInterface::Pose translation[0] translation[1]
     """
@@ -61,7 +63,7 @@ def plot(
         instance = feed.open(*parse_uid(uid))
         initial = feed.now(instance)
         for name in fields:
-            value_of(name, initial.values)  # a mistake is reported before anything is drawn
+            value_of(name, initial.values)  # reports a mistake before the screen changes
         writes = _writes(feed, initial, Deadline(timeout))
         if lines or not sys.stdout.isatty():
             write_count = _print(writes, fields, count)
@@ -73,7 +75,7 @@ def plot(
 def value_of(field: str, values: Mapping[str, Any]) -> float:
     """Return a field, or an element of an array, as a number.
 
-    :raises BlackBoardError: if there is no such field or element, or its value is a text.
+    :raises BlackBoardError: if there is no such field or element, or the value is a text.
     """
     from cxbridge.errors import BlackBoardError
     from cxbridge.suggestions import did_you_mean
@@ -104,9 +106,9 @@ def value_of(field: str, values: Mapping[str, Any]) -> float:
 def _writes(
     feed: Feed, initial: InterfaceChange, deadline: Deadline
 ) -> Iterator[tuple[float, Mapping[str, Any] | None]]:
-    """Yield seconds and the values of each write, until the deadline.
+    """Yield the seconds since the start and the values of each write, until the deadline.
 
-    The values are None for a moment without a write, at which the plot moves on.
+    Without a write, the values are None: the plot still has to move with the time.
     """
     from cxbridge.blackboard.following import Deadline
 
@@ -114,12 +116,12 @@ def _writes(
     if initial.time_us:  # 0: the interface has never been written
         yield 0.0, initial.values
     while (left_s := deadline.remaining_s()) != 0:
-        news = feed.next(Deadline(_FRAME_S if left_s is None else min(_FRAME_S, left_s)))
+        change = feed.next(Deadline(_FRAME_S if left_s is None else min(_FRAME_S, left_s)))
         seconds = time.monotonic() - begin_s
-        if news is None:
+        if change is None:
             yield seconds, None
-        elif news.kind == "data":
-            yield seconds, news.values
+        elif change.kind == "data":
+            yield seconds, change.values
 
 
 def _print(
@@ -144,7 +146,7 @@ def _draw(
     span_s: float,
     count: int | None,
 ) -> int:
-    """Draw plots, one below the other, and return the number of writes."""
+    """Draw a plot for each field, one below the other, and return the number of writes."""
     points: dict[str, deque[tuple[float, float]]] = {name: deque(maxlen=_MAX_POINTS) for name in fields}
     terminal, write_count, drawn_s = terminal_of(sys.stdout), 0, -_FRAME_S
     terminal.write(_BEGIN)
@@ -178,15 +180,19 @@ def screen_lines(
 ) -> list[str]:
     """Return the lines of a screen with a plot of each field.
 
-    :param size: columns and lines of the screen.
+    :param points: the seconds and the value of each write, by field.
+    :param size: the columns and lines of the screen.
     """
     columns, rows = size
+    # The last line has a hint; each plot has three lines besides the drawing: the title and the two of the
+    # axis.
     height = max(2, (rows - 1) // len(points) - 3)
     screen = []
     for name, all_points in points.items():
         visible = [point for point in all_points if point[0] >= now_s - span_s]
         if not visible and all_points:
-            visible = [(now_s - span_s, all_points[-1][1])]  # the field still has its last value
+            # The field still has its last value: the plot shows a horizontal line.
+            visible = [(now_s - span_s, all_points[-1][1])]
         value = f"{all_points[-1][1]:g}" if all_points else "not written yet"
         if visible:
             visible.append((now_s, visible[-1][1]))

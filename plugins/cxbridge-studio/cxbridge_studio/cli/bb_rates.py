@@ -1,4 +1,4 @@
-"""``cxbridge bb hz`` and ``bb bw``: measure the writes of interfaces a second, and their bytes."""
+"""``cxbridge bb hz`` and ``bb bw``: measure the writes to interfaces, and the written bytes, per second."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ NO_NEW_WRITES = "no new writes"
 
 @dataclass(frozen=True, kw_only=True)
 class MeterOptions:
-    """The measurement, and its end."""
+    """The options of a measurement."""
 
     window: Annotated[
-        int, typer.Option(min=2, help="Writes of each interface that count, the last ones.")
+        int, typer.Option(min=2, help="Number of last writes of each interface to measure.")
     ] = WINDOW
     every: Annotated[float, typer.Option(min=0.05, metavar="SECONDS", help="Time between two reports.")] = 1.0
     count: Annotated[int | None, typer.Option(min=1, help="End after N reports.")] = None
     timeout: Annotated[float | None, typer.Option(min=0, help="End after SECONDS.")] = None
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object an interface and report.")
+        bool, typer.Option("--json", help="Print a JSON object for each interface and report.")
     ] = False
 
 
@@ -53,8 +53,8 @@ def hz(
 ) -> int:
     """Measure how often interfaces are written, as `ros2 topic hz` does. Ends with Ctrl-C.
 
-    One line an interface and report. Interfaces that come later are measured, too. Exit status: 0 after
-    --count reports; 3 when --timeout came first; 130 after Ctrl-C.
+    Each report has a line for each interface. Interfaces that appear later are measured, too. Exit status:
+    0 after --count reports; 3 when --timeout came first; 130 after Ctrl-C.
 
     Example: cxbridge bb hz SkillerInterface
     """
@@ -65,9 +65,9 @@ def hz(
 def bw(
     globs: Globs, options: MeterOptions, url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None
 ) -> int:
-    """Measure how many bytes a second are written to interfaces, as `ros2 topic bw` does. Ends with Ctrl-C.
+    """Measure how many bytes per second are written to interfaces, as `ros2 topic bw` does. Ends with Ctrl-C.
 
-    A write is a whole block of the interface: its fields and its time stamp. Exit status as of hz.
+    A write is a whole block of the interface: its fields and its time stamp. The exit status is that of hz.
 
     Example: cxbridge bb bw 'Transform*' --every 5
     """
@@ -92,10 +92,13 @@ def _measure(
     interface_dir: list[Path] | None,
     text: Callable[[Rate, int], str],
 ) -> int:
-    """Print reports and return the exit status."""
+    """Print reports until the end of the measurement, and return the exit status.
+
+    :param text: returns the text of a rate, for a size of the interface's block.
+    """
     from cxbridge.blackboard.following import Deadline
 
-    deadline, reports = Deadline(options.timeout), 0
+    deadline, report_count = Deadline(options.timeout), 0
     with connect(url, interface_dir) as board:
         say_unmatched(board, globs)
         for meters in _reports(board, globs, options, deadline):
@@ -104,20 +107,20 @@ def _measure(
                 rate, new_writes = meter.rate(), meter.new_writes()
                 size = board.registry.get(uid.partition("::")[0]).SCHEMA.datasize
                 if options.as_json:
-                    say_json(_row(uid, rate, size) | {"news": new_writes}, flush=True)
+                    say_json(_json_row(uid, rate, size) | {"news": new_writes}, flush=True)
                 else:
-                    # Without new writes, the rate of the last writes would look like a present rate.
+                    # Without new writes, the rate of the last writes would look like the current rate.
                     current = text(rate, size) if rate is not None and new_writes else NO_NEW_WRITES
                     say(f"{uid.ljust(width)}  {NO_RATE if rate is None else current}", flush=True)
             if not meters and not options.as_json:
                 say("no such interface yet", flush=True)
-            reports += 1
-            if reports == options.count:
+            report_count += 1
+            if report_count == options.count:
                 return 0
     return 0 if options.count is None else TIMED_OUT
 
 
-def _row(uid: str, rate: Rate | None, size: int) -> dict[str, Any]:
+def _json_row(uid: str, rate: Rate | None, size: int) -> dict[str, Any]:
     """Return the report about an interface as JSON values."""
     measured = {} if rate is None else {**asdict(rate), "bytes_per_s": rate.hz * size}
     return {"uid": uid, "block_bytes": size, **measured}
@@ -137,11 +140,14 @@ def _reports(
         }
         while deadline.remaining_s() != 0:
             remaining_s = deadline.remaining_s()
-            report = Deadline(options.every if remaining_s is None else min(options.every, remaining_s))
-            while (change := feed.next(report)) is not None:
+            report_deadline = Deadline(
+                options.every if remaining_s is None else min(options.every, remaining_s)
+            )
+            while (change := feed.next(report_deadline)) is not None:
                 if change.kind == "data":
                     # An interface that appears later gets its meter with its first write.
                     meters.setdefault(change.uid, RateMeter(options.window)).add(time.monotonic())
-                if report.remaining_s() == 0:  # fast writers may leave no pause in which `next` ends
+                # With fast writers, `next` always returns a change and never reaches the deadline.
+                if report_deadline.remaining_s() == 0:
                     break
             yield meters

@@ -1,4 +1,4 @@
-"""`cxbridge check`: mistakes of an agent, without running it."""
+"""``cxbridge check``: reports the mistakes in an agent without running the agent."""
 
 from __future__ import annotations
 
@@ -23,7 +23,9 @@ class _AgentOptions(ScenarioOptions, SourceOptions):
 
     skiller: Annotated[
         str,
-        typer.Option(metavar="lua|simulator|none|URL", help="Who executes skills; lua: check them, too."),
+        typer.Option(
+            metavar="lua|simulator|none|URL", help="What executes skills; with lua, skills are checked, too."
+        ),
     ] = "lua"
 
 
@@ -31,11 +33,11 @@ class _AgentOptions(ScenarioOptions, SourceOptions):
 def check(
     agent: _AgentOptions,
     form: Annotated[
-        str, typer.Option("--format", metavar="text|json|sarif|github", help="How findings are printed.")
+        str, typer.Option("--format", metavar="text|json|sarif|github", help="Output format of the findings.")
     ] = _TEXT,
     as_json: Annotated[bool, typer.Option("--json", help="The same as --format json.")] = False,
     portable: Annotated[
-        bool, typer.Option("--portable", help="Find what runs here and not in Fawkes, too.")
+        bool, typer.Option("--portable", help="Also report code that Fawkes does not accept.")
     ] = False,
     explain: Annotated[
         str, typer.Option(metavar="CODE", help="Explain a code, e.g. CX201, and exit.", show_default=False)
@@ -43,10 +45,10 @@ def check(
 ) -> int:
     """Check an agent without running it.
 
-    It reads configuration, CLIPS files, PDDL domain, action mapping and skills as a run does, and reports
-    each mistake once, where it was made. A comment silences a finding: ; cx-check: ignore CODE REASON.
+    Reads the configuration, CLIPS files, PDDL domain, action mapping and skills as a run does, and reports
+    each mistake once, at its position. A comment silences a finding: ; cx-check: ignore CODE REASON.
 
-    Exit status: 0 no error; 1 errors; 2 bad usage.
+    Exit status: 0 no errors; 1 errors; 2 bad usage.
 
     Example: cxbridge check scenarios/courier --format github
     """

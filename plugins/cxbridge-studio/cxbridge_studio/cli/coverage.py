@@ -1,4 +1,4 @@
-"""``cxbridge coverage``: coverage of an agent by recorded runs."""
+"""``cxbridge coverage``: measures how much of an agent a set of recorded runs used."""
 
 from __future__ import annotations
 
@@ -23,14 +23,16 @@ _EXECUTIVE = "executive"
 
 @dataclass(frozen=True, kw_only=True)
 class _Scenario:
-    """The scenario whose files are counted."""
+    """The options that select the scenario with the counted files."""
 
     scenario: Annotated[
         Path | None,
-        typer.Option(help="Whose files count; by default those in the recordings.", show_default=False),
+        typer.Option(
+            help="The scenario with the files; by default, those in the recordings.", show_default=False
+        ),
     ] = None
     spec: Annotated[
-        str | None, typer.Option(help="The spec; the configuration's by default.", show_default=False)
+        str | None, typer.Option(help="The spec; by default, that of the configuration.", show_default=False)
     ] = None
     fawkes_dir: Annotated[
         Path | None, typer.Option(help="A Fawkes checkout, as for run.", show_default=False)
@@ -43,21 +45,26 @@ class _Scenario:
 
 @dataclass(frozen=True, kw_only=True)
 class _CoverageOutputs:
-    """The output files, and the required percentage."""
+    """The options for the output files and the required percentage."""
 
     lcov: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a tracefile of lcov.", show_default=False)
+        Path | None, typer.Option(metavar="FILE", help="Write an lcov tracefile.", show_default=False)
     ] = None
     page: Annotated[
         Path | None,
         typer.Option(
-            "--html", metavar="FILE", help="Write a page with the sources of the rules.", show_default=False
+            "--html",
+            metavar="FILE",
+            help="Write an HTML page with the sources of the rules.",
+            show_default=False,
         ),
     ] = None
     fail_under: Annotated[
         float | None,
         typer.Option(
-            metavar="PERCENT", help="Exit status 1 when less of the rules fired.", show_default=False
+            metavar="PERCENT",
+            help="Exit with status 1 if a smaller share of the rules fired.",
+            show_default=False,
         ),
     ] = None
     as_json: AsJson = False
@@ -66,12 +73,12 @@ class _CoverageOutputs:
 @option_groups
 def coverage(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", help="Recordings, of level rules at least.")
+        list[Path], typer.Argument(metavar="RUN...", help="Recordings with at least the trace level rules.")
     ],
     scenario: _Scenario,
     files: Annotated[
         list[str] | None,
-        typer.Option(metavar="GLOB", help="Only rules of files whose path or name matches. Repeatable."),
+        typer.Option(metavar="GLOB", help="Count only files with a path or name that matches. Repeatable."),
     ] = None,
     core: Annotated[bool, typer.Option("--core", help="Count the rules of the built-in core, too.")] = False,
     env: Annotated[str, typer.Option(metavar="NAME", help="The CLIPS environment.")] = _EXECUTIVE,
@@ -80,7 +87,7 @@ def coverage(
 ) -> int:
     """Show which rules, goal classes and modes, actions and skills a set of recorded runs used.
 
-    Exit status: 0 reported; 1 less than --fail-under; 2 a run cannot be read, or lacks the needed data.
+    Exit status: 0 reported; 1 less than --fail-under; 2 a run cannot be read, or lacks the needed events.
 
     Example: cxbridge coverage out/a.mcap out/b.mcap --html out/coverage.html
     """
@@ -109,12 +116,13 @@ def coverage(
 def _read(
     paths: list[Path], scenario: _Scenario, env: str, *, core: bool
 ) -> tuple[AgentSources, RecordedUse]:
-    """Return the agent's sources, of the scenario or of the recordings, and the use by the recordings."""
+    """Return the agent's sources, from the scenario or the recordings, and the uses of the recordings."""
     from cxbridge.trace.formats.registry import open_run
     from cxbridge_studio.check.sources import scenario_sources
     from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent
 
-    runs = [open_run(path) for path in paths]  # a file that is no recording is reported before the work
+    # All recordings are opened first, so that a file in another format is reported before the slow part.
+    runs = [open_run(path) for path in paths]
     agent, use = AgentSources(), RecordedUse()
     if scenario.spec is not None and not scenario.is_named:
         raise CxbridgeError("--spec goes with a scenario only", hint="name it with --scenario")

@@ -1,4 +1,4 @@
-"""``cxbridge daemon break`` and ``step``: the debugger of a daemon's rules."""
+"""``cxbridge daemon break`` and ``daemon step``: debug the rules of a daemon."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def add(
 
 @breaks.command("list")
 def list_breakpoints(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
-    """List the breakpoints, and where the rules are stopped.
+    """List the breakpoints, and show where the rules are stopped.
 
     Example: cxbridge daemon break list
     """
@@ -53,10 +53,10 @@ def list_breakpoints(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> Non
 @breaks.command()
 def remove(
     numbers: Annotated[list[int] | None, typer.Argument(metavar="NUMBER...", show_default=False)] = None,
-    remove_all: Annotated[bool, typer.Option("--all", help="all of them")] = False,
+    remove_all: Annotated[bool, typer.Option("--all", help="remove all breakpoints")] = False,
     url: Connect = DEFAULT_URL,
 ) -> None:
-    """Remove breakpoints. Rules that are stopped stay so: 'cxbridge daemon resume' continues them.
+    """Remove breakpoints. Stopped rules stay stopped until 'cxbridge daemon resume'.
 
     Example: cxbridge daemon break remove 1 2
     """
@@ -74,9 +74,9 @@ def step(
     ] = 10.0,
     url: Connect = DEFAULT_URL,
 ) -> int:
-    """Let the rules take a step, and report where they are then; rules that run stop after it.
+    """Let the rules take a step, and report where they stop; running rules also stop after the step.
 
-    Exit status: 0 done; 2 there is no such step, or no daemon; 3 the step has not ended in time.
+    Exit status: 0 done; 2 there is no such step, or no daemon; 3 the step did not end in time.
 
     Example: cxbridge daemon step transition
     """
@@ -95,11 +95,11 @@ def _print_breakpoints(breakpoints: list[dict[str, Any]]) -> None:
 
 
 def _step(board: BlackBoard, unit: str, timeout_s: float) -> str:
-    """Let the rules of a daemon take a step, and wait for its end.
+    """Let the rules of a daemon take a step, and wait for the end of the step.
 
-    :param unit: ``rule``, ``loop`` or ``transition``.
-    :returns: where they have stopped; empty when they have not in time.
-    :raises CxbridgeError: as :func:`request`.
+    :param unit: the step: ``rule``, ``loop`` or ``transition``.
+    :returns: where the rules have stopped; empty if they do not stop in time.
+    :raises CxbridgeError: if the daemon has no executive, has ended, or refuses the request.
     """
     from cxbridge.blackboard.following import Deadline, Feed
     from cxbridge.daemon.board import DAEMON_ID, REQUEST_TYPE
@@ -109,11 +109,11 @@ def _step(board: BlackBoard, unit: str, timeout_s: float) -> str:
     deadline = Deadline(timeout_s)
     with Feed(board, OWNER) as feed:
         previous_stops = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
-        # The daemon counts its stops: the next number is the end of this step.
+        # The daemon counts the stops of its rules: a new number marks the end of this step.
         request(board, "step", timeout_s, what=unit)
-        while (news := feed.next(deadline)) is not None:
-            if news.kind == "writer removed":
+        while (change := feed.next(deadline)) is not None:
+            if change.kind == "writer removed":
                 raise BlackBoardError("the daemon has ended")
-            if news.values["stops"] != previous_stops and news.values["stopped"]:
-                return str(news.values["stopped"])
+            if change.values["stops"] != previous_stops and change.values["stopped"]:
+                return str(change.values["stopped"])
     return ""

@@ -1,4 +1,4 @@
-"""`cxbridge dap`: the debug adapter, for editors."""
+"""``cxbridge dap``: the debug adapter for editors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def dap() -> int:
 
     The editor's launch configuration names the scenario or the recording; see docs/editors.md.
 
-    Exit status: 0 the editor has ended it; 2 it has sent something that is not a message of the protocol.
+    Exit status: 0 the editor has ended the session; 2 the editor has sent an invalid message.
 
     Example: cxbridge dap
     """
@@ -23,7 +23,7 @@ def dap() -> int:
     from cxbridge_studio.dap.adapter import Adapter
     from cxbridge_studio.dap.wire import Wire
 
-    # Prints must not mix with the protocol on standard output.
+    # Printed text must not mix with the protocol on standard output: it goes to standard error.
     source = os.fdopen(os.dup(sys.stdin.fileno()), "rb", buffering=0)
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as sink:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())

@@ -37,27 +37,27 @@ if TYPE_CHECKING:
 _MAX_ROWS: Final = 200  # rows of a listing
 
 HELP: Final = """\
-c                               go on
-s [rule|loop|transition]        go on for one of these
-b [SPEC]                        add a breakpoint; without SPEC: list them
+c                               continue
+s [rule|loop|transition]        continue for one rule, loop or transition
+b [SPEC]                        add a breakpoint; without SPEC: list the breakpoints
 d NUMBER...                     remove breakpoints
-w                               where it has stopped
-facts [TEMPLATE]                facts, with their indices
-agenda                          what would fire, in order
-goals                           the goals there are
-why [rule|goal] NAME            why a rule has not fired, how a goal came to its outcome
+w                               show where the rules have stopped
+facts [TEMPLATE]                list facts with their indices
+agenda                          list the activations in the order of firing
+goals                           list the goals
+why [rule|goal] NAME            explain why a rule has not fired, or the outcome of a goal
 assert (FACT)                   assert a fact
 retract INDEX...                retract facts
 modify INDEX (SLOT VALUE)...    change slots of a fact
 q                               end the run
-h                               this text"""
+h                               show this text"""
 
 
 class DebugPrompt(RunServer):
     """Prompt that reports stops and carries out commands.
 
-    :param specs: breakpoints.
-    :param commands: the input; at its end, breakpoints are removed and the run continues.
+    :param specs: the specifications of the first breakpoints.
+    :param commands: the input; at its end, the prompt removes all breakpoints, and the run continues.
     :param out: the output.
     """
 
@@ -66,7 +66,7 @@ class DebugPrompt(RunServer):
         self._commands = commands
         self._out = out
         self._agents: list[_Agent] = []
-        self._mistakes: list[dict[str, ExecutiveError]] = []  # by breakpoint, for each initialised agent
+        self._mistakes: list[dict[str, ExecutiveError]] = []  # of each initialised agent, by breakpoint
         self._is_quit = False
 
     @contextmanager
@@ -84,7 +84,10 @@ class DebugPrompt(RunServer):
         agent.debugger.names.on_mistakes = lambda mistakes: self._take_mistakes(agent, mistakes)
 
     def _take_mistakes(self, agent: _Agent, mistakes: Mistakes) -> None:
-        """Take the mistakes in the breakpoints of an initialised agent."""
+        """Take the mistakes in an agent's breakpoints; they are known after its initialisation.
+
+        :raises ExecutiveError: if a breakpoint is wrong for all agents.
+        """
         self._mistakes.append({str(item): agent.with_cause(item, error) for item, error in mistakes})
         if len(self._mistakes) < len(self._agents):
             return
@@ -94,7 +97,7 @@ class DebugPrompt(RunServer):
                 raise error
 
     def finish(self, result: RunResult) -> None:  # noqa: ARG002 - the same for each result
-        """Report the breakpoints that the run has not reached."""
+        """Report the breakpoints at which the run has not stopped."""
         if self._is_quit:
             return
         for item in dict.fromkeys(item for agent in self._agents for item in agent.debugger.breakpoints):
@@ -110,7 +113,7 @@ class DebugPrompt(RunServer):
         """Take commands until one resumes the run, or the run is interrupted."""
         agent.print_stop(stop, with_name=len(self._agents) > 1)
         env = agent.assembly.executive.env
-        self._is_quit = True  # reset when the run continues
+        self._is_quit = True  # stays true if the run ends at this stop
         while agent.debugger.stopped is not None:
             if self._commands.on_terminal:
                 self._out.write("(cxbridge) ")
@@ -129,7 +132,7 @@ class DebugPrompt(RunServer):
         self._out.flush()
 
     def _detach(self, agent: _Agent) -> None:
-        """Resume and never stop again: the input has ended."""
+        """Resume and never stop again, because the input has ended."""
         for member in self._agents:
             member.debugger.clear()
         agent.debugger.go_on()
@@ -140,7 +143,11 @@ class DebugPrompt(RunServer):
 
 
 class _Agent:
-    """An agent of the run, and the commands about it."""
+    """An agent of the run, and the commands about the agent.
+
+    :param assembly: the agent's parts.
+    :param say: prints lines.
+    """
 
     def __init__(self, assembly: Run, say: Callable[..., None]) -> None:
         self.assembly = assembly
@@ -174,17 +181,20 @@ class _Agent:
             self._commands[word] = self._commands[word[0]]
 
     def do(self, line: str) -> None:
-        """Carry out a command."""
+        """Carry out a command.
+
+        :raises CxbridgeError: if there is no such command, or the command fails.
+        """
         word, _, argument = line.partition(" ")
         if (command := self._commands.get(word)) is not None:
             command(argument.strip())
         elif (operation := operations().get(word)) is not None and operation.at_prompt:
             self._say(json.dumps(self._ask(word, **operation.words(argument.strip()))))
         else:
-            raise CxbridgeError(f"there is no command '{word}'", hint="h reports all")
+            raise CxbridgeError(f"there is no command '{word}'", hint="h lists all commands")
 
     def _ask(self, name: str, **arguments: Any) -> Any:
-        """Carry out an operation on the facts of this agent."""
+        """Carry out an operation on the environment of this agent."""
         return carry_out(self._context, name, **{"env": self.assembly.executive.env.name, **arguments})
 
     def print_stop(self, stop: Stop, *, with_name: bool) -> None:
@@ -221,6 +231,7 @@ class _Agent:
             self._ask("break-remove", numbers=[number_of(word)])
 
     def _facts(self, template: str) -> None:
+        # One row more than printed, to know whether there are further rows.
         facts = self._ask("facts", template=template, limit=_MAX_ROWS + 1)
         self._list([f"f-{index} {text}" for index, text in facts])
 
@@ -262,9 +273,10 @@ class _Agent:
 
 
 def _unreached(item: Breakpoint, hits: int, true_hits: int) -> str:
-    """Return why a breakpoint has not stopped the run; empty if it may have.
+    """Return why a breakpoint has not stopped the run; empty if it may have stopped the run.
 
-    :param true_hits: the number of hits with a true condition.
+    :param hits: how often the run reached the breakpoint.
+    :param true_hits: how often the condition of the breakpoint was true then.
     """
     if not hits:
         return "was never reached"

@@ -18,13 +18,13 @@ app = typer.Typer(name="env", help="The CLIPS environments of a daemon.", no_arg
 
 _Env = Annotated[str, typer.Argument(metavar="ENV", help="the environment, e.g. executive")]
 _Features = Annotated[list[str], typer.Argument(metavar="FEATURE...", help="names of features")]
-_Logger = Annotated[str, typer.Argument(metavar="LOGGER", help="its name")]
+_Logger = Annotated[str, typer.Argument(metavar="LOGGER", help="the name of the logger")]
 
 
 def _say_rows(rows: list[dict[str, Any]], line: Callable[[dict[str, Any]], str], *, as_json: bool) -> None:
-    """Print a listing.
+    """Print the rows of a listing as JSON or as lines.
 
-    :param line: returns the text of a row.
+    :param line: returns the line of a row.
     """
     if as_json:
         say_json(rows, indent=2)
@@ -35,7 +35,7 @@ def _say_rows(rows: list[dict[str, Any]], line: Callable[[dict[str, Any]], str],
 
 @app.command("features")
 def list_features(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
-    """List the features: whether environments may request them, and which have them.
+    """List the features: whether environments may request them, and which environments have them.
 
     Example: cxbridge env features
     """
@@ -51,7 +51,7 @@ def list_features(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
 
 @app.command()
 def offer(features: _Features, url: Connect = DEFAULT_URL) -> None:
-    """Offer features to environments again that were withdrawn.
+    """Offer withdrawn features to environments again.
 
     Example: cxbridge env offer navgraph
     """
@@ -61,9 +61,9 @@ def offer(features: _Features, url: Connect = DEFAULT_URL) -> None:
 
 @app.command()
 def withdraw(features: _Features, url: Connect = DEFAULT_URL) -> None:
-    """Offer features no more: environments that request them get FALSE.
+    """Withdraw features: an environment that requests a withdrawn feature gets FALSE.
 
-    Refused while an environment has one: 'cxbridge env feature ENV FEATURE --remove' first.
+    Fails while an environment has the feature: first 'cxbridge env feature ENV FEATURE --remove'.
 
     Example: cxbridge env withdraw navgraph
     """
@@ -73,7 +73,7 @@ def withdraw(features: _Features, url: Connect = DEFAULT_URL) -> None:
 
 @app.command("loggers")
 def list_loggers(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
-    """List the loggers of an environment, in the order in which they get a line.
+    """List the loggers of an environment, in the order in which they receive lines.
 
     Example: cxbridge env loggers executive
     """
@@ -92,20 +92,23 @@ def add_logger(
     env: _Env,
     logger: _Logger,
     priority: Annotated[
-        int, typer.Option(metavar="N", help="who has more gets lines first; the first logger has 30")
+        int,
+        typer.Option(
+            metavar="N", help="a logger with more priority receives lines first; the first logger has 30"
+        ),
     ] = ABOVE,
-    level: Annotated[str, typer.Option(metavar="LEVEL", help="lines of this level and above")] = "debug",
-    contains: Annotated[str, typer.Option(metavar="TEXT", help="only lines with this in them")] = "",
+    level: Annotated[str, typer.Option(metavar="LEVEL", help="minimum level of the lines")] = "debug",
+    contains: Annotated[str, typer.Option(metavar="TEXT", help="only lines that contain this text")] = "",
     replace: Annotated[
         bool,
-        typer.Option("--replace", help="messages that this entry takes do not reach the entries below it"),
+        typer.Option("--replace", help="lines that this logger takes do not reach the loggers below"),
     ] = False,
     component: Annotated[
-        str, typer.Option("--as", metavar="COMPONENT", help="of the log; LOGGER|ENV by default")
+        str, typer.Option("--as", metavar="COMPONENT", help="component of the log; by default, LOGGER|ENV")
     ] = "",
     url: Connect = DEFAULT_URL,
 ) -> None:
-    """Give an environment another logger, above or below those that it has.
+    """Add a logger to an environment, above or below its other loggers.
 
     Example: cxbridge env add-logger executive alarms --level error
     """
@@ -124,7 +127,7 @@ def add_logger(
 
 @app.command("remove-logger")
 def remove_logger(env: _Env, logger: _Logger, url: Connect = DEFAULT_URL) -> None:
-    """Take a logger away from an environment.
+    """Remove a logger from an environment.
 
     Example: cxbridge env remove-logger executive alarms
     """
@@ -154,7 +157,8 @@ def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> No
 def create(
     env: _Env,
     log_as: Annotated[
-        str, typer.Option("--log", metavar="COMPONENT", help="under which it logs; 'CLIPS (ENV)' by default")
+        str,
+        typer.Option("--log", metavar="COMPONENT", help="component of its log; by default, 'CLIPS (ENV)'"),
     ] = "",
     url: Connect = DEFAULT_URL,
 ) -> None:
@@ -167,7 +171,7 @@ def create(
 
 @app.command()
 def destroy(env: _Env, url: Connect = DEFAULT_URL) -> None:
-    """Destroy an environment that was created so.
+    """Destroy an environment that 'cxbridge env create' has created.
 
     Example: cxbridge env destroy scratch
     """
@@ -177,36 +181,36 @@ def destroy(env: _Env, url: Connect = DEFAULT_URL) -> None:
 @app.command()
 def load(
     env: _Env,
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="on the daemon's machine")],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="files on the daemon's machine")],
     batch: Annotated[
-        bool, typer.Option("--batch", help="execute commands: CLIPS' batch* instead of load*")
+        bool, typer.Option("--batch", help="execute commands, with CLIPS' batch* instead of load*")
     ] = False,
     url: Connect = DEFAULT_URL,
 ) -> int:
     """Load files into an environment.
 
-    Exit status: 0 done; 1 something in them is wrong; 2 a file cannot be read.
+    Exit status: 0 done; 1 a file contains mistakes; 2 a file cannot be read.
 
     Example: cxbridge env load scratch rules.clp
     """
-    wrong: list[str] = []
+    mistakes: list[str] = []
     for file in files:
-        wrong += ask_daemon(url, "env-load", env=env, file=str(file.absolute()), batch=batch)
-    for text in wrong:
+        mistakes += ask_daemon(url, "env-load", env=env, file=str(file.absolute()), batch=batch)
+    for text in mistakes:
         say_text(indented(text), err=True)
-    return 1 if wrong else 0
+    return 1 if mistakes else 0
 
 
 @app.command()
 def feature(
     env: _Env,
     features: Annotated[list[str], typer.Argument(metavar="FEATURE...")],
-    remove: Annotated[bool, typer.Option("--remove", help="take them away from it")] = False,
+    remove: Annotated[bool, typer.Option("--remove", help="remove the features instead")] = False,
     url: Connect = DEFAULT_URL,
 ) -> None:
-    """Give an environment features, as (ff-feature-request ...) does.
+    """Add features to an environment, as (ff-feature-request ...) does.
 
-    Calls of functions of a feature that was taken away fail; it can be given again.
+    Calls of the functions of a removed feature fail; the feature can be added again.
 
     Example: cxbridge env feature scratch blackboard
     """
@@ -219,10 +223,10 @@ def watch(
     env: _Env,
     item: Annotated[str, typer.Argument(metavar="facts|rules|all")],
     names: Annotated[list[str] | None, typer.Argument(metavar="[NAME...]", show_default=False)] = None,
-    off: Annotated[bool, typer.Option("--off", help="do not watch")] = False,
+    off: Annotated[bool, typer.Option("--off", help="stop watching")] = False,
     url: Connect = DEFAULT_URL,
 ) -> None:
-    """Watch facts or rules, all or those named: watched facts and firings are recorded.
+    """Watch all facts or rules, or those of the given names: watched facts and firings are recorded.
 
     Example: cxbridge env watch executive rules
     """
@@ -235,7 +239,7 @@ def log(
     level: Annotated[str, typer.Argument(metavar="debug|info|warn|error")],
     url: Connect = DEFAULT_URL,
 ) -> None:
-    """Let an environment log only lines of this level and above.
+    """Set the minimum level of the lines that an environment logs.
 
     Example: cxbridge env log executive warn
     """
@@ -261,7 +265,7 @@ def facts(
 
 @app.command()
 def agenda(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
-    """List what would fire, in order, at most 1000.
+    """List the activations of rules in the order of firing, at most 1000.
 
     Example: cxbridge env agenda executive
     """
@@ -279,7 +283,7 @@ def evaluate(
     url: Connect = DEFAULT_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Evaluate an expression of CLIPS; prints its output, and its value.
+    """Evaluate a CLIPS expression, and print its output and its value.
 
     Example: cxbridge env eval executive '(get-strategy)'
     """
@@ -295,7 +299,7 @@ def evaluate(
 def assert_fact(
     env: _Env, fact: Annotated[str, typer.Argument(metavar="(FACT)")], url: Connect = DEFAULT_URL
 ) -> None:
-    """Assert a fact; prints its index.
+    """Assert a fact, and print its index.
 
     Example: cxbridge env assert executive '(hello world)'
     """
@@ -318,10 +322,12 @@ def retract(
 def modify(
     env: _Env,
     index: Annotated[str, typer.Argument(metavar="INDEX")],
-    slots: Annotated[list[str], typer.Argument(metavar="SLOT=VALUE...", help="VALUE as CLIPS writes it")],
+    slots: Annotated[
+        list[str], typer.Argument(metavar="SLOT=VALUE...", help="slots with VALUE in CLIPS' syntax")
+    ],
     url: Connect = DEFAULT_URL,
 ) -> None:
-    """Change slots of a fact; prints its new index.
+    """Change slots of a fact, and print its new index.
 
     Example: cxbridge env modify executive f-12 mode=FINISHED outcome=COMPLETED
     """

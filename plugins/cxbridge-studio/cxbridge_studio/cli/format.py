@@ -16,21 +16,19 @@ from cxbridge.file_access import write_file
 @orderly()
 def format(  # noqa: A001 - the name of the command
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="CLIPS files, or folders of them.")],
-    check: Annotated[
-        bool, typer.Option("--check", help="Change nothing; only name the files that would change.")
-    ] = False,
+    check: Annotated[bool, typer.Option("--check", help="Only list the files that would change.")] = False,
 ) -> int:
-    """Indent CLIPS files by their parentheses. White space changes, and nothing else.
+    """Indent CLIPS files by their parentheses. Only white space changes.
 
-    A file whose parentheses do not match is not changed.
+    A file with parentheses that do not match stays unchanged.
 
-    Exit status: 0 done, or nothing to do; 1 --check found files that would change; 2 a file cannot be read.
+    Exit status: 0 done; 1 --check has found files that would change; 2 a file cannot be read.
 
     Example: cxbridge format --check agent
     """
     from cxbridge_studio.agent.layout import is_balanced, layout
 
-    changed = 0
+    changed_count = 0
     # Read all files before changing any, so that an unreadable file changes nothing.
     texts = {path: _read(path) for path in _clips_files(files)}
     for path, text in texts.items():
@@ -39,14 +37,18 @@ def format(  # noqa: A001 - the name of the command
             continue
         formatted = layout(text)
         if formatted != text:
-            changed += 1
+            changed_count += 1
             say(f"{path}: {'would change' if check else 'changed'}")
             if not check:
                 write_file(path, formatted.encode())
-    return int(check and changed > 0)
+    return int(check and changed_count > 0)
 
 
 def _clips_files(paths: list[Path]) -> list[Path]:
+    """Return the files among the paths, and the CLIPS files below the folders.
+
+    :raises CxbridgeError: if a path does not exist.
+    """
     clips_files: list[Path] = []
     for path in paths:
         if path.is_dir():
@@ -59,12 +61,16 @@ def _clips_files(paths: list[Path]) -> list[Path]:
 
 
 def _read(path: Path) -> str:
+    """Return the text of a file.
+
+    :raises CxbridgeError: if the file cannot be read, or is not UTF-8 text.
+    """
     try:
         text = path.read_bytes().decode("utf-8")
     except OSError as error:
         raise CxbridgeError(f"cannot read it: {error.strerror}", file=path) from None
     except UnicodeDecodeError:
         text = "\0"
-    if "\0" in text:  # text in UTF-16 with ASCII letters only is also valid UTF-8
+    if "\0" in text:  # UTF-16 text of ASCII letters is valid UTF-8, with a NUL next to each letter
         raise CxbridgeError("it is not UTF-8 text", file=path, hint="save it as UTF-8 in the editor")
     return text

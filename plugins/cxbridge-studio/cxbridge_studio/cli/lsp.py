@@ -1,4 +1,4 @@
-"""`cxbridge lsp`: the language server, for editors."""
+"""``cxbridge lsp``: the language server for editors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cxbridge.run.source import source_of
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _AgentOptions(ScenarioOptions, SourceOptions):
-    """Options that select the editor's agent."""
+    """The options that select the agent in the editor."""
 
 
 @option_groups
@@ -26,16 +26,16 @@ def lsp(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="A run, for the counts above rules; the newest .mcap in the folder by default.",
+            help="The recording whose firings are shown above rules; by default, the folder's newest .mcap.",
             show_default=False,
         ),
     ] = None,
 ) -> int:
     """Serve an editor: the Language Server Protocol on stdin and stdout.
 
-    Without a scenario, the one in the editor's folder counts. See docs/editors.md.
+    Without a scenario, the server uses the scenario in the editor's folder. See docs/editors.md.
 
-    Exit status: 0 the editor has ended it; 2 bad usage.
+    Exit status: 0 the editor has ended the server; 2 bad usage.
 
     Example: cxbridge lsp scenarios/test-scenario
     """
@@ -50,22 +50,26 @@ def lsp(
 
 
 def _check(agent: _AgentOptions) -> None:
-    """Check the options, as far as possible before an editor names a folder."""
+    """Check the options, as far as possible before the editor names its folder.
+
+    :raises CxbridgeError: if an option is wrong.
+    """
     from cxbridge.run.agents import agent_names, choose_agent
     from cxbridge.run.specs import choose_spec
     from cxbridge_studio.lsp.session import find_scenario
 
-    options, is_known = RunOptions(**vars(agent)), True
+    options, has_scenario = RunOptions(**vars(agent)), True
     if not source_of(options).is_named:
         scenario = find_scenario(Path.cwd())
-        options, is_known = dataclasses.replace(options, scenario=scenario or Path()), scenario is not None
+        options = dataclasses.replace(options, scenario=scenario or Path())
+        has_scenario = scenario is not None
     options.check()
-    if not is_known or not any(vars(agent).values()):
+    if not has_scenario or not any(vars(agent).values()):
         return
     try:
         config, file = source_of(options).load_configuration()
     except CxbridgeError as error:
-        if error.line is None:  # The file is missing; errors within a file are shown in the editor.
+        if error.line is None:  # the file is missing; the editor shows errors within a file
             raise
         return
     names = [options.agent] if options.agent else agent_names(config)
@@ -76,6 +80,7 @@ def _check(agent: _AgentOptions) -> None:
 
 
 def _plain(value: Any) -> Any:
+    """Return an option as a JSON value; paths become absolute, and empty values stay."""
     if isinstance(value, tuple):
         return [_plain(item) for item in value]
     return str(value.resolve()) if isinstance(value, Path) and value.exists() else value and str(value)

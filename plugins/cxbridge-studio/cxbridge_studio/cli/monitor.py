@@ -23,10 +23,10 @@ def monitor(
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,
 ) -> int:
-    """Watch a daemon in the terminal and drive it, or scrub through a recorded run.
+    """Watch and control a daemon in the terminal, or scrub through a recorded run.
 
-    Goals, plan-actions, skills, interfaces with their values, facts, agenda, breakpoints and log; '?' lists
-    the keys. See docs/see.md#the-monitor. Exit status: 0 left; 2 no server, or no
+    Shows goals, plan-actions, skills, interfaces with their values, facts, the agenda, breakpoints and the
+    log; '?' lists the keys. See docs/see.md#the-monitor. Exit status: 0 the user has left; 2 no server, or no
     recording; 130 ended by a signal.
 
     Example: cxbridge monitor out/run.mcap
@@ -44,7 +44,10 @@ def monitor(
 
 
 def _source(run: Path | None, url: str, interface_dir: list[Path] | None) -> MonitorSource:
-    """Return the source of the screen; errors are raised here, before the screen opens."""
+    """Return the source of the screen's contents.
+
+    :raises CxbridgeError: if there is no daemon or no recording; an open screen would hide the error.
+    """
     from cxbridge_studio.monitor.snapshot import ViewQuery
 
     if run is not None:
@@ -54,5 +57,5 @@ def _source(run: Path | None, url: str, interface_dir: list[Path] | None) -> Mon
     from cxbridge_studio.monitor.live import DaemonSource
 
     source = DaemonSource(url, lambda: connect(url, interface_dir))
-    source.look(ViewQuery())
+    source.look(ViewQuery())  # raises an error if there is no daemon
     return source

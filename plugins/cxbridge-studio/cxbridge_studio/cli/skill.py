@@ -1,4 +1,4 @@
-"""``cxbridge skill monitor`` and ``skill graph``: look at a Skiller on the terminal, and draw its skills."""
+"""``cxbridge skill monitor`` and ``skill graph``: follow a Skiller in the terminal, and draw its skills."""
 
 from __future__ import annotations
 
@@ -28,12 +28,13 @@ def monitor(
     timeout: Annotated[float | None, typer.Option(min=0, help="end after SECONDS")] = None,
     lines: Annotated[bool, typer.Option("--lines", help="print lines on a terminal, too")] = False,
     interface_dir: InterfaceDirs = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print a JSON object per line")] = False,
 ) -> int:
     """Follow the states of a Skiller.
 
-    On a terminal: its skill string and status, and the state machine of the running skill with the state that
-    it is in and the way there. Elsewhere: one line when skill string, status, error or controller changes.
+    A terminal shows the skill string and the status, and the state machine of the running skill with its
+    current and past states. Without a terminal: a line when the skill string, status, error or controller
+    changes.
 
     Exit status: 0 after --count changes or without --count; 3 when --timeout came first; 130 after Ctrl-C.
 
@@ -60,16 +61,16 @@ def _print_lines(
     from cxbridge.blackboard.following import Feed
     from cxbridge.skiller.calls import OWNER, TYPE
 
-    printed, previous_line = 0, ""
+    printed_count, previous_line = 0, ""
     with Feed(board, OWNER) as feed:
         change: InterfaceChange | None = feed.now(feed.open(TYPE, skiller))
         while change is not None:
             line = _monitor_line(change, as_json=as_json)
             # A Skiller also writes fields that the line does not show.
             if line != previous_line:
-                previous_line, printed = line, printed + 1
+                previous_line, printed_count = line, printed_count + 1
                 say(line, flush=True)
-            if printed == count:
+            if printed_count == count:
                 return True
             change = feed.next(deadline)
     return False
@@ -77,7 +78,7 @@ def _print_lines(
 
 @dataclass(frozen=True, kw_only=True)
 class _SkillFiles:
-    """The folders of skills and interface definitions."""
+    """The options for the folders of skills and interface definitions."""
 
     space: Annotated[str, typer.Option(help="the skill space, without --connect")] = "test"
     skill_dirs: Annotated[
@@ -102,28 +103,29 @@ def graph(
         str,
         typer.Argument(
             metavar="SKILL",
-            help="a skill's name; SKILL_DEP: which skill uses which; with --connect also ACTIVE",
+            help="the name of a skill; SKILL_DEP for the dependencies of skills; with --connect also ACTIVE",
         ),
     ],
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", metavar="FILE", help="FILE.svg, .png, .pdf or .dot; else dot to stdout"
+            "--output", "-o", metavar="FILE", help="FILE.svg, .png, .pdf or .dot; by default, dot on stdout"
         ),
     ] = None,
     url: Annotated[
         str | None,
-        typer.Option("--connect", metavar="URL", help="ask the Skiller there, of a daemon or a Fawkes"),
+        typer.Option("--connect", metavar="URL", help="ask the Skiller of this daemon or Fawkes server"),
     ] = None,
     skiller: Skiller = "Skiller",
     direction: Annotated[
-        str | None, typer.Option(metavar="TB|BT|LR|RL", help="from top to bottom, ..., from right to left")
+        str | None,
+        typer.Option(metavar="TB|BT|LR|RL", help="direction of the graph: TB is from top to bottom"),
     ] = None,
     colour: Annotated[bool | None, typer.Option("--color/--no-color", show_default=False)] = None,
     *,
     files: _SkillFiles,
 ) -> None:
-    """Draw the state machine of a skill: from the skill files, or as a running Skiller shows it.
+    """Draw the state machine of a skill, from the skill files or from a running Skiller.
 
     Exit status: 0 done; 2 bad usage, no such skill, no server, or no graphviz.
 
@@ -158,7 +160,7 @@ def graph(
 
 
 def _monitor_line(change: InterfaceChange, *, as_json: bool) -> str:
-    """Return the state of a Skiller, for people or programs."""
+    """Return the state of a Skiller as a line of text or JSON."""
     from cxbridge.interfaces.assignments import json_value
 
     if change.kind == "writer removed":

@@ -1,4 +1,4 @@
-"""``cxbridge trace planning``."""
+"""``cxbridge trace planning``: prints the planner calls of a recorded run."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from cxbridge.cli.console import say
 def planning(
     file: RunPath,
     section: Annotated[
-        str, typer.Argument(metavar="[PART]", help="instances, predicates, goal or plan; all by default")
+        str,
+        typer.Argument(metavar="[PART]", help="instances, predicates, goal or plan; by default, all parts"),
     ] = "",
     call: Annotated[
-        str, typer.Option("--of", metavar="ID", help="of this call or goal; by default the last")
+        str, typer.Option("--of", metavar="ID", help="the call or the goal; by default, the last call")
     ] = "",
 ) -> None:
-    """Print the requests to a planner and its answers, in the form of PlanSys2's terminal.
+    """Print a request to a planner and its answer, in the format of PlanSys2's terminal.
 
     Example: cxbridge trace planning out/run.mcap plan
     """

@@ -1,4 +1,4 @@
-"""``cxbridge why``: explains why a rule has not fired, how a goal came to its outcome, or a whole run."""
+"""``cxbridge why``: explains why a rule has not fired, the outcome of a goal, or a whole run."""
 
 from __future__ import annotations
 
@@ -27,35 +27,39 @@ _RUN = "run"
 
 @dataclass(frozen=True, kw_only=True)
 class _AgentOptions:
-    """Options for running a scenario."""
+    """The options for running a scenario."""
 
     spec: Annotated[
-        str | None, typer.Option(help="The spec; the configuration's by default.", show_default=False)
+        str | None, typer.Option(help="The spec; by default, that of the configuration.", show_default=False)
     ] = None
     config: Annotated[
         tuple[Path, ...],
         typer.Option(
-            help="A configuration file on top of the scenario's. Repeatable: each over those before it.",
+            help="A configuration file that overrides the scenario's. Repeatable: the last file wins.",
             show_default=False,
         ),
     ] = ()
     fawkes_dir: Annotated[
         Path | None, typer.Option(help="A Fawkes checkout, as for run.", show_default=False)
     ] = None
-    core: Annotated[str | None, typer.Option(help="builtin or fawkes.", show_default=False)] = None
+    core: Annotated[str | None, typer.Option(help="The core: builtin or fawkes.", show_default=False)] = None
     clips_dirs: Annotated[
         tuple[Path, ...],
         typer.Option("--clips-dir", help="A folder of CLIPS files, searched first. Repeatable."),
     ] = ()
-    skiller: Annotated[str, typer.Option(metavar="lua|simulator|none", help="Who executes skills.")] = "lua"
+    skiller: Annotated[str, typer.Option(metavar="lua|simulator|none", help="What executes skills.")] = "lua"
 
     def check_unused(self) -> None:
-        """Raise `CxbridgeError` if an option is given without a scenario, where it would have no effect."""
+        """Check that no option is given; without a scenario, they have no effect.
+
+        :raises CxbridgeError: if an option is given.
+        """
         for field in fields(self):
             if getattr(self, field.name) != field.default:
                 option = field.name.removesuffix("s").replace("_", "-")
                 raise CxbridgeError(
-                    f"--{option} goes with a scenario only", hint="name it behind the rule or the goal"
+                    f"--{option} goes with a scenario only",
+                    hint="name the scenario after the rule or the goal",
                 )
 
 
@@ -65,35 +69,41 @@ def why(
         list[str],
         typer.Argument(
             metavar="[rule|goal|action|fact] NAME [SCENARIO]",
-            help="A rule, a goal's id, a class of goals, a plan-action GOAL/ID, or a fact f-12; 'run': the "
-            "whole run; of a daemon. SCENARIO: run it up to --at, and ask it; with --run: whose rules they "
-            "are.",
+            help="A rule, the id of a goal, a goal class, a plan-action GOAL/ID, or a fact f-12; 'run' for "
+            "the whole run; by default, of a daemon. SCENARIO: a scenario to run up to --at; with --run, the "
+            "scenario that has the rules of the recording.",
         ),
     ],
     url: Connect = DEFAULT_URL,
     run: Annotated[
-        Path | None, typer.Option("--run", metavar="FILE", help="Ask a recording.", show_default=False)
+        Path | None, typer.Option("--run", metavar="FILE", help="Explain a recording.", show_default=False)
     ] = None,
     moment: Annotated[
-        str, typer.Option("--at", metavar="SECONDS|end", help="When: seconds since the start of the run.")
+        str,
+        typer.Option(
+            "--at", metavar="SECONDS|end", help="The moment, in seconds since the start of the run."
+        ),
     ] = _END,
     env: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="The CLIPS environment, if not the executive's; one of several agents.",
+            help="The CLIPS environment, by default that of the executive; or one of several agents.",
             show_default=False,
         ),
     ] = None,
     *,
     agent: _AgentOptions,
-    rules: Annotated[int, typer.Option(min=0, max=3, help="Rules shown before each step of a goal.")] = 1,
+    rules: Annotated[
+        int, typer.Option(min=0, max=3, help="Number of rules to show before each step of a goal.")
+    ] = 1,
     as_json: AsJson = False,
 ) -> int:
-    """Explain why a rule has not fired, how a goal or an action came to its outcome, or tell the whole run.
+    """Explain why a rule has not fired, the outcome of a goal or an action, or the whole run.
 
-    `why rule NAME`, `why goal NAME` when a name may be both; `why run` explains the whole run. Exit status:
-    0 explained; 2 nothing of that name, or the source cannot tell; 3 the daemon did not answer.
+    If a rule and a goal have the name: `why rule NAME` or `why goal NAME`. `why run` explains the whole run.
+    Exit status: 0 explained; 2 the name is unknown, or the source lacks the needed events; 3 the daemon did
+    not answer.
 
     Example: cxbridge why goal TESTGOAL-PARENT --run out/run.mcap
     """
@@ -114,7 +124,7 @@ def why(
 def _ask_daemon(
     url: str, kind: str, name: str, rules: int, moment: str, env: str | None, *, as_json: bool
 ) -> int:
-    """Ask a daemon; return 3 if it does not reply in time."""
+    """Print the explanation of a daemon, and return the exit status."""
     from cxbridge.daemon.client import ask_why
 
     if moment != _END:
@@ -144,6 +154,7 @@ def _print(lines: Sequence[str], data: object, *, as_json: bool) -> None:
 def _evidence(
     options: RunOptions, run: Path | None, at_s: float | None, env: str | None
 ) -> Iterator[Evidence]:
+    """Yield the evidence from a scenario, a recording, or a recording with the rules of a scenario."""
     from cxbridge_studio.explain.scenario import scenario_evidence
 
     has_scenario = options.scenario is not None or options.fawkes_dir is not None
@@ -164,7 +175,7 @@ def _evidence(
 
 
 def _words(words: list[str]) -> tuple[str, str, Path | None]:
-    """Return kind, name and scenario from the words of the command."""
+    """Return the kind, the name and the scenario from the words of the command; the kind may be empty."""
     from cxbridge_studio.explain.answer import KINDS
 
     kind = ""
@@ -172,7 +183,7 @@ def _words(words: list[str]) -> tuple[str, str, Path | None]:
         kind, words = _RUN, ["", *words[1:]]
     elif words[0] in KINDS and len(words) > 1:
         kind, *words = words
-    if len(words) > 2:  # noqa: PLR2004
+    if len(words) > 2:  # noqa: PLR2004 - NAME and SCENARIO
         raise typer.BadParameter(f"too many: {' '.join(words[2:])}", param_hint="NAME [SCENARIO]")
     return kind, words[0], Path(words[1]) if len(words) > 1 else None
 

@@ -1,4 +1,4 @@
-"""Reader of the output of CLIPS 6.30 and 6.4 with watched facts and rules; see docs/formats.md."""
+"""Reads the output of CLIPS 6.30 and 6.4 with watched facts and rules; see docs/formats.md."""
 
 from __future__ import annotations
 
@@ -14,25 +14,30 @@ from cxbridge.trace.formats.fawkes_log import clips_event
 from cxbridge.trace.formats.files import MAX_LINE, read_lines
 
 ENV = "executive"
-"""The environment of the events, which the text does not contain."""
+"""The environment of all events: the text does not name the environment."""
 
 MAX_FACTS = 100_000
-"""The maximal number of remembered facts; the oldest is dropped."""
+"""The maximum number of remembered facts, after which the oldest fact is dropped."""
 
+# The beginnings of an entry: a fact, an activation, a change of focus, or a firing.
 _STARTS = rb"(?:==>|<==) (?:f-\d+ +\(|Activation -?\d|Focus \S)|FIRE +\d+ [^: ]+:"
 _HEAD = re.compile(rb"^(?:" + _STARTS + rb")", re.MULTILINE)
 _START = re.compile(_STARTS.decode())
 _FACT = re.compile(r"(?:==>|<==) f-\d+ +(\(.*)", re.DOTALL)
 _TEMPLATE_FACT = re.compile(r"\([^\s()]+ (?:\.\.\. )?\(")
-_GLUED = re.compile(r"(?:==>|<==) f-\d+ +\(.*\)\Z|FIRE (?: {0,3}\d{1,4}|\d{5,}) [^: ]+:(?: [^ ]*)?\Z")
-_LEFT_OUT = " ..."
-_MAX_TRIES = 200  # joined lines at which a fact without end is given up
+# An entry at the end of a line in which the program has printed text without a line feed.
+_ENTRY_AFTER_TEXT = re.compile(
+    r"(?:==>|<==) f-\d+ +\(.*\)\Z|FIRE (?: {0,3}\d{1,4}|\d{5,}) [^: ]+:(?: [^ ]*)?\Z"
+)
+_OMITTED_SLOTS = " ..."  # CLIPS 6.4 prints this in place of the unchanged slots of a modified fact
+# A fact is parsed again with each further line, up to this number; then it ends before the next entry.
+_MAX_LINES_OF_FACT = 200
 
 
 class ClipsWatch(Run):
     """The output of CLIPS with ``(watch facts)`` and ``(watch rules)``.
 
-    It has no times, so the numbers of lines are used. Other output becomes log lines.
+    The output has no times: events have the numbers of their lines instead. Other output becomes log lines.
     """
 
     format = "clips-watch"
@@ -60,16 +65,16 @@ class ClipsWatch(Run):
                 yield event
 
     def _entries(self) -> Iterator[tuple[int, str, bool]]:
-        """Yield the first line number of each entry, the entry, and whether it is complete."""
+        """Yield the first line number and the text of each entry, and whether the entry is complete."""
         first, lines, size, whole = 0, list[str](), 0, True
         for number, line, ends in read_lines(self.path):
             text = line
             if lines and _START.match(text):
                 yield first, "\n".join(lines), True
                 lines = []
-            if not lines and (glued := _GLUED.search(text)) and not _START.match(text):
-                yield number, text[: glued.start()], True  # the program printed no line feed before it
-                text = text[glued.start() :]
+            if not lines and (entry := _ENTRY_AFTER_TEXT.search(text)) and not _START.match(text):
+                yield number, text[: entry.start()], True  # the text of the program
+                text = text[entry.start() :]
             if not lines:
                 first, size = number, 0
             lines.append(text)
@@ -85,15 +90,14 @@ class ClipsWatch(Run):
 
 
 class _WatchedFacts:
-    """The present facts."""
+    """The texts of the current facts: CLIPS 6.4 prints only the changed slots of a modified fact."""
 
-    # of a modified fact, CLIPS 6.4 prints only the changed slots
     def __init__(self) -> None:
         self._texts: dict[int, str] = {}
         self._tracker = TransitionTracker(ENV)
 
     def change(self, event: FactChange) -> tuple[FactChange, Transition | None]:
-        """Return the change with the text of the whole fact, and its transition.
+        """Return the change with the text of the whole fact, and its transition, if any.
 
         :raises FactSyntaxError: if the fact cannot be parsed.
         """
@@ -104,20 +108,23 @@ class _WatchedFacts:
         transition = self._tracker.change(event)
         if event.asserted:
             self._remember(event.index, text)
-        elif not modified:
+        elif not modified:  # a modified fact is asserted next, and needs the slots of its previous text
             self._texts.pop(event.index, None)
         return event, transition
 
     def _remember(self, index: int, text: str) -> None:
-        """Store the text of a fact and drop the oldest of too many."""
+        """Store the text of a fact, and drop the oldest text if there are too many."""
         self._texts.pop(index, None)
         self._texts[index] = text
         if len(self._texts) > MAX_FACTS:
             del self._texts[next(iter(self._texts))]
 
     def _whole_text(self, event: FactChange) -> str:
-        """Return the text of a fact, completed by slots of its previous text."""
-        if _LEFT_OUT not in event.text:
+        """Return the text of a fact, completed with the slots of its previous text.
+
+        :raises FactSyntaxError: if slots are omitted and the fact has no previous text.
+        """
+        if _OMITTED_SLOTS not in event.text:
             return event.text
         try:
             template, shown, whole = parse_slots(event.text)
@@ -134,14 +141,14 @@ class _WatchedFacts:
 
 
 def _is_incomplete(lines: list[str]) -> bool:
-    """Return whether lines start a fact that continues after a line feed in a string."""
+    """Return whether the lines are the start of a fact that continues after a line feed in a string."""
     match = (
         _FACT.match("\n".join(lines))
-        if lines[0].startswith(("==> f-", "<== f-")) and len(lines) < _MAX_TRIES
+        if lines[0].startswith(("==> f-", "<== f-")) and len(lines) < _MAX_LINES_OF_FACT
         else None
     )
     if match is None:
-        return len(lines) >= _MAX_TRIES
+        return len(lines) >= _MAX_LINES_OF_FACT
     text = match.group(1)
     if not text.endswith(")"):
         return True

@@ -1,4 +1,4 @@
-"""The files of the agent selected by the options."""
+"""Finds the files of the agent that the options select."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ _HOST_FOLDERS: Final = ("host", "features", "planner")
 
 
 class AgentFiles(Struct, frozen=True):
-    """The locations of an agent's files."""
+    """The locations of an agent's files.
+
+    :param library: the CLIPS files that the host loads for every agent.
+    """
 
     config: Configuration
     spec: str
@@ -31,6 +34,10 @@ class AgentFiles(Struct, frozen=True):
 
     @classmethod
     def find(cls, options: RunOptions) -> AgentFiles:
+        """Return the locations of an agent's files; of several agents, those of the first.
+
+        :raises CxbridgeError: if the configuration cannot be read, or lacks the agent or the spec.
+        """
         source = source_of(options)
         config, config_file = source.load_configuration()
         names = [options.agent] if options.agent else agent_names(config)
@@ -57,7 +64,7 @@ class AgentFiles(Struct, frozen=True):
 
 
 def _library(paths: RunPaths) -> Iterator[Path]:
-    """Yield the CLIPS files of the host."""
+    """Yield the CLIPS files that the host loads for every agent."""
     yield from sorted(paths.library.glob("*.clp"))
     for folder in _HOST_FOLDERS:
         yield from sorted((CORE_DIR / folder).glob("*.clp"))

@@ -1,4 +1,4 @@
-"""Completion: the names that fit at a position."""
+"""Completion: finds the names that fit at a position."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from cxbridge_studio.lsp.session import Session
 class Proposal(NamedTuple):
     """A proposed word.
 
-    :param detail: a short description.
+    :param kind: the kind of a name; None for a keyword or a value.
+    :param detail: a short description for the user.
     """
 
     text: str
@@ -25,9 +26,12 @@ class Proposal(NamedTuple):
     detail: str = ""
 
 
+# The action in: (plan-action (action-name goto)
 _ACTION_NAME: Final = re.compile(r"\(action-name\s+([^\s()?]+)")
+# The message before the cursor in: (pb-field-value ?m
 _MESSAGE: Final = re.compile(r"\(\s*pb-[\w-]+\s+(\?[\w-]+)\s+\Z")
-_SELECTED: Final = re.compile(r"(\?[\w-]+):[^\s()]*\Z")
+# The fact in: ?fact:slot
+_SLOT_ACCESS: Final = re.compile(r"(\?[\w-]+):[^\s()]*\Z")
 _CONSTRUCTS: Final = (*DEFINES, "defglobal")
 _PDDL_KEYS: Final = (":parameters", ":precondition", ":effect", ":duration", ":condition")
 
@@ -51,6 +55,10 @@ def complete(session: Session, file: SourceFile, offset: int) -> list[Proposal]:
 def _defined(
     session: Session, file: SourceFile, kind: NameKind, owner: str | None = None
 ) -> Iterator[Proposal]:
+    """Yield the defined names of a kind.
+
+    :param owner: the owner of the names, such as the template of slots; None for any owner.
+    """
     definitions = session.preferred(session.model.defined(kind, owner), file.path)
     for _, mention in definitions:
         yield Proposal(mention.name.text, kind, f"{kind.value} {mention.name.owner}".rstrip())
@@ -65,7 +73,7 @@ def _clips(session: Session, file: SourceFile, context: Context) -> Iterable[Pro
     if context.word.startswith(("?*", "$?*")):
         globals_ = session.model.names(NameKind.GLOBAL, Use.DEFINED)
         return [Proposal(f"?*{name}*", NameKind.GLOBAL, "global") for name in globals_]
-    if match := _SELECTED.search(context.word):
+    if match := _SLOT_ACCESS.search(context.word):
         slots = _slots(session, file, template_of_fact(context.text, match[1]))
         return [Proposal(f"{match[1]}:{slot.text}", slot.kind, slot.detail) for slot in slots]
     if context.at_head:
@@ -112,24 +120,25 @@ def _arguments(session: Session, file: SourceFile, context: Context) -> Iterator
         if (template, head) == ("plan-action", "param-names"):
             action = _ACTION_NAME.search(context.pattern)
             yield from _defined(session, file, NameKind.PARAMETER, action[1] if action else None)
-        yield from _allowed(session, file, template, head)
+        yield from _allowed_values(session, file, template, head)
     elif head in FIELD_FUNCTIONS and (message := _MESSAGE.search(context.text)):
         owner = message_type(context.text, message[1])
         yield from _defined(session, file, NameKind.PROTO_FIELD, owner) if owner else ()
     elif head in ARGUMENTS:
         yield from _names(session, file, ARGUMENTS[head])
+    # A variable as the head is a member of a query, ((?fact TEMPLATE)).
     elif head and context.heads[1:2] and context.word == "" and head.startswith("?"):
         yield from _templates(session, file)
 
 
 def _names(session: Session, file: SourceFile, kind: NameKind) -> Iterator[Proposal]:
-    """Yield the defined names of a kind; for goal classes, files and features also the used names."""
+    """Yield the defined names of a kind; for kinds without definitions, the names in use."""
     yield from _defined(session, file, kind)
     if kind in (NameKind.GOAL_CLASS, NameKind.FILE, NameKind.FEATURE):
         yield from (Proposal(name, kind, kind.value) for name in session.model.names(kind))
 
 
-def _allowed(session: Session, file: SourceFile, template: str, slot: str) -> Iterator[Proposal]:
+def _allowed_values(session: Session, file: SourceFile, template: str, slot: str) -> Iterator[Proposal]:
     definitions = session.preferred(session.model.definitions(Name(NameKind.TEMPLATE, template)), file.path)
     for definition, mention in definitions:
         placed = definition.piece_at(mention.start)
@@ -163,9 +172,10 @@ def _yaml(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]
 
 
 def _mapping(session: Session, file: SourceFile, row: str, action: str) -> Iterator[Proposal]:
-    """Yield completions in an action mapping.
+    """Yield the proposals in an action mapping.
 
-    :param action: the action whose skill string continues from an earlier line; else empty.
+    :param row: the line up to the cursor.
+    :param action: the action with a skill string that began in an earlier line; empty outside such a string.
     """
     key = re.match(r"\s*([\w-]+):\s", row)
     if not action and key is None:
@@ -181,7 +191,7 @@ def _mapping(session: Session, file: SourceFile, row: str, action: str) -> Itera
 
 
 def _clips_files(session: Session) -> Iterator[str]:
-    """Yield the CLIPS files in the notation of specs: the name, with and without its folder."""
+    """Yield the CLIPS files as specs name them: the name of the file, without and with its folder."""
     for file in session.model.files:
         if file.path.endswith(".clp"):
             parts = re.split(r"[\\/]", file.path)

@@ -1,4 +1,4 @@
-"""The syntactic context of a cursor in CLIPS text: enclosing lists, position in the list, enclosing fact."""
+"""Finds the syntactic context of a cursor in CLIPS text: the enclosing lists, and the enclosing fact."""
 
 from __future__ import annotations
 
@@ -13,21 +13,22 @@ from cxbridge_studio.agent.top_level import open_lists
 
 _HEAD = re.compile(r"\(\s*([^\s()\";&|~]*)")
 _WORD = re.compile(r"[^\s()\"&|~]*\Z")
-_WITH_FACTS = ("assert", "deffacts", "defrule")
-_NO_FACTS = ("test", "declare", "assert")
+_FACT_PARENTS = ("assert", "deffacts", "defrule")  # heads of lists that contain facts or patterns
+_NO_FACTS = ("test", "declare", "assert")  # heads of lists in rules that are neither facts nor patterns
 _CHANGES = ("modify", "duplicate")
+# The fact in: (modify ?fact
 _CHANGED = re.compile(r"\(\s*\w+\s+(\?[\w-]+)")
 
 
 class Context(Struct, frozen=True):
     """The context of a cursor.
 
-    :param word: the typed part of the word.
-    :param heads: the heads of the enclosing lists, innermost first; a list whose head is being typed is left
-        out.
+    :param word: the part of the word before the cursor.
+    :param heads: the heads of the enclosing lists, innermost first; a list with the cursor in its head is
+        left out.
     :param at_head: whether the word is the head of its list.
     :param in_condition: whether the cursor is before the arrow of a rule.
-    :param template: the template of the enclosing fact or pattern; empty outside of one.
+    :param template: the template of the enclosing fact or pattern; empty outside of facts and patterns.
     :param text: the construct up to the word.
     :param pattern: the enclosing pattern or fact up to the word.
     """
@@ -47,6 +48,7 @@ class Context(Struct, frozen=True):
 
 
 def context_at(file: SourceFile, offset: int) -> Context | None:
+    """Return the context of an offset; None in a comment."""
     placed = file.piece_at(offset)
     start = placed.start if placed is not None else file.text.rfind("\n", 0, offset) + 1
     text = file.text[start:offset]
@@ -63,37 +65,42 @@ def context_at(file: SourceFile, offset: int) -> Context | None:
     at_head = bool(opened) and not text[opened[-1] + 1 :].strip()
     lists = opened[:-1] if at_head else opened
     heads = tuple(match[1] if (match := _HEAD.match(text, start)) else "" for start in reversed(lists))
-    template, begin = _template(text, heads, lists)
+    template, pattern_start = _enclosing_template(text, heads, lists)
     in_condition = bool(heads) and heads[-1] == "defrule" and "=>" not in blank(text)
-    return Context(word, heads, at_head, in_condition, template, text, text[begin:] if template else "")
+    return Context(
+        word, heads, at_head, in_condition, template, text, text[pattern_start:] if template else ""
+    )
 
 
-def _template(text: str, heads: tuple[str, ...], lists: list[int]) -> tuple[str, int]:
-    """Return the template of the fact or pattern at the end of a text, and its offset."""
+def _enclosing_template(text: str, heads: tuple[str, ...], lists: list[int]) -> tuple[str, int]:
+    """Return the template and the offset of the fact or pattern that encloses the end of a text."""
     starts = list(reversed(lists))
     for depth, head in enumerate(heads):
         parent_head = heads[depth + 1] if depth + 1 < len(heads) else ""
         if head in _CHANGES:
             match = _CHANGED.match(text, starts[depth])
             return template_of_fact(text, match[1]) if match else "", starts[depth]
-        has_facts = parent_head in _WITH_FACTS or parent_head in CONDITIONS
+        has_facts = parent_head in _FACT_PARENTS or parent_head in CONDITIONS
         if has_facts and head not in CONDITIONS and head not in _NO_FACTS:
             return (head, starts[depth]) if _is_fact(text, parent_head, starts[depth]) else ("", 0)
     return "", 0
 
 
 def _is_fact(text: str, parent_head: str, start: int) -> bool:
-    """Return whether a list is a fact or a pattern: after the arrow of a rule, lists are calls."""
+    """Return whether a list is a fact or a pattern.
+
+    Directly within a rule, a list is a pattern before the arrow, and a call after the arrow.
+    """
     if parent_head in ("assert", "deffacts"):
         return True
     return "=>" not in blank(text[:start])
 
 
 def template_of_fact(text: str, variable: str) -> str:
-    """Return the template of a variable's fact, judged by the text before; empty if unknown."""
+    """Return the template of the fact in a variable, as the preceding text binds it; empty if unknown."""
     name = re.escape(variable)
     patterns = (
-        rf"{name}\s*<-\s*\(\s*([^\s()]+)",
+        rf"{name}\s*<-\s*\(\s*([^\s()]+)",  # pattern of a rule
         rf"\(bind\s+{name}\s+\(assert\s+\(\s*([^\s()]+)",
         rf"\(\s*{name}\s+([^\s()?]+)\s*\)",  # member of a query
     )
@@ -101,7 +108,7 @@ def template_of_fact(text: str, variable: str) -> str:
 
 
 def message_type(text: str, variable: str) -> str:
-    """Return the type of a variable's protobuf message, judged by the text before; empty if unknown."""
+    """Return the type of the message in a variable, as the preceding text binds it; empty if unknown."""
     name = re.escape(variable)
     patterns = (
         rf"\(bind\s+{name}\s+\(pb-create\s+\"([^\"]+)\"",
@@ -111,5 +118,8 @@ def message_type(text: str, variable: str) -> str:
 
 
 def _last_group(patterns: tuple[str, ...], text: str) -> str:
-    """Return the group of the last match of the first pattern that matches; empty without a match."""
+    """Return the group of the last match of the first pattern that matches; empty without a match.
+
+    The last match is the binding that is nearest to the cursor.
+    """
     return next((str(matches[-1]) for pattern in patterns if (matches := re.findall(pattern, text))), "")

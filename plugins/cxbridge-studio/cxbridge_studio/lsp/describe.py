@@ -1,4 +1,4 @@
-"""Hover texts: the definition, documentation and uses of a name, as Markdown."""
+"""Hover texts: describes the definition, documentation and uses of a name as Markdown."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cxbridge_studio.agent.model import FileMention
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.lsp.session import Session, comment_above
 
-_MAX_ROWS: Final = 40  # rows of a hover text
+_MAX_ROWS: Final = 40  # rows of code in a hover text
 _LANGUAGES: Final = {".clp": "clips", ".pddl": "pddl", ".xml": "xml", ".lua": "lua", ".yaml": "yaml"}
 _COMMENT: Final = re.compile(r"<comment>([^<]*)</comment>")
 _BRACE: Final = re.compile(r"[{}]")
@@ -23,25 +23,26 @@ _FIELD: Final = re.compile(r"<(?:field|message)\b[^>]*>([^<]*)")
 
 
 def describe(session: Session, file: SourceFile, mention: Mention) -> str:
-    """Return the hover text of a name as Markdown; empty if nothing is known."""
+    """Return the hover text of a name as Markdown; empty for an unknown name."""
     name = mention.name
     definitions = session.preferred(session.model.definitions(name), file.path)
     paragraphs: list[str] = []
-    if definitions:  # of several, the last definition replaces the earlier ones in CLIPS
+    if definitions:  # in CLIPS, the last of several definitions replaces the earlier ones
         paragraphs += _definition(definitions[-1], name)
     elif name.kind is NameKind.FUNCTION:
-        paragraphs += _builtin(session, name)
+        paragraphs += _builtin_function(session, name)
     elif name.kind in (NameKind.TEMPLATE, NameKind.SLOT):
-        paragraphs += _template_of_clips(session, name)
-    elif name.kind is NameKind.GOAL_CLASS:  # classes have no definition
+        paragraphs += _builtin_template(session, name)
+    elif name.kind is NameKind.GOAL_CLASS:  # goal classes have no definition
         paragraphs.append(f"goal class **{name.text}**")
     uses = _uses(session, name)
     return "\n\n".join([*paragraphs, uses] if uses else paragraphs) if paragraphs else ""
 
 
 def _definition(definition: FileMention, name: Name) -> Iterator[str]:
+    """Yield the paragraphs about a definition; some may be empty."""
     file, mention = definition
-    describes: Mapping[NameKind, Callable[[FileMention], Iterator[str]]] = {
+    describers: Mapping[NameKind, Callable[[FileMention], Iterator[str]]] = {
         NameKind.SLOT: _slot,
         NameKind.SKILL: _skill,
         NameKind.ARGUMENT: _argument,
@@ -51,7 +52,7 @@ def _definition(definition: FileMention, name: Name) -> Iterator[str]:
         NameKind.PROTO_MESSAGE: _proto_message,
         NameKind.PROTO_FIELD: _proto_field,
     }
-    describer = describes.get(mention.name.kind)
+    describer = describers.get(mention.name.kind)
     if describer is not None:
         yield from describer(definition)
     elif name.kind in (
@@ -69,6 +70,7 @@ def _definition(definition: FileMention, name: Name) -> Iterator[str]:
 
 
 def _proto_message(definition: FileMention) -> Iterator[str]:
+    """Yield the text of a message, up to its closing brace."""
     file, mention = definition
     begin = file.text.rfind("\n", 0, mention.start) + 1
     depth = 0
@@ -139,7 +141,7 @@ def _interface(definition: FileMention) -> Iterator[str]:
     yield f"interface **{definition.mention.name.text}**"
     yield " ".join(comment[1].split()) if comment else ""
     fields = [
-        f"- `{mention.name.text}`: {_words_of_field(definition.file, mention)}"
+        f"- `{mention.name.text}`: {_field_description(definition.file, mention)}"
         for mention in definition.file.mentions
         if mention.name.kind is NameKind.FIELD
     ]
@@ -147,12 +149,13 @@ def _interface(definition: FileMention) -> Iterator[str]:
 
 
 def _field(definition: FileMention) -> Iterator[str]:
-    yield f"`{definition.mention.name.text}` of **{definition.mention.name.owner}**: " + _words_of_field(
+    yield f"`{definition.mention.name.text}` of **{definition.mention.name.owner}**: " + _field_description(
         *definition
     )
 
 
-def _words_of_field(file: SourceFile, mention: Mention) -> str:
+def _field_description(file: SourceFile, mention: Mention) -> str:
+    """Return the comment and the type of a field or message in an interface definition."""
     start = file.text.rfind("<", 0, mention.start)
     match = _FIELD.match(file.text, start)
     kind = re.search(r'type="(\w+)"', match[0]) if match else None
@@ -160,7 +163,7 @@ def _words_of_field(file: SourceFile, mention: Mention) -> str:
     return f"{words} ({kind[1]})" if kind else words
 
 
-def _builtin(session: Session, name: Name) -> Iterator[str]:
+def _builtin_function(session: Session, name: Name) -> Iterator[str]:
     info = session.knowledge.functions.get(name.text)
     if info is None:
         return
@@ -173,7 +176,8 @@ def _builtin(session: Session, name: Name) -> Iterator[str]:
         yield info.documentation
 
 
-def _template_of_clips(session: Session, name: Name) -> Iterator[str]:
+def _builtin_template(session: Session, name: Name) -> Iterator[str]:
+    """Yield the deftemplate of a template, or of a slot, that a feature defines instead of a file."""
     template = name.owner if name.kind is NameKind.SLOT else name.text
     slots = session.knowledge.templates.get(template)
     if slots is not None and (name.kind is NameKind.TEMPLATE or name.text in slots):
@@ -183,6 +187,7 @@ def _template_of_clips(session: Session, name: Name) -> Iterator[str]:
 
 
 def _uses(session: Session, name: Name) -> str:
+    """Return how often each use occurs, such as "matched 3 times, asserted once"."""
     counts = Counter(
         mention.mention.use.value
         for mention in session.model.mentions(name)
@@ -195,7 +200,7 @@ def _uses(session: Session, name: Name) -> str:
 
 
 def _group_around(file: SourceFile, mention: Mention) -> str:
-    """Return the innermost list around a definition, or its line."""
+    """Return the innermost list around a definition; for a global variable, the rest of its line."""
     start = file.text.rfind("(", 0, mention.start + 1)
     placed = file.piece_at(mention.start)
     if placed is None or start < placed.start or file.path.endswith(".xml"):
@@ -209,8 +214,9 @@ def _group_around(file: SourceFile, mention: Mention) -> str:
 
 
 def _trailing_comment(file: SourceFile, offset: int) -> str:
-    """Return the comment at the end of a line."""
+    """Return the CLIPS comment at the end of the line of an offset; empty if there is none."""
     row = file.text[offset:].partition("\n")[0]
+    # In a line with a string, the semicolon may belong to the string.
     return row.partition(";")[2].strip() if ";" in row and '"' not in row else ""
 
 

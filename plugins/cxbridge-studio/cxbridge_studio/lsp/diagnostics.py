@@ -1,14 +1,14 @@
-"""Finds mistakes in the text of a file, while the user types.
+"""Finds mistakes in the text of a file while the user types.
 
-The complete check loads the saved files into CLIPS, in another process. For changed files, these findings
-replace those of the check that need only the text; their codes are the same.
+The complete check loads the saved files into CLIPS, in another process. For changed files, the findings here
+replace those findings of the check that need only the text. Both use the same codes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from pathlib import Path, PurePath
-from typing import Final
+from typing import Final, NamedTuple
 
 from msgspec import Struct
 
@@ -25,16 +25,16 @@ from cxbridge_studio.lsp.session import AgentDefinitions, Session
 
 UNKNOWN_NAMES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL, changes.SLOT})
 # The names of the codes of `cxbridge check` that need only the text of the files.
-LIVE: Final = frozenset(
+LIVE_CODES: Final = frozenset(
     code.name for code in (*UNKNOWN_NAMES, INPUT, UNCLOSED, DOMAIN, DUBIOUS, EFFECT, OBJECT)
 )
 
-_OF_VARIABLES: Final = (Use.CHANGED, Use.QUERIED)
+_VARIABLE_USES: Final = (Use.CHANGED, Use.QUERIED)
 _FACT_USES: Final = (Use.MATCHED, Use.ASSERTED, Use.QUERIED)
 
 
 class LiveFinding(Struct, frozen=True):
-    """A mistake between two offsets of its file."""
+    """A mistake between two offsets of a file."""
 
     code: Code
     start: int
@@ -44,7 +44,7 @@ class LiveFinding(Struct, frozen=True):
 
 
 def live_findings(session: Session, file: SourceFile) -> list[LiveFinding]:
-    """Return the mistakes in a file that are visible without running anything."""
+    """Return the mistakes that the text of a file shows."""
     if file.path.endswith(".clp"):
         return [*_unclosed(session, file), *_unknown_names(session, file)]
     if file.path.endswith(".pddl"):
@@ -68,43 +68,51 @@ def _unclosed(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
 
 
 def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
-    """Yield undefined names; none before all files are read."""
+    """Yield the undefined names; none before all files are read, because another file may define a name."""
     if not session.is_indexed or not session.knowledge.is_complete:
         return
     definitions = session.definitions(file.path)
     for placed in file.pieces:
         if not placed.piece.closed:
-            continue  # the nesting of lists is ambiguous
-        for number, mention in enumerate(placed.piece.mentions):
+            continue  # the kinds of names depend on the nesting of lists, which is unknown
+        for index, mention in enumerate(placed.piece.mentions):
             problem, name = None, mention.name.text
             if mention.name.kind is NameKind.SLOT:
                 problem = _slot_problem(session, definitions, mention)
             elif mention.name.kind is NameKind.FUNCTION and mention.use is Use.CALLED:
                 functions = definitions.names(NameKind.FUNCTION) | session.knowledge.functions.keys()
-                problem = _unknown(FUNCTION, f"function '{name}'", name, functions)
+                problem = _undefined(FUNCTION, f"function '{name}'", name, functions)
             elif mention.name.kind is NameKind.GLOBAL and mention.use is not Use.DEFINED:
-                problem = _unknown(
+                problem = _undefined(
                     GLOBAL, f"global variable ?*{name}*", name, definitions.names(NameKind.GLOBAL)
                 )
             elif mention.name.kind is NameKind.TEMPLATE and mention.use in _FACT_USES:
-                problem = _template_problem(session, definitions, placed, number)
+                problem = _template_problem(session, definitions, placed, index)
             if problem is not None:
-                code, message, hint = problem
                 start, end = placed.start + mention.start, placed.start + mention.end
-                yield LiveFinding(code, start, end, message, hint)
+                yield LiveFinding(problem.code, start, end, problem.message, problem.hint)
 
 
-_Problem = tuple[Code, str, str]  # code, message and hint
+class _Problem(NamedTuple):
+    """The code, message and hint of a finding."""
+
+    code: Code
+    message: str
+    hint: str
 
 
 def _template_problem(
-    session: Session, definitions: AgentDefinitions, placed: PlacedPiece, number: int
+    session: Session, definitions: AgentDefinitions, placed: PlacedPiece, index: int
 ) -> _Problem | None:
-    mention = placed.piece.mentions[number]
+    """Return the problem of an undefined template; None for a defined template and for ordered facts.
+
+    :param index: the index of the template among the mentions of the piece; its slots follow.
+    """
+    mention = placed.piece.mentions[index]
     name = mention.name.text
     if name in definitions.slots or name in session.knowledge.templates or name == "object":
         return None
-    following = placed.piece.mentions[number + 1 : number + 2]
+    following = placed.piece.mentions[index + 1 : index + 2]
     slots = [
         mention for mention in following if mention.name.kind is NameKind.SLOT and mention.name.owner == name
     ]
@@ -112,7 +120,7 @@ def _template_problem(
         return None  # an ordered fact needs no deftemplate, and CLIPS accepts any name in a query
     if slots[0].name.text in session.knowledge.functions.keys() | definitions.names(NameKind.FUNCTION):
         return None  # (assert (total (+ 1 2))) is ordered, too
-    return TEMPLATE, f"there is no deftemplate '{name}'", did_you_mean(name, definitions.slots)
+    return _Problem(TEMPLATE, f"there is no deftemplate '{name}'", did_you_mean(name, definitions.slots))
 
 
 def _slot_problem(session: Session, definitions: AgentDefinitions, mention: Mention) -> _Problem | None:
@@ -121,16 +129,18 @@ def _slot_problem(session: Session, definitions: AgentDefinitions, mention: Ment
     if not slots or name in slots or mention.use is Use.DEFINED:
         return None
     hint = did_you_mean(name, slots) or f"it has: {', '.join(sorted(slots))}"
-    code = changes.SLOT if mention.use in _OF_VARIABLES else SLOT
-    return code, f"the deftemplate '{owner}' has no slot '{name}'", hint
+    code = changes.SLOT if mention.use in _VARIABLE_USES else SLOT
+    return _Problem(code, f"the deftemplate '{owner}' has no slot '{name}'", hint)
 
 
-def _unknown(code: Code, named: str, name: str, known_names: Collection[str]) -> _Problem | None:
+def _undefined(code: Code, description: str, name: str, known_names: Collection[str]) -> _Problem | None:
     """Return the problem of an undefined name; None for a defined name.
 
-    :param named: the kind and the name, for the message.
+    :param description: the kind and the name, for the message.
     """
-    return None if name in known_names else (code, f"there is no {named}", did_you_mean(name, known_names))
+    if name in known_names:
+        return None
+    return _Problem(code, f"there is no {description}", did_you_mean(name, known_names))
 
 
 def _pddl(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
@@ -138,13 +148,13 @@ def _pddl(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
     as_fawkes = session.knowledge.reads_as_fawkes
     for finding in findings_of(Path(file.path), file.text, fawkes_compat=as_fawkes):
         place, code = finding.place, finding.code
-        if Path(place.file) == Path(file.path):  # a problem also has the findings of its domain
+        if Path(place.file) == Path(file.path):  # the findings for a problem include those for its domain
             start = file.lines.place(place.line or 1, place.column or 1)
             yield LiveFinding(code, start, _word_end(file, start), finding.message, finding.hint)
 
 
 def _word_end(file: SourceFile, start: int) -> int:
-    """Return the end of the word at an offset; at least one character unless at the end of the file."""
+    """Return the end of the word at an offset, at least one character later unless the file ends there."""
     end = start + 1
     while end < len(file.text) and not file.text[end].isspace() and file.text[end] not in "()":
         end += 1

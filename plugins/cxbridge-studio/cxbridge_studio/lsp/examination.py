@@ -11,14 +11,14 @@ import msgspec
 from cxbridge.spawning import python_command
 from cxbridge_studio.lsp.knowledge import AgentKnowledge, decode
 
-_MAX_ERROR_LENGTH = 300  # the last characters of a crash's output
+_MAX_ERROR_LENGTH = 300  # characters of a crash's output to show, from its end
 
 
 class Examinations:
-    """Examinations on request.
+    """Runs the requested examinations.
 
-    :param options: returns the options as JSON values when an examination begins.
-    :param done: called with the result.
+    :param options: returns the options of a run as JSON values; called when an examination begins.
+    :param done: gets the result of each examination.
     """
 
     def __init__(
@@ -31,7 +31,7 @@ class Examinations:
         self._is_requested_again = False
 
     def request(self) -> None:
-        """Begin an examination, or repeat the running examination when it ends."""
+        """Begin an examination. During an examination, another one follows, since the files have changed."""
         if self._task is not None and not self._task.done():
             self._is_requested_again = True
             return
@@ -44,6 +44,7 @@ class Examinations:
             self._done(await self._examine())
 
     async def _examine(self) -> AgentKnowledge:
+        """Return the result of the child process, or the error of a crash."""
         self._process = process = await asyncio.create_subprocess_exec(
             *python_command("-m", "cxbridge_studio.lsp.examine"),
             stdin=asyncio.subprocess.PIPE,
@@ -58,6 +59,7 @@ class Examinations:
             return AgentKnowledge(error=f"the check ended with status {process.returncode}: {error_output}")
 
     async def close(self) -> None:
+        """End the running examination."""
         if self._task is not None:
             self._task.cancel()
         if self._process is not None and self._process.returncode is None:

@@ -1,8 +1,8 @@
-"""The child process that examines an agent: a complete check, and CLIPS' functions and deftemplates.
+"""The child process that examines an agent: runs the complete check, and lists functions and deftemplates.
 
-``python -m cxbridge_studio.lsp.examine`` reads options as JSON from standard input and writes a
-:class:`~cxbridge_studio.lsp.knowledge.AgentKnowledge` as JSON. The server itself does not load CLIPS: it
-stays responsive, and a file that crashes CLIPS ends only this process.
+``python -m cxbridge_studio.lsp.examine`` reads options as JSON from standard input and writes an
+:class:`~cxbridge_studio.lsp.knowledge.AgentKnowledge` as JSON. The server itself does not load CLIPS, so that
+it stays responsive, and a file that crashes CLIPS ends only this process.
 """
 
 from __future__ import annotations
@@ -29,17 +29,24 @@ from cxbridge_studio.check.run import check
 from cxbridge_studio.explain.coverage.model import RecordedUse
 from cxbridge_studio.lsp.knowledge import AgentKnowledge, FunctionInfo
 
-_LISTS = ("(get-function-list)", "(get-deffunction-list *)", "(get-defgeneric-list *)")
-REWRITTEN_MODIFY = "cx-modify-goal"  # name of `modify` for goals after the loader rewrites the built-in core
+_FUNCTION_LISTS = ("(get-function-list)", "(get-deffunction-list *)", "(get-defgeneric-list *)")
+REWRITTEN_MODIFY = (
+    "cx-modify-goal"  # the loader replaces `modify` of goals in the built-in core by this function
+)
 
 
 def run_options(plain: Mapping[str, Any]) -> RunOptions:
+    """Return the options of a run from JSON values; empty values are those of unset editor settings.
+
+    :raises CxbridgeError: if an option is unknown or wrong.
+    """
     options = plain_options({name: value for name, value in plain.items() if value not in ("", [])})
     options.check()
     return options
 
 
 def examine(options: RunOptions) -> AgentKnowledge:
+    """Examine the first agent; the findings are those of all agents."""
     try:
         findings = [finding.plain() for finding in check(options)]
         name = agents(options)[0]
@@ -54,7 +61,7 @@ def examine(options: RunOptions) -> AgentKnowledge:
 
 
 def firings(run: Path) -> dict[str, int]:
-    """Return the firings by rule in a recording; empty if it cannot be read."""
+    """Return the number of firings by rule in a recording; empty if the recording cannot be read."""
     use = RecordedUse()
     with suppress(CxbridgeError, OSError):
         use.add(open_run(run), ENVIRONMENT)
@@ -74,13 +81,13 @@ def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
         for construct in file.constructs
         if construct.kind in ("deffunction", "defgeneric")
     }
-    for names in map(agent.words_of, _LISTS):  # the host defines some of CLIPS' functions as deffunctions
+    for names in map(agent.words_of, _FUNCTION_LISTS):  # the host defines some functions as deffunctions
         for name in map(without_module, names):
             if name not in defined:
                 yield name, FunctionInfo()
     yield REWRITTEN_MODIFY, FunctionInfo()
     for feature in agent.manager.features:
-        with suppress(CxbridgeError):  # a feature with missing dependencies has no known functions
+        with suppress(CxbridgeError):  # without its dependencies, a feature has no known functions
             agent.manager.request(agent.env.name, feature)
     feature_functions = agent.manager.feature_functions(agent.env.name)
     owners = {name: feature for feature, names in feature_functions.items() for name in names}
@@ -91,7 +98,7 @@ def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
 def main() -> None:
     """Read the options from standard input and write the result to standard output."""
     output = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # Output of checks and of CLIPS must not mix with the result.
+    os.dup2(2, 1)  # the output of checks and of CLIPS must not mix with the result
     options = msgspec.json.decode(sys.stdin.buffer.read())
     recording = options.pop("recording", "")
     try:

@@ -1,4 +1,4 @@
-"""Handlers of the protocol's requests and notifications: they convert between its types and the studio's."""
+"""Handles the protocol's requests and notifications, and converts between its types and the studio's."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ from cxbridge_studio.lsp.completion import complete
 from cxbridge_studio.lsp.describe import describe
 from cxbridge_studio.lsp.positions import uri_of
 from cxbridge_studio.lsp.server import AgentServer
-from cxbridge_studio.lsp.symbols import OutlineSymbol, find, folds, outline
+from cxbridge_studio.lsp.symbols import OutlineSymbol, find, folding_ranges, outline
 
 _TRIGGERS: Final = ["(", "?", "*", ":", "{", '"']
+# The word before the cursor, which a completion replaces, by the suffix of the file.
 _WORDS: Final = {".clp": re.compile(r"[^\s()\"&|~;]*\Z"), ".pddl": re.compile(r"[?:\w-]*\Z")}
 _WORD_ELSEWHERE: Final = re.compile(r"[\w/.-]*\Z")
-_WATCHED: Final = "**/*.{clp,pddl,yaml,yml,lua,xml,proto}"
+_WATCHED_FILES: Final = "**/*.{clp,pddl,yaml,yml,lua,xml,proto}"
 
 # The protocol's kinds for the kinds of names: editors show icons for them.
 _SYMBOL_KINDS: Final[Mapping[NameKind, lsp.SymbolKind]] = {
@@ -84,9 +85,9 @@ def _initialize(ls: AgentServer, params: lsp.InitializeParams) -> None:
 def _initialized(ls: AgentServer, _params: lsp.InitializedParams) -> None:
     ls.start()
     workspace = ls.client_capabilities.workspace
-    watched = workspace.did_change_watched_files if workspace else None
-    if watched and watched.dynamic_registration:
-        options = lsp.DidChangeWatchedFilesRegistrationOptions([lsp.FileSystemWatcher(_WATCHED)])
+    capability = workspace.did_change_watched_files if workspace else None
+    if capability and capability.dynamic_registration:
+        options = lsp.DidChangeWatchedFilesRegistrationOptions([lsp.FileSystemWatcher(_WATCHED_FILES)])
         kind = lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES
         ls.client_register_capability(lsp.RegistrationParams([lsp.Registration(kind, kind, options)]))
 
@@ -111,7 +112,7 @@ def _did_close(ls: AgentServer, params: lsp.DidCloseTextDocumentParams) -> None:
     ls.close(params.text_document.uri)
 
 
-def _watched(ls: AgentServer, params: lsp.DidChangeWatchedFilesParams) -> None:
+def _did_change_watched_files(ls: AgentServer, params: lsp.DidChangeWatchedFilesParams) -> None:
     ls.changed_on_disk(params.changes)
 
 
@@ -119,6 +120,7 @@ def _watched(ls: AgentServer, params: lsp.DidChangeWatchedFilesParams) -> None:
 
 
 def _mention_at(ls: AgentServer, uri: str, position: lsp.Position) -> tuple[SourceFile, Mention] | None:
+    """Return the file and the mention at a position; None if there is no name or the file is unknown."""
     file = ls.file(uri)
     mention = None if file is None else file.mention_at(ls.positions.offset(file, position))
     return None if file is None or mention is None else (file, mention)
@@ -166,7 +168,7 @@ def _completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.Completion
             if proposal.kind
             else None,
             detail=proposal.detail or None,
-            # An edit, because editors split words such as ?fact:slot at other characters.
+            # An edit says what to replace, because editors would split a word such as ?fact:slot elsewhere.
             text_edit=lsp.TextEdit(replaced, proposal.text),
         )
         for proposal in complete(ls.session, file, offset)
@@ -194,7 +196,7 @@ def _rename(ls: AgentServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit | No
         raise JsonRpcInvalidParams(str(error)) from None
     edits: dict[str, list[lsp.TextEdit]] = {}
     for file, mention in mentions:
-        # A mention includes its marks, as in ?*NAME* and MODULE::NAME.
+        # The text of a mention may include marks, as in ?*NAME* and MODULE::NAME, which stay.
         new_text = file.text[mention.start : mention.end].replace(mention.name.text, params.new_name)
         edit = lsp.TextEdit(ls.positions.range(file, mention.start, mention.end), new_text)
         edits.setdefault(uri_of(file.path), []).append(edit)
@@ -234,11 +236,15 @@ def _workspace_symbols(ls: AgentServer, params: lsp.WorkspaceSymbolParams) -> li
 
 def _folding(ls: AgentServer, params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
     file = ls.file(params.text_document.uri)
-    return [] if file is None else [lsp.FoldingRange(first - 1, last - 1) for first, last in folds(file)]
+    return (
+        []
+        if file is None
+        else [lsp.FoldingRange(first - 1, last - 1) for first, last in folding_ranges(file)]
+    )
 
 
 def _code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
-    """Return the number of firings of each rule in the last recording."""
+    """Return a text about the firings of each rule in the last recording."""
     file = ls.file(params.text_document.uri)
     knowledge = ls.session.knowledge
     if file is None or not knowledge.recording:
@@ -258,18 +264,18 @@ def _formatting(ls: AgentServer, params: lsp.DocumentFormattingParams) -> list[l
     file = ls.file(params.text_document.uri)
     if file is None or not file.path.endswith(".clp"):
         return []
-    # Not the whole text: an editor would lose the cursor and the folded regions.
+    # If the whole text were replaced, an editor would lose the cursor and the folded regions.
     old, new = file.text.splitlines(keepends=True), layout(file.text).splitlines(keepends=True)
     if old == new:
         return []
     first = _common_length(old, new)
-    last = _common_length(reversed(old[first:]), reversed(new[first:]))
-    start, end = len("".join(old[:first])), len("".join(old[: len(old) - last]))
-    return [lsp.TextEdit(ls.positions.range(file, start, end), "".join(new[first : len(new) - last]))]
+    tail = _common_length(reversed(old[first:]), reversed(new[first:]))
+    start, end = len("".join(old[:first])), len("".join(old[: len(old) - tail]))
+    return [lsp.TextEdit(ls.positions.range(file, start, end), "".join(new[first : len(new) - tail]))]
 
 
 def _common_length(first: Iterable[str], second: Iterable[str]) -> int:
-    """Return the number of equal lines at the start of two texts."""
+    """Return the number of equal lines at the start of two sequences."""
     return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(first, second, strict=False)))
 
 
@@ -281,7 +287,7 @@ _HANDLERS: Final[Mapping[str, Any]] = {
     lsp.TEXT_DOCUMENT_DID_CHANGE: _did_change,
     lsp.TEXT_DOCUMENT_DID_SAVE: _did_save,
     lsp.TEXT_DOCUMENT_DID_CLOSE: _did_close,
-    lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES: _watched,
+    lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES: _did_change_watched_files,
     lsp.TEXT_DOCUMENT_HOVER: _hover,
     lsp.TEXT_DOCUMENT_DEFINITION: _definition,
     lsp.TEXT_DOCUMENT_REFERENCES: _references,

@@ -1,6 +1,6 @@
 """The result of examining an agent: functions and deftemplates in CLIPS, and the findings of the check.
 
-The examining process sends it to the server as JSON.
+The child process sends the result to the server as JSON.
 """
 
 from __future__ import annotations
@@ -10,14 +10,17 @@ from typing import Any, Final
 import msgspec
 from msgspec import Struct, field
 
-UNBOUNDED: Final = 65535  # CLIPS' maximum number of arguments of a function without a limit
+UNBOUNDED: Final = 65535  # the maximum that CLIPS reports for a function without a limit of arguments
 
 
 class FunctionInfo(Struct, frozen=True):
     """A function of CLIPS or of a feature.
 
-    :param minimum: minimum number of arguments; 0 like ``maximum`` if CLIPS does not report it.
-    :param feature: the feature that provides it; empty for CLIPS itself and the host.
+    :param minimum: the minimum number of arguments; 0, like the maximum, if CLIPS does not report the number.
+    :param maximum: the maximum number of arguments.
+    :param types: CLIPS' codes of the types of the arguments.
+    :param feature: the feature that provides the function; empty for CLIPS itself and the host.
+    :param is_python: whether the function is written in Python; only then the arguments are known.
     """
 
     minimum: int = 0
@@ -42,13 +45,14 @@ class FunctionInfo(Struct, frozen=True):
 class AgentKnowledge(Struct, frozen=True):
     """The result of an examination.
 
-    :param templates: slots by deftemplate.
-    :param findings: the findings of ``cxbridge check``, as in its JSON.
+    :param functions: the functions by name.
+    :param templates: the slot names by deftemplate.
+    :param findings: the findings of ``cxbridge check``, as in its JSON output.
     :param loaded: the CLIPS files that the spec loads.
-    :param firings: number of firings by rule in the last recording.
-    :param recording: the name of the recording; may be empty.
-    :param reads_as_fawkes: whether the agent reads PDDL like Fawkes.
-    :param error: why the agent could not be examined; empty if it could.
+    :param firings: the number of firings by rule in the last recording.
+    :param recording: the file name of the recording; empty if there is none.
+    :param reads_as_fawkes: whether the agent reads PDDL as Fawkes does.
+    :param error: why the examination failed; empty if it succeeded.
     """
 
     functions: dict[str, FunctionInfo] = field(default_factory=dict)
@@ -72,6 +76,6 @@ NOTHING: Final = AgentKnowledge()
 def decode(data: bytes) -> AgentKnowledge:
     """Decode the output of an examination.
 
-    :raises msgspec.DecodeError: if the output is anything else.
+    :raises msgspec.DecodeError: if the output is not that of an examination.
     """
     return msgspec.json.decode(data, type=AgentKnowledge)

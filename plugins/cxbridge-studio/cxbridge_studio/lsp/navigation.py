@@ -1,4 +1,4 @@
-"""Definitions and references of a name, and renaming."""
+"""Finds the definitions and references of a name, and renames names."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.lsp.session import Session
 
 _NEW_NAME: Final = re.compile(r"[^\s()\"';&|~?*<:,=][^\s()\"';&|~?<:,=]*")
-# Kinds that cannot be renamed: code in other languages uses these names, too.
-_FIXED: Final = frozenset(
+# Kinds of names that cannot be renamed, because code in other languages also uses the names.
+_FIXED_KINDS: Final = frozenset(
     {
         NameKind.FILE,
         NameKind.FEATURE,
@@ -28,24 +28,28 @@ _FIXED: Final = frozenset(
 
 
 def definitions(session: Session, file: SourceFile, mention: Mention) -> list[FileMention]:
-    """Return the definitions of a name; for a goal class or an action, the assertions."""
+    """Return the definitions of a name; of a goal class or an action without a definition, the assertions.
+
+    :param file: the file that contains the mention.
+    """
     name = mention.name
     if name.kind is NameKind.FILE:
         return _files(session, file, name)
-    own_definitions = session.model.definitions(name)
-    if not own_definitions and name.kind is NameKind.PARAMETER and not name.owner:
-        own_definitions = [
+    found = session.model.definitions(name)
+    # The action of a parameter in a CLIPS file may be unknown: any action's parameter fits.
+    if not found and name.kind is NameKind.PARAMETER and not name.owner:
+        found = [
             definition
             for definition in session.model.defined(NameKind.PARAMETER)
             if definition.mention.name.text == name.text
         ]
-    if not own_definitions and name.kind in (NameKind.GOAL_CLASS, NameKind.ACTION):
-        own_definitions = list(session.model.mentions(name, Use.ASSERTED))
-    return session.preferred(own_definitions, file.path)
+    if not found and name.kind in (NameKind.GOAL_CLASS, NameKind.ACTION):
+        found = list(session.model.mentions(name, Use.ASSERTED))
+    return session.preferred(found, file.path)
 
 
 def _files(session: Session, file: SourceFile, name: Name) -> list[FileMention]:
-    """Return the files with this name, written as ``folder/name.clp`` or without the folder."""
+    """Return the starts of the files with a name, which may be ``folder/name.clp`` or only ``name.clp``."""
     path_parts = Path(name.text).parts
     files = [
         FileMention(source, Mention(name, Use.DEFINED, 0, 0))
@@ -61,16 +65,16 @@ def references(session: Session, mention: Mention, *, declaration: bool = True) 
     :param declaration: whether to include definitions.
     """
     mentions = list(session.model.mentions(mention.name))
-    if mention.name.kind is NameKind.FUNCTION:  # calls in ordered facts look like slots
+    if mention.name.kind is NameKind.FUNCTION:  # the model has the calls in ordered facts as slots
         calls = session.model.calls(mention.name.text)
         mentions += [call for call in calls if call.mention.name.kind is NameKind.SLOT]
     return [item for item in mentions if declaration or item.mention.use is not Use.DEFINED]
 
 
 def rename(session: Session, mention: Mention, new_name: str) -> list[FileMention]:
-    """Return the mentions to rename.
+    """Return the mentions that a renaming changes.
 
-    :raises CxbridgeError: if the name cannot be renamed, or the new name is invalid.
+    :raises CxbridgeError: if the name cannot be renamed, or the new name is invalid or already defined.
     """
     name = mention.name
     check_renamable(session, mention)
@@ -84,15 +88,15 @@ def rename(session: Session, mention: Mention, new_name: str) -> list[FileMentio
 def check_renamable(session: Session, mention: Mention) -> None:
     """Check that a name can be renamed.
 
-    :raises CxbridgeError: if it cannot.
+    :raises CxbridgeError: if the name is fixed, undefined, or defined outside of the editor's folder.
     """
     name = mention.name
-    if name.kind in _FIXED:
+    if name.kind in _FIXED_KINDS:
         raise CxbridgeError(f"the name of a {name.kind.value} is not only in files of the agent")
-    own_definitions = session.model.definitions(name)
-    if not own_definitions and name.kind is not NameKind.GOAL_CLASS:
+    definitions_of_name = session.model.definitions(name)
+    if not definitions_of_name and name.kind is not NameKind.GOAL_CLASS:
         raise CxbridgeError(f"no file defines the {name.kind.value} '{name.text}'")
     if session.root is not None and any(
-        not Path(definition.file.path).is_relative_to(session.root) for definition in own_definitions
+        not Path(definition.file.path).is_relative_to(session.root) for definition in definitions_of_name
     ):
         raise CxbridgeError(f"the {name.kind.value} '{name.text}' is defined outside of {session.root}")

@@ -1,4 +1,4 @@
-"""Conversion between offsets in files and the protocol's lines and characters."""
+"""Converts between offsets in files and the protocol's lines and characters."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from cxbridge_studio.agent.names import SourceFile
 class Positions:
     """Converter of positions.
 
-    :param codec: counts characters in the client's encoding.
+    :param codec: pygls' codec, which counts characters in the client's encoding.
     """
 
     def __init__(self, codec: PositionCodec) -> None:
         self._codec = codec
 
     def offset(self, file: SourceFile, position: Position) -> int:
-        """Return the offset of a position. A position after the end of a line means that end."""
+        """Return the offset of a position. A position after the end of a line means the end of the line."""
         lines = file.lines
         start = lines.place(position.line + 1)
         end = file.text.find("\n", start)
         row = file.text[start : None if end < 0 else end]
-        # The codec visits each character: it gets the row alone, since files are long.
-        inside = self._codec.position_from_client_units([row], Position(0, position.character))
-        return start + min(inside.character, len(row))
+        # The codec visits each character, and files are long: it gets only the row.
+        position_in_row = self._codec.position_from_client_units([row], Position(0, position.character))
+        return start + min(position_in_row.character, len(row))
 
     def position(self, file: SourceFile, offset: int) -> Position:
         line = file.lines.at(offset)
@@ -43,7 +43,7 @@ class Positions:
 
 
 def path_of(uri: str) -> str:
-    """Return the path of a file URI as the model names it; other URIs are returned unchanged."""
+    """Return the resolved path of a file URI, as in the model; other URIs are returned unchanged."""
     path = to_fs_path(uri)
     return str(Path(path).resolve()) if path else uri
 

@@ -1,4 +1,4 @@
-"""The published diagnostics of files: findings of the last check, and of the text for changed files."""
+"""Makes the published diagnostics from the findings of the last check and, for changed files, of the text."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, Final
 from lsprotocol.types import Diagnostic, DiagnosticSeverity
 
 from cxbridge_studio.agent.names import SourceFile
-from cxbridge_studio.lsp.diagnostics import LIVE, UNKNOWN_NAMES, live_findings
+from cxbridge_studio.lsp.diagnostics import LIVE_CODES, UNKNOWN_NAMES, live_findings
 from cxbridge_studio.lsp.positions import Positions
 from cxbridge_studio.lsp.session import Session
 
@@ -24,33 +24,37 @@ _WORD: Final = re.compile(r"[^\s()]+|\(")
 
 
 class FindingsOfFiles:
-    """The findings of the last check by file, and the files changed since it began.
+    """The findings of the last check by file, and the files that have changed since the check began.
 
-    :ivar changed: files whose text differs from the checked text.
+    :ivar changed: the paths of files with a text that differs from the checked text.
     """
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self.changed: set[str] = set()
         self._changed_since_begin: set[str] = set()
-        self._checked: dict[str, list[Mapping[str, Any]]] = {}  # findings of the check, by file
+        self._checked: dict[str, list[Mapping[str, Any]]] = {}  # the findings of the last check, by file
 
     @property
     def paths(self) -> set[str]:
+        """The paths of the files with findings of the last check."""
         return set(self._checked)
 
     def begin(self) -> None:
-        """Note the start of a check, which sees the files on the disk."""
+        """Record the start of a check, which reads the files on the disk."""
         self._changed_since_begin = set()
 
     def change(self, path: str) -> None:
-        """Note a change of a file's text."""
+        """Record a change of a file's text."""
         self.changed.add(path)
         self._changed_since_begin.add(path)
 
     def finish(self, unsaved: set[str]) -> None:
-        """Take the findings from the session's knowledge."""
-        self.changed = self._changed_since_begin | unsaved  # the check has read other texts of these files
+        """Take the findings from the session's knowledge at the end of a check.
+
+        :param unsaved: the paths of the files with unsaved text.
+        """
+        self.changed = self._changed_since_begin | unsaved  # the check has read another text of these files
         self._checked = {}
         for finding in self._session.knowledge.findings:
             if finding["file"]:
@@ -58,11 +62,12 @@ class FindingsOfFiles:
                 self._checked.setdefault(path, []).append(finding)
 
     def diagnostics(self, file: SourceFile, positions: Positions) -> list[Diagnostic]:
+        """Return the diagnostics of a file, each mistake once."""
         is_changed = file.path in self.changed
-        # By code and line: the check and the text report the same mistake in slightly different places.
+        # The keys are code and line, because the check may report a mistake in another column than the text.
         unique_diagnostics: dict[tuple[str, int], Diagnostic] = {}
         for finding in self._checked.get(file.path, ()):
-            if not (is_changed and finding["code"] in LIVE):
+            if not (is_changed and finding["code"] in LIVE_CODES):
                 diagnostic = _of_check(file, finding, positions)
                 unique_diagnostics[finding["code"], diagnostic.range.start.line] = diagnostic
         if is_changed or file.path not in self._session.loaded or not self._session.knowledge.is_complete:
@@ -85,7 +90,10 @@ def _of_check(file: SourceFile, finding: Mapping[str, Any], positions: Positions
 
 
 def _of_text(session: Session, file: SourceFile, positions: Positions) -> Iterator[Diagnostic]:
-    """Yield the mistakes in a file's text. Without an agent, an unknown name is only a warning."""
+    """Yield the mistakes in a file's text.
+
+    Without an agent, an unknown name is only a warning, because unread files may define the name.
+    """
     for finding in live_findings(session, file):
         is_sure = bool(session.loaded) or finding.code not in UNKNOWN_NAMES
         yield Diagnostic(

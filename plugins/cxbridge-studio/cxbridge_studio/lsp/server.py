@@ -1,4 +1,4 @@
-"""The language server: initial reading of files, changes, and published diagnostics."""
+"""The language server: reads the files, takes changes, and publishes diagnostics."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from cxbridge_studio.lsp.session import Session, files_below, find_scenario, las
 if TYPE_CHECKING:
     from cxbridge_studio.lsp.agent_files import AgentFiles
 
-# The agent that provides core and functions when no scenario is found.
-_FALLBACK: Final = {"scenario": "test-scenario"}
+# The agent that provides the core and the functions if there is no scenario.
+_FALLBACK_OPTIONS: Final = {"scenario": "test-scenario"}
 
 
 def _find_agent(options: Mapping[str, Any]) -> AgentFiles:
     """Return the locations of an agent's files."""
-    # Imported here, since it imports much and the first responses must be quick.
+    # These imports are slow, and the server's first responses must be quick.
     from cxbridge_studio.lsp.agent_files import AgentFiles  # noqa: PLC0415
     from cxbridge_studio.lsp.examine import run_options  # noqa: PLC0415
 
@@ -37,7 +37,7 @@ def _find_agent(options: Mapping[str, Any]) -> AgentFiles:
 
 
 def _names_agent(options: Mapping[str, Any]) -> bool:
-    """Return whether the options name an agent. Invalid options do, so that their error is reported."""
+    """Return whether the options name an agent; true for invalid options, so that the error is reported."""
     from cxbridge.run.source import source_of  # noqa: PLC0415
     from cxbridge_studio.lsp.examine import run_options  # noqa: PLC0415 - as above
 
@@ -50,21 +50,23 @@ def _names_agent(options: Mapping[str, Any]) -> bool:
 class AgentServer(LanguageServer):
     """A language server for one agent.
 
-    :param options: options of a run as JSON values (``scenario``, ``fawkes_dir``, ``clips_dirs`` ...) and
-        ``recording``. The client's ``initializationOptions`` override them.
+    :param options: the options of a run as JSON values (``scenario``, ``fawkes_dir``, ``clips_dirs`` ...),
+        and ``recording``. The client's ``initializationOptions`` override these options.
     """
 
     def __init__(self, options: Mapping[str, Any] | None = None) -> None:
         super().__init__("cxbridge", __version__)
         self.session = Session()
         self.findings = FindingsOfFiles(self.session)
-        self.examinations = Examinations(self._examined_options, self._take)
-        self._given = {name: value for name, value in (options or {}).items() if value not in (None, [], ())}
+        self.examinations = Examinations(self._begin_examination, self._take_knowledge)
+        self._given_options = {
+            name: value for name, value in (options or {}).items() if value not in (None, [], ())
+        }
         self._options: dict[str, Any] = {}
         self._has_agent = False
-        self._unsaved: set[str] = set()
+        self._unsaved: set[str] = set()  # paths of documents with unsaved text
         self._shown_errors: set[str] = set()
-        self._shown: set[str] = set()
+        self._shown: set[str] = set()  # paths of files with published diagnostics
         self._index_task: asyncio.Task[None] | None = None
 
     @property
@@ -73,22 +75,22 @@ class AgentServer(LanguageServer):
         return Positions(self.workspace.position_codec)
 
     def file(self, uri: str) -> SourceFile | None:
-        """Return a file that the client names, or None for other kinds of files."""
+        """Return the file of the client's URI; None for a file of an unknown kind."""
         return self.session.model.file(path_of(uri))
 
     # ---- start and end
 
     def begin(self, parameters: lsp.InitializeParams) -> None:
-        """Take the client's initialisation parameters."""
+        """Take the options and the folder from the client's initialisation parameters."""
         initialization_options = parameters.initialization_options
         if isinstance(initialization_options, Mapping):
-            self._given.update(initialization_options)
+            self._given_options.update(initialization_options)
         folders = parameters.workspace_folders or []
         uri = folders[0].uri if folders else parameters.root_uri
         self.session.root = Path(path_of(uri)) if uri else None
 
     def start(self) -> None:
-        """Read and examine the agent's files in the background."""
+        """Begin to read and examine the agent's files in the background."""
         self._index_task = asyncio.get_running_loop().create_task(self._read_all())
 
     async def end(self) -> None:
@@ -97,7 +99,7 @@ class AgentServer(LanguageServer):
         await self.examinations.close()
 
     async def _read_all(self) -> None:
-        """Read all files with the garbage collector off: each collection would delay responses by 0.1 s.
+        """Read all files with the garbage collector off, because each collection delays responses by 0.1 s.
 
         Afterwards the objects are frozen, so that later collections skip them.
         """
@@ -109,13 +111,14 @@ class AgentServer(LanguageServer):
             gc.enable()
 
     async def _index(self) -> None:
+        """Choose the agent, read the files of the folder and of the agent, and publish their diagnostics."""
         root = self.session.root
-        options = dict(self._given)
+        options = dict(self._given_options)
         recording = options.pop("recording", None) or (last_recording(root) if root else None)
         if not _names_agent(options) and root and (scenario := find_scenario(root)):
             options["scenario"] = str(scenario)
         self._has_agent = _names_agent(options)
-        self._options = options if self._has_agent else {**options, **_FALLBACK}
+        self._options = options if self._has_agent else {**options, **_FALLBACK_OPTIONS}
         if recording:
             self._options["recording"] = str(recording)
         self.examinations.request()
@@ -133,17 +136,17 @@ class AgentServer(LanguageServer):
         self.publish()
 
     async def _read(self, paths: Iterable[Path]) -> None:
-        """Read new files, and let the event loop serve requests in between."""
+        """Read the files that the model lacks, and let the event loop serve requests after each file."""
         for path in paths:
             resolved = path.resolve()
             if self.session.model.file(str(resolved)) is None:
                 file = self.session.read(resolved)
                 if file is not None:
-                    _ = file.by_name  # built here, so that the first request does not wait for it
+                    _ = file.by_name  # builds the index now, so that the first request does not wait
                 await asyncio.sleep(0)
 
     def _complain(self, text: str) -> None:
-        """Show an error of the settings once."""
+        """Show an error of the editor's settings, once."""
         if text not in self._shown_errors:
             self._shown_errors.add(text)
             self.window_show_message(lsp.ShowMessageParams(lsp.MessageType.Error, f"cxbridge: {text}"))
@@ -154,14 +157,17 @@ class AgentServer(LanguageServer):
 
     @property
     def _opened(self) -> dict[str, str]:
-        """The open documents: the client's URI by path."""
-        # the keys of pygls are unquoted, so they are not URIs
+        """The client's URIs of the open documents, by path."""
+        # The keys of pygls' documents are unquoted, and therefore no URIs.
         return {path_of(document.uri): document.uri for document in self.workspace.text_documents.values()}
 
     # ---- changes
 
     def change(self, uri: str, *, saved: bool) -> None:
-        """Take the client's text of a document."""
+        """Take the client's text of a document, and publish its diagnostics.
+
+        :param saved: whether the text is that of the file on the disk.
+        """
         path = path_of(uri)
         document = self.workspace.get_text_document(uri)
         file = self.session.model.file(path)
@@ -174,20 +180,20 @@ class AgentServer(LanguageServer):
             self._publish(file)
 
     def save(self, uri: str) -> None:
-        """Examine the agent after a file was saved."""
+        """Examine the agent after the client has saved a file."""
         self._unsaved.discard(path_of(uri))
         if self.session.root is not None or self._has_agent:
             self.examinations.request()
 
     def close(self, uri: str) -> None:
-        """Read the file from the disk again."""
+        """Read a closed document from the disk again if its text was not saved."""
         path = path_of(uri)
         if path in self._unsaved:
             self._unsaved.discard(path)
             self.session.read(Path(path))
 
     def changed_on_disk(self, changes: Iterable[lsp.FileEvent]) -> None:
-        """Read files that other programs have changed; open documents belong to the client."""
+        """Read files that other programs have changed, except open documents, which belong to the client."""
         for change in changes:
             path = path_of(change.uri)
             if path in self._opened:
@@ -201,14 +207,16 @@ class AgentServer(LanguageServer):
 
     # ---- findings
 
-    def _examined_options(self) -> Mapping[str, Any]:
+    def _begin_examination(self) -> Mapping[str, Any]:
+        """Record the beginning of an examination, and return its options."""
         self.findings.begin()
         return self._options
 
-    def _take(self, knowledge: AgentKnowledge) -> None:
+    def _take_knowledge(self, knowledge: AgentKnowledge) -> None:
+        """Take the result of an examination. A failed examination leaves the earlier result."""
         if knowledge.error:
             self._log_warning(knowledge.error)
-        if not self._has_agent:  # of the fallback agent, only the functions are useful
+        if not self._has_agent:  # the findings and files of the fallback agent do not concern the user
             knowledge = AgentKnowledge(
                 knowledge.functions, firings=knowledge.firings, recording=knowledge.recording
             )
@@ -221,7 +229,7 @@ class AgentServer(LanguageServer):
             self.workspace_code_lens_refresh(None)
 
     def publish(self) -> None:
-        """Publish the findings of all open files and of files with findings."""
+        """Publish the diagnostics of all open files, and of files that have or had diagnostics."""
         for path in self._opened.keys() | self.findings.paths | self._shown:
             file = self.session.model.file(path) or self.session.read(Path(path))
             if file is not None:
@@ -231,6 +239,7 @@ class AgentServer(LanguageServer):
         diagnostics = self.findings.diagnostics(file, self.positions)
         if not diagnostics and file.path not in self._shown:
             return
+        # An empty list of diagnostics is published once, to remove those in the editor.
         (self._shown.add if diagnostics else self._shown.discard)(file.path)
         uri = self._opened.get(file.path) or uri_of(file.path)
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, diagnostics))

@@ -13,8 +13,8 @@ from cxbridge_studio.agent.names import Name, NameKind, SourceFile
 from cxbridge_studio.lsp.knowledge import NOTHING, AgentKnowledge
 
 _SCENARIO_FILES: Final = ("scenario.yaml", "cfg/config.yaml", "config.yaml")
-_SKIPPED: Final = frozenset({"node_modules", "__pycache__", "build", "site"})
-# A workspace may be a whole checkout: the limits keep reading short.
+_SKIPPED_FOLDERS: Final = frozenset({"node_modules", "__pycache__", "build", "site"})
+# The limits keep the reading short, because a workspace may be a whole checkout.
 _MAX_FILE_SIZE: Final = 1 << 20  # bytes
 _MAX_FILES: Final = 5000
 
@@ -23,10 +23,10 @@ _MAX_FILES: Final = 5000
 class Session:
     """The state of the server.
 
-    :ivar loaded: the files that the spec loads; empty without a spec.
-    :ivar library: files of the host that every agent has.
+    :ivar loaded: the paths of the files that the spec loads; empty without a spec.
+    :ivar library: the paths of the host's files, which every agent has.
     :ivar knowledge: the result of the last examination.
-    :ivar root: the folder opened in the editor, or None.
+    :ivar root: the folder that is open in the editor, or None.
     :ivar is_indexed: whether all files have been read once.
     """
 
@@ -36,18 +36,23 @@ class Session:
     knowledge: AgentKnowledge = NOTHING
     root: Path | None = None
     is_indexed: bool = False
-    _revision: int = 0
+    _revision: int = 0  # counts changes of files and knowledge
+    # The definitions and their revision: for files that the spec loads (True), and for all other files
+    # (False).
     _cached: dict[bool, tuple[int, AgentDefinitions]] = field(default_factory=dict)
 
     def update(self, path: str, text: str) -> SourceFile | None:
+        """Take new text of a file; see :meth:`AgentModel.update`."""
         self._revision += 1
         return self.model.update(path, text)
 
     def read(self, path: Path) -> SourceFile | None:
+        """Read a file from the disk; see :meth:`AgentModel.read`."""
         self._revision += 1
         return self.model.read(path)
 
     def forget(self, path: str) -> None:
+        """Remove a file from the model."""
         self._revision += 1
         self.model.remove(path)
 
@@ -57,33 +62,42 @@ class Session:
         self.knowledge, self.loaded = knowledge, set(knowledge.loaded)
 
     def is_of_agent(self, path: str) -> bool:
-        """Return whether the spec loads a file, or every agent has it."""
+        """Return whether the spec or the host loads a file."""
         return path in self.loaded or path in self.library
 
     def definitions(self, path: str) -> AgentDefinitions:
         """Return the definitions visible in a file: a loaded file sees only definitions in loaded files."""
-        # The definitions of all files are collected once for a change: each key in an editor asks for them.
-        narrow = path in self.loaded
-        cached = self._cached.get(narrow)
+        # They are collected once for each revision, because each key in an editor needs the definitions.
+        is_loaded = path in self.loaded
+        cached = self._cached.get(is_loaded)
         if cached is None or cached[0] != self._revision:
-            files = (file for file in self.model.files if not narrow or self._counts(file.path))
+            files = (file for file in self.model.files if not is_loaded or self._is_visible(file.path))
             cached = (self._revision, AgentDefinitions(files))
-            self._cached[narrow] = cached
+            self._cached[is_loaded] = cached
         return cached[1]
 
-    def _counts(self, path: str) -> bool:
+    def _is_visible(self, path: str) -> bool:
+        """Return whether a loaded file sees a file: unloaded CLIPS files may belong to another agent."""
         return not path.endswith(".clp") or self.is_of_agent(path)
 
     def preferred(self, mentions: Iterable[FileMention], near: str) -> list[FileMention]:
-        """Return the mentions in the agent's files if `near` is such a file; else all mentions."""
+        """Return the mentions that a file sees; all mentions if it sees none.
+
+        :param near: the path of the file from which the user looks for the name.
+        """
         all_mentions = list(mentions)
         if near in self.loaded:
-            return [mention for mention in all_mentions if self._counts(mention.file.path)] or all_mentions
+            return [
+                mention for mention in all_mentions if self._is_visible(mention.file.path)
+            ] or all_mentions
         return all_mentions
 
 
 class AgentDefinitions:
-    """The names that a set of files defines."""
+    """The names that a set of files defines.
+
+    :ivar slots: the slot names by template or interface.
+    """
 
     def __init__(self, files: Iterable[SourceFile]) -> None:
         self._names: dict[NameKind, set[str]] = {}
@@ -91,13 +105,14 @@ class AgentDefinitions:
         for file in files:
             for _, piece in file.pieces:
                 for mention in piece.defined:
-                    self._note(mention.name)
+                    self._add(mention.name)
 
-    def _note(self, name: Name) -> None:
+    def _add(self, name: Name) -> None:
         self._names.setdefault(name.kind, set()).add(name.text)
         if name.kind is NameKind.TEMPLATE:
             self.slots.setdefault(name.text, set())
         elif name.kind is NameKind.INTERFACE:
+            # The blackboard feature adds these slots to the template of each interface.
             self.slots.setdefault(name.text, set()).update(("id", "time"))
         elif name.kind in (NameKind.SLOT, NameKind.FIELD):
             self.slots.setdefault(name.owner, set()).add(name.text)
@@ -107,7 +122,7 @@ class AgentDefinitions:
 
 
 def files_below(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterator[Path]:
-    """Yield the agent files below a folder, without hidden folders and large files."""
+    """Yield the files of an agent below a folder, without those in hidden folders and large files."""
     allowed_suffixes = frozenset(suffixes)
     pending = [folder]
     count = 0
@@ -117,7 +132,7 @@ def files_below(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterator[Pa
         except OSError:
             continue
         for entry in entries:
-            if entry.name.startswith(".") or entry.name in _SKIPPED:
+            if entry.name.startswith(".") or entry.name in _SKIPPED_FOLDERS:
                 continue
             if entry.is_dir() and not entry.is_symlink():
                 pending.append(entry)
@@ -131,7 +146,7 @@ def files_below(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterator[Pa
 
 
 def find_scenario(root: Path) -> Path | None:
-    """Return the scenario of a folder, or the only one in its subfolders."""
+    """Return the scenario of a folder, or the only scenario in its subfolders; None if there is none."""
     for name in _SCENARIO_FILES:
         if (root / name).is_file():
             return root / name if name != _SCENARIO_FILES[0] else root
@@ -140,7 +155,7 @@ def find_scenario(root: Path) -> Path | None:
 
 
 def last_recording(root: Path) -> Path | None:
-    """Return the newest recording in a folder or its subfolders."""
+    """Return the newest recording in a folder or its subfolders; None if there is none."""
     recordings = [*root.glob("*.mcap"), *root.glob("*/*.mcap")]
     return max(recordings, key=lambda path: path.stat().st_mtime, default=None)
 

@@ -1,4 +1,4 @@
-"""Document outline, workspace symbols and folding ranges of an agent's files."""
+"""Finds the outline and the folding ranges of a file, and symbols in all files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFi
 from cxbridge_studio.agent.top_level import open_lists
 from cxbridge_studio.lsp.session import Session
 
-# Names within a definition: a search for symbols leaves them out, since there are too many.
+# The kinds of names within a definition: a search for symbols leaves out such names, because there are too
+# many.
 _INNER_KINDS: Final = frozenset(
     {NameKind.SLOT, NameKind.PARAMETER, NameKind.FIELD, NameKind.MESSAGE, NameKind.ARGUMENT}
 )
@@ -24,10 +25,10 @@ _MAX_RESULTS: Final = 200  # symbols in the result of a search
 class OutlineSymbol(Struct, frozen=True):
     """An entry of an outline.
 
-    :param mention: the defining mention.
-    :param start: start of the definition.
-    :param end: end of the definition.
-    :param children: the definitions within it, such as slots.
+    :param mention: the mention of the name in its definition.
+    :param start: the start of the definition.
+    :param end: the end of the definition.
+    :param children: the definitions within the definition, such as slots.
     """
 
     mention: Mention
@@ -53,7 +54,7 @@ def _symbols(placed: PlacedPiece) -> Iterator[OutlineSymbol]:
 
 
 def find(session: Session, query: str) -> list[FileMention]:
-    """Return the names in all files that contain the letters of a query in order."""
+    """Return the first definitions of names that contain the letters of a query in order."""
     lower_query = query.lower()
     symbols = (
         FileMention(file, mention.moved(placed.start))
@@ -67,14 +68,14 @@ def find(session: Session, query: str) -> list[FileMention]:
 
 def _matches(lower_query: str, text: str) -> bool:
     letters = iter(text)
-    return all(letter in letters for letter in lower_query)
+    return all(letter in letters for letter in lower_query)  # `in` consumes the letters before a match
 
 
-def folds(file: SourceFile) -> list[tuple[int, int]]:
-    """Return first and last line, from 1, of the lists and comments that span several lines."""
+def folding_ranges(file: SourceFile) -> list[tuple[int, int]]:
+    """Return the first and the last line, from 1, of each list and comment that spans several lines."""
     ranges: list[tuple[int, int]] = []
     if file.path.endswith((".clp", ".pddl")):
-        ranges += [(file.lines.at(start), file.lines.at(end)) for start, end in _lists(file)]
+        ranges += [(file.lines.at(start), file.lines.at(end)) for start, end in _list_offsets(file)]
     comment_start = 0
     for number, row in enumerate([*file.text.split("\n"), ""], 1):
         is_comment = row.startswith((";", "#", "--"))
@@ -84,14 +85,17 @@ def folds(file: SourceFile) -> list[tuple[int, int]]:
             ranges.append((comment_start, number - 1))
             comment_start = 0
     last_lines: dict[int, int] = {}
-    for first, last in ranges:  # editors take one range for each first line
+    for first, last in ranges:  # editors accept a single range for each first line
         if last > first:
             last_lines.setdefault(first, last)
     return sorted(last_lines.items())
 
 
-def _lists(file: SourceFile) -> Iterator[tuple[int, int]]:
-    """Yield the lists of a file. Constructs are parsed separately, so an unclosed one affects no other."""
+def _list_offsets(file: SourceFile) -> Iterator[tuple[int, int]]:
+    """Yield the offsets of the two parentheses of each list in a file.
+
+    Constructs are parsed separately, so that an unclosed construct does not affect other constructs.
+    """
     for start, piece in file.pieces:
         unclosed = set(open_lists(piece.text))
         opened: list[int] = []

@@ -10,7 +10,7 @@ from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 
 from cxbridge_studio.check.table import codes
-from cxbridge_studio.lsp.diagnostics import LIVE, live_findings
+from cxbridge_studio.lsp.diagnostics import LIVE_CODES, live_findings
 from tests.support import ROOT
 
 GOALS, DOMAIN, PDDL, SCENARIO = "meet-goals.clp", "meet-domain.clp", "domain.pddl", "scenario.yaml"
@@ -33,7 +33,7 @@ def test_a_client_hears_what_the_server_can(editor):
 
 
 def test_the_codes_are_those_of_check():
-    assert codes().keys() >= LIVE
+    assert codes().keys() >= LIVE_CODES
 
 
 # ---- diagnostics
