@@ -61,6 +61,7 @@ class ClipsWatch(Run):
                 yield change
                 if transition is not None:
                     yield transition
+            # A cut firing would have a wrong list of facts.
             elif whole or not isinstance(event, RuleFired):
                 yield event
 
@@ -73,13 +74,13 @@ class ClipsWatch(Run):
                 yield first, "\n".join(lines), True
                 lines = []
             if not lines and (entry := _ENTRY_AFTER_TEXT.search(text)) and not _START.match(text):
-                yield number, text[: entry.start()], True  # the text of the program
+                yield number, text[: entry.start()], True  # the text that the program has printed
                 text = text[entry.start() :]
             if not lines:
                 first, size = number, 0
             lines.append(text)
             size += len(text) + 1
-            whole = ends
+            whole = ends  # a line without a line end is the last, and may be cut
             if size > MAX_LINE:
                 raise TraceError(f"an entry of more than {MAX_LINE >> 20} MiB", file=self.path, line=first)
             if ends and not _is_incomplete(lines):

@@ -35,7 +35,7 @@ TIME: Final = Code(
     Severity.NOTE,
     "time facts by default",
     "A scenario.yaml without assert-time-each-loop gets a (time ...) fact in each loop. Fawkes needs the "
-    "key: add it if the agent shall run there, too.",
+    "key: add it if the agent must run there, too.",
 )
 UNKNOWN_KEY: Final = Code(
     "CX114",
