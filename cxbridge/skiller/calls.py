@@ -36,7 +36,7 @@ _RUNNING, _FINAL, _FAILED = "S_RUNNING", "S_FINAL", "S_FAILED"
 
 
 class CallOutcome(Enum):
-    """The outcome of a skill string; the value is the exit status."""
+    """The outcome of a skill string; its value is the exit status of the command."""
 
     FINAL = 0
     FAILED = 1
@@ -47,7 +47,7 @@ class CallOutcome(Enum):
 class SkillResult:
     """The result of a skill string.
 
-    :param error: the reason of a failure; else empty.
+    :param error: the reason of a failure, otherwise empty.
     :param msgid: the id of the ExecSkillMessage; 0 if it was not sent.
     """
 
@@ -77,7 +77,7 @@ class SkillerCall(Closing):
         self._on_status = on_status
         self._feed = Feed(board, OWNER)
         self._interface: Interface = self._feed.open(TYPE, skiller)
-        self._in_control = self._runs = False
+        self._in_control = self._is_running = False
         self._msgid = 0
         if not self._interface.has_writer:
             self._feed.close()
@@ -127,14 +127,14 @@ class SkillerCall(Closing):
 
     def stop(self) -> None:
         """Stop the skill string."""
-        self._runs = False
+        self._is_running = False
         self._send("StopExecMessage")
 
     def close(self) -> None:
         """Stop a running skill string, release control, close the interface."""
         try:
             if self._interface.valid and self._interface.has_writer:
-                if self._runs:
+                if self._is_running:
                     self.stop()
                 if self._in_control:
                     self._send("ReleaseControlMessage")
@@ -166,9 +166,9 @@ class SkillerCall(Closing):
         skip_stale_ids(self._interface, controls=True)
         former_state = self._feed.now(self._interface)
         self._msgid = self._send("ExecSkillMessage", skill_string=skill_string)
-        self._runs = True
+        self._is_running = True
         result = yield from self._wait(self._msgid, skill_string, former_state)
-        self._runs = False
+        self._is_running = False
         return result
 
     def _acquire(self) -> _Steps[str]:
@@ -189,8 +189,8 @@ class SkillerCall(Closing):
         self._in_control = news is not None
         return "" if self._in_control else f"the Skiller did not give control within {CONTROL_S:g} s"
 
-    def _loss(self, controller: str) -> str:
-        """Return how control was lost."""
+    def _loss_text(self, controller: str) -> str:
+        """Return the reason for the loss of control."""
         if not controller and not self._interface.has_writer:
             return "the Skiller is gone"
         return f"control of the Skiller was lost to {name_controller(self._interface, controller)}"
@@ -213,17 +213,19 @@ class SkillerCall(Closing):
             status = getattr(values["status"], "name", str(values["status"]))
             if news.kind == "writer removed":
                 return SkillResult(CallOutcome.FAILED, "the Skiller is gone", msgid)
+            # the feed may still deliver earlier states, and the state at the time of sending
             if news.time_us < former_state.time_us or (
                 news.time_us == former_state.time_us and values == former_state.values
             ):
                 continue
             shown_string = values["skill_string"]
+            # the field cuts long skill strings, so the call may be longer; no skill string begins with "?"
             is_replaced = values["msgid"] == msgid and not skill_string.startswith(shown_string or "?")
             has_ended = values["msgid"] == msgid and not is_replaced and status in (_FINAL, _FAILED)
             if (controller := values["exclusive_controller"]) != own_serial:
                 self._in_control = False
                 if controller or not has_ended:
-                    return SkillResult(CallOutcome.FAILED, self._loss(controller), msgid)
+                    return SkillResult(CallOutcome.FAILED, self._loss_text(controller), msgid)
             if values["msgid"] != msgid or is_replaced:
                 if is_accepted or is_replaced:
                     reason = f"it was replaced by '{shown_string}'" if shown_string else "it was stopped"
@@ -247,8 +249,9 @@ def _result(status: str, error: str, msgid: int) -> SkillResult:
 
 def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] | None:
     """Return the skills of a Skiller, requested as skillgui does; None without reply."""
-    # shows the list in SkillerDebugInterface for a moment and then restores the earlier content; without that
-    # interface, the Skiller may belong to an agent on the skill board, whose executors list their skills
+    # the Skiller shows the list in SkillerDebugInterface; afterwards the earlier graph is requested again for
+    # its viewers. A Skiller without that interface may belong to an agent on the skill board, whose executors
+    # list their skills
     with Feed(board, OWNER) as feed:
         interface = feed.open("SkillerDebugInterface", skiller)
         if not interface.has_writer:
@@ -257,11 +260,11 @@ def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] 
         assert news is not None
         former_subject = news.values["graph_fsm"]
         deadline = Deadline(timeout_s)
-        _show(interface, "LIST")
+        _request_graph(interface, "LIST")
         while news is not None and news.values["graph_fsm"] != "LIST":
             news = feed.next(deadline)
         if former_subject != "LIST":
-            _show(interface, former_subject or "ACTIVE")
+            _request_graph(interface, former_subject or "ACTIVE")
         return None if news is None else str(news.values["graph"]).split()
 
 
@@ -276,7 +279,7 @@ def _skills_on_board(board: BlackBoard, agent: str) -> list[str] | None:
     return sorted(names) or None
 
 
-def _show(interface: Interface, subject: str) -> None:
+def _request_graph(interface: Interface, subject: str) -> None:
     message = interface.create_message("SetGraphMessage")
     message.set("graph_fsm", subject)
     interface.msgq_enqueue(message)

@@ -38,7 +38,7 @@ class ReaderWatch(Listener):
     def __init__(self, board: BlackBoard) -> None:
         self._board = board
         self._instance: Interface | None = None
-        self._gone: deque[str] = deque()
+        self._closed_serials: deque[str] = deque()
 
     def listen(self, instance: Interface, table: ListenerTable) -> None:
         """Start watching an interface before its writer opens it."""
@@ -47,11 +47,11 @@ class ReaderWatch(Listener):
         listening(self, EventKind.READER_REMOVED)(instance, table)
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
-        self._gone.append(str(serial))
+        self._closed_serials.append(str(serial))
 
     def pop(self) -> str | None:
         """Return the serial of the next closed reader, or None."""
-        return self._gone.popleft() if self._gone else None
+        return self._closed_serials.popleft() if self._closed_serials else None
 
     def close(self) -> None:
         """Stop watching."""

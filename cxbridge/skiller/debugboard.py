@@ -34,7 +34,7 @@ class DebugBoard:
         self._main: Any = board.open_for_writing("SkillerDebugInterface", name, owner=owner)
         self._twin: Any = board.open_for_writing("SkillerDebugInterface", f"{name}Layouted", owner=owner)
         self._both: tuple[Any, ...] = (self._main, self._twin)
-        self._room = self._main.maxlenof("graph") - 1
+        self._max_bytes = self._main.maxlenof("graph") - 1
         self._subject = ACTIVE
         self._direction = "TB"
         self._coloured = True
@@ -43,7 +43,7 @@ class DebugBoard:
 
     def loop(self) -> None:
         """Write the initial values in the first loop; then handle messages."""
-        # not when it is made: Fawkes writes both interfaces first in a loop, after the skills are loaded
+        # in the first loop, as in Fawkes, where the skills are loaded before the first write
         if not self._started:
             self._started = True
             for interface in self._both:
@@ -67,7 +67,7 @@ class DebugBoard:
         self.publish()
 
     def publish(self) -> None:
-        """Write a changed graph."""
+        """Write the graph, or the list of skills, if it has changed."""
         is_new = self._subject != self._main.graph_fsm
         if self._subject in (LIST, DEPENDENCIES):
             if is_new:
@@ -93,8 +93,8 @@ class DebugBoard:
         if graph:
             size = len(graph.encode("utf-8", "surrogateescape"))
             # the field cuts the graph; viewers get the start, and the log says why
-            if size > self._room:
-                self._log.error(f"the graph exceeds its maximum size ({size} vs. {self._room})")
+            if size > self._max_bytes:
+                self._log.error(f"the graph exceeds its maximum size ({size} vs. {self._max_bytes})")
             self._write(graph)
             self._twin.graph = graph
             self._twin.write()

@@ -22,7 +22,7 @@ _POSIX_CLASSES = {
     "xdigit": "0-9A-Fa-f",
 }
 
-# the characters that mean the same after a backslash in both dialects
+# the characters that have the same meaning after a backslash in both dialects
 _SHARED_ESCAPES = frozenset("dDsSwWbB123456789tnrfv")
 
 _ESCAPE = r"\\(?:c.|x[0-9A-Fa-f]{2}|u[0-9A-Fa-f]{4}|[^cxu])"
@@ -42,7 +42,7 @@ _REFUSED = {
     "(": "a group that ECMAScript does not know",
     "{": "a repetition that ECMAScript does not know",
 }
-"""Why no token begins with a character."""
+"""The mistake at a character with which no token begins."""
 
 # in ECMAScript '.' excludes all line ends, and '$' does not match before a final newline
 _CHARACTERS = {".": r"[^\n\r]", "$": r"\Z"}
@@ -84,14 +84,14 @@ def replace_all(pattern: str, replacement: str, value: str) -> str:
             "'": match.string[match.end() :],
         }
 
-        def referenced(reference: re.Match[str]) -> str:
+        def referenced_text(reference: re.Match[str]) -> str:
             sign, number = reference.groups()
             if number is None:
                 return texts[sign]
             return (match[int(number)] or "") if int(number) <= match.re.groups else ""
 
         previous_end = match.end()
-        return _REFERENCE.sub(referenced, replacement)
+        return _REFERENCE.sub(referenced_text, replacement)
 
     return compile_pattern(pattern).sub(expand, value)
 
@@ -121,11 +121,12 @@ def _translate(pattern: str) -> str:
 
 
 def _translate_class(text: str) -> str:
+    """Return a character class in the syntax of :mod:`re`."""
     # re refuses the empty classes of ECMAScript: [] matches no character, [^] any character
     if text in ("[]", "[^]"):
         return "(?!)" if text == "[]" else r"[\s\S]"
 
-    def item(match: re.Match[str]) -> str:
+    def translate_item(match: re.Match[str]) -> str:
         name, escape = match.groups()
         if name is not None and name not in _POSIX_CLASSES:
             raise EcmaRegexError(f"unknown character class '{name}'")
@@ -134,16 +135,18 @@ def _translate_class(text: str) -> str:
         return _translate_escape(escape, in_class=True) if escape else f"\\{match[0]}"
 
     start = 2 if text.startswith("[^") else 1
-    return text[:start] + _CLASS_ITEM.sub(item, text[start:-1]) + "]"
+    return text[:start] + _CLASS_ITEM.sub(translate_item, text[start:-1]) + "]"
 
 
 def _translate_escape(escape: str, *, in_class: bool = False) -> str:
+    """Return an escape sequence in the syntax of :mod:`re`."""
     char = escape[1]
+    # in a class, ECMAScript takes \B and \1 for the characters themselves, which re refuses or reads as octal
     if char in _SHARED_ESCAPES and not (in_class and char in "B123456789"):
         return escape
-    if char == "0":
+    if char == "0":  # re would read the following digits as an octal number
         return r"\x00"
     if char == "c":
-        return re.escape(chr(ord(escape[2]) % 32))
+        return re.escape(chr(ord(escape[2]) % 32))  # \cJ: the control character of a letter
     digits = escape[2:]
     return re.escape(chr(int(digits, 16)) if char in "xu" else char)

@@ -51,7 +51,7 @@ class InterfaceSkiller(SkillerBackend):
             "SkillerInterface", name, owner=component, listen=self._readers.listen
         )
         self._control = ExclusiveControl(self._interface, self._log)
-        self._enqueued = False
+        self._has_started_string = False  # in the present loop
         self._handlers = {
             "AcquireControlMessage": self._control.acquire,
             "ReleaseControlMessage": self._control.release,
@@ -61,7 +61,7 @@ class InterfaceSkiller(SkillerBackend):
 
     @property
     def running(self) -> bool:
-        """Whether a skill string is executed or a message is pending."""
+        """Whether a skill string is being executed, or a message is pending."""
         return self.is_executing or not self._interface.msgq_empty()
 
     @property
@@ -72,7 +72,7 @@ class InterfaceSkiller(SkillerBackend):
     @property
     @abstractmethod
     def is_executing(self) -> bool:
-        """Whether a skill string is executed."""
+        """Whether a skill string is being executed."""
 
     @abstractmethod
     def start(self, skill_string: str) -> None:
@@ -83,11 +83,11 @@ class InterfaceSkiller(SkillerBackend):
 
     @abstractmethod
     def drop(self) -> None:
-        """Stop executing, without a status."""
+        """Stop executing the skill string, without writing a status."""
 
     def handle_messages(self) -> None:
         """Handle the messages since the last loop, and write the interface once if they changed it."""
-        self._enqueued = to_write = False
+        self._has_started_string = to_write = False
         # first the closed readers: a message may ask for the control that such a reader still has
         while (serial := self._readers.pop()) is not None:
             to_write |= self._control.revoke(serial)
@@ -98,7 +98,7 @@ class InterfaceSkiller(SkillerBackend):
             self._interface.write()
 
     def end(self, status: Status, error: str = "") -> None:
-        """Write the outcome of the skill string."""
+        """Write the outcome of the skill string, and stop its execution."""
         self._interface.status = status
         self._interface.error = error
         self._interface.write()
@@ -120,11 +120,11 @@ class InterfaceSkiller(SkillerBackend):
 
     def _exec(self, message: Any) -> bool:
         skill_string = message.skill_string
-        if not self._control.admit(message, is_second=self._enqueued, running=self.is_executing):
+        if not self._control.admit(message, is_second=self._has_started_string, running=self.is_executing):
             return False
         if self.is_executing:
             self.drop()
-        self._enqueued = True
+        self._has_started_string = True
         self._interface.skill_string = skill_string
         self._interface.msgid = message.id
         # Fawkes keeps an earlier error until the status changes, so that clients may take it for a new one

@@ -39,7 +39,7 @@ FAWKES_INTERFACES_DIR = Path("src/libs/interfaces")
 def skill_folders(
     skill_dirs: Sequence[Path] = (), fawkes_dir: Path | None = None, *, shipped: bool = True
 ) -> list[Path]:
-    """Return the folders of skills: the user's, a Fawkes checkout's, cxbridge's."""
+    """Return the folders of skills: those of the user, of a Fawkes checkout, and of cxbridge."""
     folders = list(skill_dirs)
     if fawkes_dir is not None:
         folders.append(fawkes_dir / FAWKES_LUA_DIR)
@@ -59,7 +59,7 @@ def load_configured_navgraph(config: Configuration, folder: Path) -> NavGraph:
 
     :raises CxbridgeError: if the file is not configured, unreadable or invalid.
     """
-    from cxbridge.space.navgraph import load_navgraph  # noqa: PLC0415 - start-up time is a feature
+    from cxbridge.space.navgraph import load_navgraph  # noqa: PLC0415 - most runs have no graph, and start faster without this import
 
     multi = "/navgraph/allow_multi_graph"
     allow_multi_graph = config.exists(multi) and config.get_bool(multi)
@@ -84,7 +84,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
 ) -> Skiller:
     """Load a skill space and make its Skiller.
 
-    :param folders: see :func:`skill_folders`; None: cxbridge's skills.
+    :param folders: the folders of skills, see :func:`skill_folders`; None: only cxbridge's skills.
     :param config: the configuration for skills; ``/skiller/skillspace`` is the default of ``space``.
     :param name: the id of the SkillerInterface.
     :param navgraph: the graph for ``navgraph``, see :func:`skills_see_navgraph`.

@@ -69,7 +69,7 @@ class ActionSkillMapping:
             raise ActionMappingError(
                 f"action '{action}' has no action mapping",
                 hint=f"add '{action}: SKILL-STRING' under action-mapping in the configuration of the spec; "
-                f"mapped are: {mapped_actions}",
+                f"mapped actions: {mapped_actions}",
             ) from None
 
     def map(self, action: str, params: Mapping[str, str]) -> MappedSkill:
@@ -83,11 +83,11 @@ class ActionSkillMapping:
         try:
             for part in parse_template(template):
                 if isinstance(part, str):
-                    text = self._joined(action, text, part)
+                    text = self._concatenate(action, text, part)
                 else:
                     value = _look_up(part, action, params)
-                    value_text = self._insert(part, _apply_steps(part, value, messages), text)
-                    text = self._joined(action, text, value_text)
+                    value_text = self._text_of(part, _apply_steps(part, value, messages), text)
+                    text = self._concatenate(action, text, value_text)
         except _CannotMapError as error:
             messages.insert(0, (Level.ERROR, str(error)))
             return MappedSkill("", tuple(messages))
@@ -104,8 +104,12 @@ class ActionSkillMapping:
                     warnings.extend(_check_steps(action, part))
         return warnings
 
-    def _insert(self, placeholder: Placeholder, value: str, prefix: str) -> str:
-        """Return the text of a value behind a part of the skill string."""
+    def _text_of(self, placeholder: Placeholder, value: str, prefix: str) -> str:
+        """Return the text of a value to append to ``prefix``, the skill string so far.
+
+        :raises _CannotMapError: if the value is not a number although the placeholder needs one, or cannot
+            be escaped.
+        """
         try:
             if placeholder.kind == "i":
                 return numbers.leading_integer(value)
@@ -114,15 +118,19 @@ class ActionSkillMapping:
         except numbers.NumberError as error:
             kind = "integer" if placeholder.kind == "i" else "float"
             raise _CannotMapError(f"Failed to convert '{value}' to {kind}: {error}") from None
+        # s and S quote the value, y and Y do not; S and Y convert it to upper case
         if placeholder.kind in "SY":
             value = _upper(value)
         if placeholder.kind in "sS":
-            quoted = self._preserved(placeholder, value, f'{prefix}"')
+            quoted = self._escaped(placeholder, value, f'{prefix}"')
             return f'"{quoted}"'
-        return self._preserved(placeholder, value, prefix)
+        return self._escaped(placeholder, value, prefix)
 
-    def _joined(self, action: str, prefix: str, suffix: str) -> str:
-        """Return the concatenation of two parts."""
+    def _concatenate(self, action: str, prefix: str, suffix: str) -> str:
+        """Return two parts of a skill string as one.
+
+        :raises _CannotMapError: if they make a comment, in the mode ``strict``.
+        """
         if self.mode == "strict" and quoting.makes_comment(prefix, suffix):
             raise _CannotMapError(
                 f"'{prefix}' and '{suffix}' make the comment '--': leave a space between them in the "
@@ -130,9 +138,9 @@ class ActionSkillMapping:
             )
         return prefix + suffix
 
-    def _preserved(self, placeholder: Placeholder, value: str, prefix: str) -> str:
-        """Return the text of a value behind a Lua text, preserved according to the mode."""
-        return _preserved_value(placeholder, value, prefix) if self.mode == "strict" else value
+    def _escaped(self, placeholder: Placeholder, value: str, prefix: str) -> str:
+        """Return the text of a value to append to ``prefix``, escaped unless the mode is ``fawkes``."""
+        return _escape(placeholder, value, prefix) if self.mode == "strict" else value
 
 
 def _describe(action: str, doubt: Doubt) -> Message:
@@ -157,7 +165,7 @@ def _apply_steps(placeholder: Placeholder, value: str, messages: list[Message]) 
         try:
             value = ecma.replace_all(step.pattern, step.replacement, value)
         except ecma.EcmaRegexError as error:
-            # Fawkes does not catch this exception
+            # Fawkes does not catch the exception of std::regex here
             raise _CannotMapError(f"Invalid regex '{step.pattern}': {error}") from None
     return value
 
@@ -170,7 +178,7 @@ def _check_steps(action: str, placeholder: Placeholder) -> list[Message]:
 
 
 def _problem_of(step: Replacement | Misfit) -> str:
-    """Return the mistake in a step, or empty."""
+    """Return the mistake in a step, or an empty text."""
     if isinstance(step, Misfit):
         return step.warning.strip()
     try:
@@ -180,8 +188,11 @@ def _problem_of(step: Replacement | Misfit) -> str:
     return ""
 
 
-def _preserved_value(placeholder: Placeholder, value: str, prefix: str) -> str:
-    """Return the text of a value behind a Lua text such that it cannot become code."""
+def _escape(placeholder: Placeholder, value: str, prefix: str) -> str:
+    """Return the text of a value to append to ``prefix``, escaped so that Lua cannot run it.
+
+    :raises _CannotMapError: if the value is not in quotes and is not a single word or number.
+    """
     context = quoting.context_at_end(prefix)
     if context in (quoting.QuotingContext.DOUBLE_QUOTES, quoting.QuotingContext.SINGLE_QUOTES):
         return quoting.escape(value, context.value)

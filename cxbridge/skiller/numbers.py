@@ -14,7 +14,7 @@ _FLOAT = re.compile(
     re.IGNORECASE | re.VERBOSE,
 )
 _LONG_MIN, _LONG_MAX = -(2**63), 2**63 - 1
-_SMALLEST_NORMAL = 2.2250738585072014e-308  # C's strtod reports an underflow below it
+_SMALLEST_NORMAL = 2.2250738585072014e-308  # std::stod reports smaller numbers as out of range
 
 
 class NumberError(ValueError):
@@ -47,6 +47,7 @@ def leading_float(text: str) -> str:
     match = _FLOAT.match(text)
     if match is None:
         raise NumberError("stod")
+    # std::to_string writes infinity and NaN as words of three letters
     if match["word"]:
         word = match["word"].lower()
         return ("-" if word.startswith("-") else "") + word.lstrip("+-")[:3]
@@ -55,6 +56,7 @@ def leading_float(text: str) -> str:
         number = float.fromhex(digits) if match["hex"] else float(digits)
     except OverflowError:
         raise NumberError("stod: out of range") from None
+    # zero is in range, whatever its exponent is
     mantissa = re.split("p" if match["hex"] else "e", digits.lower())[0].lstrip("+-0x")
     is_zero = not re.search(r"[1-9a-f]", mantissa)
     if number in (float("inf"), float("-inf")) or (abs(number) < _SMALLEST_NORMAL and not is_zero):

@@ -66,7 +66,7 @@ class Skiller(InterfaceSkiller):
         self._watch = watch
         if watch is not None:
             watch.follow(engine.modules)
-        self._changed: list[str] = []
+        self._changed_modules: list[str] = []
 
     @property
     def is_executing(self) -> bool:
@@ -132,17 +132,17 @@ class Skiller(InterfaceSkiller):
         # Fawkes reloads at once and loses the running skill string, so that saving a file stops a driving
         # robot
         changed = watch.changed_modules()
-        if changed and not self._changed and self._active:
+        if changed and not self._changed_modules and self._active:
             self._log.info(
                 f"Skill files changed ({', '.join(changed)}); they are loaded after this skill string"
             )
-        self._changed = changed or self._changed
-        if self._changed and not self._active:
+        self._changed_modules = changed or self._changed_modules
+        if self._changed_modules and not self._active:
             self._reload(watch)
 
     def _reload(self, watch: ModuleWatch) -> None:
-        self._log.info(f"Skill files changed ({', '.join(self._changed)}); loading them again")
-        self._changed = []
+        self._log.info(f"Skill files changed ({', '.join(self._changed_modules)}); loading them again")
+        self._changed_modules = []
         try:
             self.engine.reload()
         except SkillError as error:

@@ -22,7 +22,7 @@ from cxbridge.skiller.lua.host import from_lua, to_lua
 Value = str | float | int | bool | None | dict[Any, Any]
 """An argument: text, number, boolean, nil, or a table. Values without key count from 1."""
 
-DEEPEST: Final = 50
+MAX_DEPTH: Final = 50
 """The maximum nesting of tables."""
 
 ONLY_FAWKES: Final = "only /skiller/mode: fawkes evaluates Lua"
@@ -30,7 +30,7 @@ ONLY_FAWKES: Final = "only /skiller/mode: fawkes evaluates Lua"
 
 
 class LuaCall(NamedTuple):
-    """A call.
+    """A call in a Lua text, with its place.
 
     :param name: the called skill.
     :param values: the arguments.
@@ -70,8 +70,8 @@ _CONSTANTS: Final[dict[str, bool | None]] = {"nil": None, "true": True, "false":
 _KEYWORDS: Final = frozenset(
     ["and", "break", "do", "else", "elseif", "end", "for", "function", "if", "in", "local", "not"]
 ) | {"or", "repeat", "return", "then", "until", "while"}
-_UNSHOWN: Final = "\N{REPLACEMENT CHARACTER}"
-_FLUSHED: Final = 50  # as in Lua, which stores positional values in blocks of this size
+_REPLACEMENT: Final = "\N{REPLACEMENT CHARACTER}"
+_BLOCK_SIZE: Final = 50  # Lua stores the positional values of a table in blocks of this size
 
 
 def read_calls(text: str) -> list[LuaCall]:
@@ -116,14 +116,14 @@ def parse_skill_call(text: str) -> SkillStringCall:
 
 
 def _without_place(call: LuaCall) -> SkillStringCall:
-    """Return a call with its arguments by name, or by position without names."""
+    """Return a call with its arguments by name; arguments without names by position."""
     if len(call.values) == 1 and isinstance(call.values[0], dict):
         return SkillStringCall(call.name, call.values[0])
     return SkillStringCall(call.name, dict(enumerate(call.values, start=1)))
 
 
 class _LuaCallReader:
-    """A text and the reading position."""
+    """Reads the calls in a Lua text, token by token."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -153,7 +153,7 @@ class _LuaCallReader:
             self._refuse(f"the skill string ends where {expected} should be", token.at)
         if token.kind == "name" and token.text == "function":
             self._refuse(f"a function is not a literal; {ONLY_FAWKES}", token.at)
-        excerpt = "".join(char if char.isprintable() else _UNSHOWN for char in token.text[:20])
+        excerpt = "".join(char if char.isprintable() else _REPLACEMENT for char in token.text[:20])
         if token.kind == "name" and token.text not in _KEYWORDS:
             self._refuse(f"'{excerpt}' is a variable; {ONLY_FAWKES}", token.at)
         self._refuse(f"'{excerpt}' stands where {expected} should be; {ONLY_FAWKES}", token.at)
@@ -205,24 +205,25 @@ class _LuaCallReader:
         inside = quoted[1:-1]
         if "\\" not in inside:
             return inside
-        byte_escape = False
+        has_byte_escape = False
 
         def unescape(match: re.Match[str]) -> str:
-            nonlocal byte_escape
+            nonlocal has_byte_escape
             if match[1] is None:
                 return "\n" if match[2][0] in "\r\n" else _ESCAPES.get(match[2], match[2])
             code = int(match[1])
-            if code > 255:  # noqa: PLR2004 - a byte
+            if code > 255:  # noqa: PLR2004 - the largest byte
                 self._refuse(f"'{match[0]}' is not a byte: 0 to 255", start + 1 + match.start())
-            byte_escape |= code > 127  # noqa: PLR2004 - ASCII
+            has_byte_escape |= code > 127  # noqa: PLR2004 - the last character of ASCII
             return chr(code)
 
         text = _ESCAPE.sub(unescape, inside)
         # an escape is a byte rather than a character: several escapes may form one character
-        return from_lua(_ESCAPE.sub(unescape, to_lua(inside))) if byte_escape else text
+        return from_lua(_ESCAPE.sub(unescape, to_lua(inside))) if has_byte_escape else text
 
     def _number(self, text: str, start: int) -> int | float:
         if _HEXADECIMAL.fullmatch(text):
+            # as in Lua, whose numbers are doubles; up to 2**53 each integer is a double
             integer = int(text, 16)
             return integer if integer < 2**53 else _as_float(integer)
         if not _NUMBER.fullmatch(text):
@@ -273,21 +274,21 @@ class _LuaCallReader:
         if token.kind == "symbol" and token.text == "-" and self._next.kind == "number":
             number = self._next_token().value
             assert isinstance(number, int | float)
-            return -number if number else -0.0
+            return -number if number else -0.0  # Python has no negative integer zero
         return self._refuse_token(token, "a literal")
 
     def _table(self) -> dict[Any, Any]:
         opening = self._next_token()
         self._depth += 1
         # each level is a call of this method, and Python's stack is limited
-        if self._depth > DEEPEST:
-            self._refuse(f"tables lie in each other more than {DEEPEST} deep", opening.at)
+        if self._depth > MAX_DEPTH:
+            self._refuse(f"tables lie in each other more than {MAX_DEPTH} deep", opening.at)
         table: dict[Any, Any] = {}
         pending: dict[int, Value] = {}
         positions = 0
         while not self._is_symbol("}"):
             # a positional value beyond this block overrides an explicit key, and is overridden by a later one
-            if len(pending) == _FLUSHED:
+            if len(pending) == _BLOCK_SIZE:
                 table |= pending
                 pending.clear()
             key, value = self._field()

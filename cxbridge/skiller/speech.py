@@ -21,7 +21,7 @@ from cxbridge.events import EventBus
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
 
-_PATIENCE = 10  # times the estimated duration, as some drivers report no end
+_PATIENCE = 10  # the limit as a multiple of the estimated duration, because some drivers report no end
 _LINUX_PLAYER = "aplay"
 _SECONDS_PER_TEXT = 0.343
 _SECONDS_PER_CHARACTER = 0.070
@@ -53,7 +53,7 @@ class Voice(ABC):
         """Return whether the last text is finished."""
 
     def trouble(self) -> str:
-        """Return why the last text failed; else empty."""
+        """Return why the last text failed; empty if it did not."""
         return ""
 
     def close(self) -> None:
@@ -122,7 +122,7 @@ class SpeakerVoice(Voice):
                 # espeak returns before its own thread has played the sound
                 if text.strip():
                     spoken.wait(_PATIENCE * (1 + estimate_duration(text)))
-            except Exception as error:  # noqa: BLE001 - as above; what comes next may work
+            except Exception as error:  # noqa: BLE001 - as above; the next text may succeed
                 self._trouble = str(error) or type(error).__name__
             finally:
                 self._done.set()

@@ -21,6 +21,7 @@ TERMINALS: Final = Path(__file__).with_name("templates.json")
 @cache
 def _terminals() -> dict[str, re.Pattern[str]]:
     """Return the regular expression of each terminal of the grammar."""
+    # a test keeps the file equal to the grammar: reading the grammar with lark would delay the start
     texts = msgspec.json.decode(TERMINALS.read_bytes(), type=dict[str, str])
     return {name: re.compile(text) for name, text in texts.items()}
 
@@ -41,8 +42,9 @@ class Misfit(Struct, frozen=True):
 class Placeholder(Struct, frozen=True):
     """A placeholder for a parameter's value.
 
-    :param name: the parameter.
-    :param kind: one of ``s S y Y i f``.
+    :param name: the name of the parameter.
+    :param kind: ``s`` and ``S`` put the value in quotes, ``y`` and ``Y`` do not, ``S`` and ``Y``
+        convert it to upper case; ``i`` is an integer, ``f`` a float.
     """
 
     name: str
@@ -58,7 +60,7 @@ class Doubt(Struct, frozen=True):
     """A text that resembles a placeholder.
 
     :param offset: the position in the template, from 0.
-    :param text: its beginning.
+    :param text: the beginning of the text.
     :param reason: why it is not a placeholder, and how to mend it.
     """
 
@@ -75,7 +77,7 @@ def parse_template(template: str) -> tuple[Part, ...]:
 
 def _scan(template: str) -> Iterator[tuple[int, Part]]:
     end = 0
-    # Fawkes leaves a text that is no placeholder unchanged
+    # as in Fawkes, all text between placeholders stays unchanged
     for match in _terminals()["PLACEHOLDER"].finditer(template):
         if match.start() > end:
             yield end, template[end : match.start()]
@@ -94,7 +96,7 @@ def _placeholder(text: str) -> Placeholder:
 
 
 def _step(piece: str) -> Replacement | Misfit:
-    if not (len(piece) > 2 and piece[0] == piece[-1] == "/"):  # noqa: PLR2004
+    if not (len(piece) > 2 and piece[0] == piece[-1] == "/"):  # noqa: PLR2004 - a slash at each end
         return Misfit(f"regex '{piece}' missing start/end slashes, ignoring")
     pattern, slash, replacement = piece[1:-1].partition("/")
     if not slash:
@@ -117,7 +119,7 @@ _EXCERPT_LENGTH = 40  # characters in an error
 
 
 def _excerpt(text: str) -> str:
-    """Return the beginning of a text, up to the character behind a near ')'."""
+    """Return the beginning of a text, up to the type letter after a near ')'."""
     closing = text.find(")", 0, _EXCERPT_LENGTH)
     return text[: closing + 2] if closing >= 0 else text[:_EXCERPT_LENGTH]
 

@@ -118,6 +118,6 @@ def fixed_lists() -> list[str]:
         *(f"/cxbridge/{name}" for name in daemon_settings.KEYS),
         *(f"/clips-executive/{name}" for name in (*specs._BOOLS, *specs._LISTS)),
         *(f"/clips-executive/specs/*/init/*/*/{name}" for name in specs._ENTRY_KEYS),
-        *(f"/skill-board/timeouts/{name}" for name in settings._TIMEOUTS),
+        *(f"/skill-board/timeouts/{name}" for name in settings._TIMEOUT_KEYS),
         *(f"/plugins/skiller-simulator/failures/*/{name}" for name in faults._KEYS),
     ]

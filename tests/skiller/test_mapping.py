@@ -155,7 +155,7 @@ def test_an_action_without_a_mapping():
     assert (mapping.has("say"), mapping.has("sing")) == (True, False)
     with pytest.raises(ActionMappingError, match="action 'sing' has no action mapping") as caught:
         mapping.require("sing")
-    assert "mapped are: say" in str(caught.value)
+    assert "mapped actions: say" in str(caught.value)
 
 
 INJECTION = 'x"} os.exit() say{text="y'

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from cxbridge.errors import SkillError
 from cxbridge.skiller.quoting import escape
 from cxbridge.skiller.skillstring import (
-    DEEPEST,
+    MAX_DEPTH,
     ONLY_FAWKES,
     SkillStringCall,
     parse_skill_call,
@@ -119,8 +119,8 @@ def test_what_would_have_to_be_evaluated_is_refused_with_its_column_and_the_mode
         ("say{[true]=1}", "column 5"),
         ("say{a=1\n b=2}", "line 2, column 2"),
         ("say\n(1)", "line 2, column 1"), ("say{and=1}", "column 5"),
-        ("say" + "{" * (DEEPEST + 1) + "}" * (DEEPEST + 1), f"column {4 + DEEPEST}"),
-        ("say" + "{" * 100_000, f"column {4 + DEEPEST}"),
+        ("say" + "{" * (MAX_DEPTH + 1) + "}" * (MAX_DEPTH + 1), f"column {4 + MAX_DEPTH}"),
+        ("say" + "{" * 100_000, f"column {4 + MAX_DEPTH}"),
     ],
 )  # fmt: skip
 def test_anything_else_is_refused_with_its_place(text: str, place: str):

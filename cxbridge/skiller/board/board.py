@@ -35,10 +35,12 @@ if TYPE_CHECKING:
 LOG_COMPONENT: Final = "SkillBoard"
 
 REQUESTS_PER_LOOP: Final = 100
-"""The maximum number of new requests per loop; further requests follow in later loops."""
+"""The maximum number of new requests per loop; further requests follow in later loops.
 
-# a new action takes about 0.13 ms of the loop, so a thousand at once would delay everything else
-_EPOCH_US = 1000
+A new action takes about 0.13 ms of the loop, so a thousand at once would delay everything else.
+"""
+
+_EPOCH_US = 1000  # an epoch is the time of the start in milliseconds
 _EPOCHS = 2**32  # the field of the epoch has 32 bits
 
 
@@ -76,21 +78,21 @@ class SkillBoard:
         self._interface: Any = board.open_for_writing(BOARD_TYPE, name, owner=LOG_COMPONENT)
         self.epoch = self._begin_epoch()
         self._masters: dict[int, Master] = {}
-        self._asking: dict[str, dict[int, Master]] = {}
-        self._fresh: dict[int, Master] = {}  # masters without a request yet
+        self._asking_masters: dict[str, dict[int, Master]] = {}  # in the state ASKING, by agent
+        self._new_masters: dict[int, Master] = {}  # masters without a request yet
         self._quota = REQUESTS_PER_LOOP
-        self._asked: dict[str, int] = {}  # by executor: the master of the unanswered request
-        self._waits_for: dict[int, set[str]] = {}  # by master: executors with an unanswered request
-        self._last = 0
+        self._pending_by_executor: dict[str, int] = {}  # the masters of unanswered requests
+        self._pending_by_master: dict[int, set[str]] = {}  # the executors
+        self._last_number = 0
         self._watch = ExecutorWatch(board, self._log, LOG_COMPONENT)
         self._sender = Sender(
             board, self._watch, name=name, epoch=self.epoch, owner=LOG_COMPONENT, at_once=clock.is_virtual
         )
         self._watchers: dict[int, Callable[[Master], None]] = {}
         self._handlers = {
-            "ResponseMessage": self._response,
-            "FeedbackMessage": self._feedback,
-            "FinishMessage": self._finish,
+            "ResponseMessage": self._handle_response,
+            "FeedbackMessage": self._handle_feedback,
+            "FinishMessage": self._handle_finish,
         }
         self.exchange()
 
@@ -106,7 +108,9 @@ class SkillBoard:
         interface.write()
         return epoch
 
-    def request(self, call: SkillCall, on_change: Callable[[Master], None] = lambda _master: None) -> Master:
+    def request(
+        self, call: SkillCall, on_change: Callable[[Master], None] = lambda _master_of: None
+    ) -> Master:
         """Request a skill.
 
         :param on_change: called in the board's thread after each change of the master.
@@ -115,27 +119,27 @@ class SkillBoard:
         check_name("a skill", call.skill)
         check_name("an agent", call.agent)
         parameters = encode_parameters(call.parameters)
-        self._last += 1
+        self._last_number += 1
         master = self.master_class(
-            self._last,
+            self._last_number,
             call,
             parameters,
             self._sender,
             self._timeouts,
             self._clock.now_us(),
             explain=self._explain,
-            on_change=self._changed,
+            on_change=self._note_change,
         )
         self._masters[master.number] = master
         self._watchers[master.number] = on_change
-        self._asking.setdefault(call.agent, {})[master.number] = master
+        self._asking_masters.setdefault(call.agent, {})[master.number] = master
         if self._log.enabled:
             self._log.debug(
                 f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?"
             )
         if self._quota > 0:
             self.ask(master)
-        self._fresh[master.number] = master
+        self._new_masters[master.number] = master
         return master
 
     def master(self, number: int) -> Master | None:
@@ -164,7 +168,7 @@ class SkillBoard:
     @property
     def is_full(self) -> bool:
         """Whether the new actions exceed the requests of one loop."""
-        return len(self._fresh) >= REQUESTS_PER_LOOP
+        return len(self._new_masters) >= REQUESTS_PER_LOOP
 
     @property
     def version(self) -> int:
@@ -180,21 +184,21 @@ class SkillBoard:
         """Handle and answer messages of executors; return whether there were any."""
         # first the events: an executor's messages were sent before its end, so they are in the queue by then
         news = self._watch.take()
-        quiet = not news and not self._may_ask and self._interface.msgq_empty()
+        quiet = not news and not self._can_request and self._interface.msgq_empty()
         while (message := self._interface.msgq_pop()) is not None:
             handler = self._handlers.get(message.type)
             if handler is not None:
                 handler(message)
-        while (failure := self._sender.failure()) is not None:
+        while (failure := self._sender.next_failure()) is not None:
             self._note_failure(*failure)
         for executor, is_gone in news:
-            self._answered(executor)
+            self._end_request(executor)
             if is_gone:
-                self._lost(executor)
+                self._lose_executor(executor)
             else:
                 self.offer(executor)
-        if self._may_ask:
-            self._ask_for_fresh()
+        if self._can_request:
+            self._request_for_new_masters()
         return not quiet
 
     def expire(self) -> None:
@@ -205,7 +209,7 @@ class SkillBoard:
         for master in [master for master in self._masters.values() if master.deadline_us <= now_us]:
             master.expire()
         interface = self._interface
-        asking = sum(map(len, self._asking.values()))
+        asking = sum(map(len, self._asking_masters.values()))
         running = len(self._masters) - asking
         if (interface.asking, interface.running) != (asking, running):
             interface.asking, interface.running = asking, running
@@ -226,18 +230,18 @@ class SkillBoard:
         self._watch.close()
         self._board.close(self._interface)
         self._masters.clear()
-        self._asking.clear()
+        self._asking_masters.clear()
         self._watchers.clear()
 
-    def _response(self, message: Any) -> None:
+    def _handle_response(self, message: Any) -> None:
         executor = message.executor
-        if message.epoch == self.epoch and message.master == self._asked.get(executor):
-            self._answered(executor)
+        if message.epoch == self.epoch and message.master == self._pending_by_executor.get(executor):
+            self._end_request(executor)
         info = self._watch.get(executor)
         if info is None:
             self._log.debug(f"RESPONSE of {executor}, which is unknown")
             return
-        master = self._master(message)
+        master = self._master_of(message)
         if master is None:
             self.refuse_late(message)
         elif info.agent != master.call.agent:
@@ -246,66 +250,67 @@ class SkillBoard:
             )
             self._sender.reject(executor, master.number)
         else:
-            master.responded(executor, self._clock.now_us())
+            master.handle_response(executor, self._clock.now_us())
 
-    def _feedback(self, message: Any) -> None:
-        master = self._master(message)
+    def _handle_feedback(self, message: Any) -> None:
+        master = self._master_of(message)
         if master is None:
             self.refuse_late(message)
         else:
-            master.take_feedback(message.executor, message.progress, message.text, self._clock.now_us())
+            master.handle_feedback(message.executor, message.progress, message.text, self._clock.now_us())
 
-    def _finish(self, message: Any) -> None:
-        master = self._master(message)
+    def _handle_finish(self, message: Any) -> None:
+        master = self._master_of(message)
         outcome = name_of(message.outcome)
         if master is None or outcome not in SkillOutcome.__members__:
             return
         executor = message.executor
         now_us = self._clock.now_us()
-        master.finished(executor, SkillOutcome(outcome), message.error, now_us, message.text)
+        master.handle_finish(executor, SkillOutcome(outcome), message.error, now_us, message.text)
         if master.state is MasterState.ASKING:
             self.ask_all(master, excluded=executor)
 
-    def _master(self, message: Any) -> Master | None:
+    def _master_of(self, message: Any) -> Master | None:
         """Return the master of a message; None if it has ended or the epoch differs."""
         return self._masters.get(message.master) if message.epoch == self.epoch else None
 
-    def _lost(self, executor: str) -> None:
+    def _lose_executor(self, executor: str) -> None:
         self._sender.forget(executor)
         for master in [m for m in self._masters.values() if m.executor == executor]:
-            master.lost(executor)
+            master.handle_loss(executor)
 
     def _note_failure(self, executor: str, message: Any, error: BlackBoardError) -> None:
         if isinstance(error, NoWriterError):
-            return  # reported by another event
+            return  # the watch reports the end of the executor
         self._log.warn(f"{message.type} does not reach {executor}: {error.message}")
         if message.type == "RequestMessage":
-            self._answered(executor)
+            self._end_request(executor)
         elif message.type == "ConfirmMessage":
-            master = self._master(message)
+            master = self._master_of(message)
             if master is not None:
-                master.undelivered(executor, error.message)
+                master.handle_undelivered(executor, error.message)
 
     @property
-    def _may_ask(self) -> bool:
-        return bool(self._fresh) and self._quota > 0
+    def _can_request(self) -> bool:
+        return bool(self._new_masters) and self._quota > 0
 
-    def _ask_for_fresh(self) -> None:
-        """Send requests for new masters to free executors, in turn."""
-        # asking all executors for the first master would require asking all but one again for the second
-        fresh, self._fresh = self._fresh, {}
+    def _request_for_new_masters(self) -> None:
+        """Send requests for new masters to idle executors, in turn."""
+        # one executor for each master in turn: an executor answers one request at a time, so the first master
+        # must not occupy all of them
+        fresh, self._new_masters = self._new_masters, {}
         waiting = [master for master in fresh.values() if master.state is MasterState.ASKING]
-        # first the masters that no executor has been asked for
-        waiting.sort(key=lambda master: master.number in self._waits_for)
+        # first the masters without a pending request
+        waiting.sort(key=lambda master: master.number in self._pending_by_master)
         agents = dict.fromkeys(master.call.agent for master in waiting)
-        free = {agent: self._free(agent) for agent in agents}
+        idle_executors = {agent: self._idle_executors(agent) for agent in agents}
         while waiting:
             unsatisfied = []
             for master in waiting:
                 if self._quota <= 0:
-                    self._fresh[master.number] = master
+                    self._new_masters[master.number] = master
                     continue
-                executors = free[master.call.agent]
+                executors = idle_executors[master.call.agent]
                 info = next((info for info in executors.values() if master.call.skill in info.skills), None)
                 if info is not None:
                     del executors[info.id]
@@ -314,24 +319,31 @@ class SkillBoard:
             waiting = unsatisfied
 
     def ask(self, master: Master) -> None:
-        """Send the request of a new master to the first executor that is free."""
+        """Send the request of a new master to the first idle executor without a pending request."""
         skill = master.call.skill
         for info in self._watch.of_agent(master.call.agent):
-            if info.state is ExecutorState.IDLE and skill in info.skills and info.id not in self._asked:
+            if (
+                info.state is ExecutorState.IDLE
+                and skill in info.skills
+                and info.id not in self._pending_by_executor
+            ):
                 self._send_request(info.id, master)
                 return
 
-    def _free(self, agent: str) -> dict[str, ExecutorInfo]:
-        """Return an agent's idle executors without a pending request, by id."""
+    def _idle_executors(self, agent: str) -> dict[str, ExecutorInfo]:
+        """Return the idle executors of an agent that have no pending request, by id."""
         return {
             info.id: info
             for info in self._watch.of_agent(agent)
-            if info.state is ExecutorState.IDLE and info.id not in self._asked
+            if info.state is ExecutorState.IDLE and info.id not in self._pending_by_executor
         }
 
     def ask_all(self, master: Master, *, excluded: str = "") -> None:
-        """Send the request of a master to all free executors that know its skill, except one."""
-        for info in self._free(master.call.agent).values():
+        """Send the request of a master to all idle executors that know its skill.
+
+        :param excluded: an executor that gets no request.
+        """
+        for info in self._idle_executors(master.call.agent).values():
             if master.call.skill in info.skills and info.id != excluded:
                 self._send_request(info.id, master)
 
@@ -346,12 +358,12 @@ class SkillBoard:
     def offer(self, executor: str) -> None:
         """Offer an idle executor the oldest master without a pending request, else the oldest master."""
         info = self._watch.get(executor)
-        if info is None or info.state is not ExecutorState.IDLE or executor in self._asked:
+        if info is None or info.state is not ExecutorState.IDLE or executor in self._pending_by_executor:
             return
         fallback = None
-        for master in self._asking.get(info.agent, {}).values():
-            if master.call.skill in info.skills and master.number not in self._fresh:
-                if master.number not in self._waits_for:
+        for master in self._asking_masters.get(info.agent, {}).values():
+            if master.call.skill in info.skills and master.number not in self._new_masters:
+                if master.number not in self._pending_by_master:
                     self._send_request(executor, master)
                     return
                 fallback = fallback or master
@@ -361,23 +373,23 @@ class SkillBoard:
     def _send_request(self, executor: str, master: Master) -> None:
         """Ask an executor, which must have no pending request because it answers only one."""
         self._quota -= 1
-        self._asked[executor] = master.number
-        self._waits_for.setdefault(master.number, set()).add(executor)
+        self._pending_by_executor[executor] = master.number
+        self._pending_by_master.setdefault(master.number, set()).add(executor)
         master.ask(executor)
 
-    def _answered(self, executor: str) -> None:
-        """Record an executor's answer, or that none will follow."""
-        number = self._asked.pop(executor, None)
-        if number is not None and (waits_for := self._waits_for.get(number)) is not None:
+    def _end_request(self, executor: str) -> None:
+        """End the pending request of an executor that has answered, or will not answer."""
+        number = self._pending_by_executor.pop(executor, None)
+        if number is not None and (waits_for := self._pending_by_master.get(number)) is not None:
             waits_for.discard(executor)
             if not waits_for:
-                del self._waits_for[number]
+                del self._pending_by_master[number]
 
-    def _changed(self, master: Master) -> None:
+    def _note_change(self, master: Master) -> None:
         """Update the indexes after a change and notify the caller."""
         number, agent = master.number, master.call.agent
-        self._fresh.pop(number, None)
-        asking = self._asking.setdefault(agent, {})
+        self._new_masters.pop(number, None)
+        asking = self._asking_masters.setdefault(agent, {})
         if master.state is MasterState.ASKING:
             asking[number] = master
         else:
@@ -386,13 +398,13 @@ class SkillBoard:
         if master.is_over:
             del self._masters[number], self._watchers[number]
             self._log_end(master)
-            self._free_asked(number)
+            self._release_executors(number)
         on_change(master)
 
-    def _free_asked(self, number: int) -> None:
-        """Release the executors with an unanswered request of a finished master."""
-        for executor in sorted(self._waits_for.pop(number, ())):
-            self._asked.pop(executor, None)
+    def _release_executors(self, number: int) -> None:
+        """End the pending requests of a finished master, and offer their executors to other masters."""
+        for executor in sorted(self._pending_by_master.pop(number, ())):
+            self._pending_by_executor.pop(executor, None)
             self.offer(executor)
 
     def _log_end(self, master: Master) -> None:
@@ -405,7 +417,7 @@ class SkillBoard:
             self._log.debug(text)
 
     def _explain(self, master: Master) -> str:
-        """Return why no executor has started."""
+        """Return why no executor has started to execute an action."""
         call = master.call
         executors = self._watch.of_agent(call.agent)
         able = [info for info in executors if call.skill in info.skills]
@@ -414,7 +426,7 @@ class SkillBoard:
         if not able:
             skills = sorted({skill for info in executors for skill in info.skills})
             return f"no executor of {call.agent} knows {call.skill}; they know: {', '.join(skills)}"
-        silent = [info.id for info in able if self._asked.get(info.id) == master.number]
+        silent = [info.id for info in able if self._pending_by_executor.get(info.id) == master.number]
         if len(silent) == len(able):
             return f"no executor of {call.agent} answers: {', '.join(silent)}"
         busy = [self._occupation(info) for info in able if info.id not in silent]

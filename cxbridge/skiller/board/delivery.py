@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from cxbridge.skiller.board.watch import ExecutorWatch
 
 THREADS: Final = 8
-"""The number of blocking executors above which further executors wait."""
+"""The number of threads; while as many executors block, messages to further executors wait."""
 
 
 class Sender:
@@ -39,7 +39,7 @@ class Sender:
         self._at_once = at_once
         self._failures: deque[tuple[str, Any, BlackBoardError]] = deque()
         self._instances: dict[str, Interface] = {}
-        self._lock = threading.Lock()  # guards the three below
+        self._lock = threading.Lock()  # guards the three attributes below
         self._waiting: dict[str, deque[tuple[Interface, Message]]] = {}
         self._pool: ThreadPoolExecutor | None = None
         self._closed = False
@@ -48,7 +48,7 @@ class Sender:
         """Send REQUEST.
 
         :param number: the number of the master.
-        :param parameters: those of the call as JSON.
+        :param parameters: the parameters of the call as JSON.
         """
         label = cut(call.name, LABEL_BYTES)
         self._send(
@@ -72,8 +72,8 @@ class Sender:
         """
         self._send(executor, "CancelMessage", self._ticket(number, epoch))
 
-    def failure(self) -> tuple[str, Any, BlackBoardError] | None:
-        """Return an undelivered message with executor and reason, or None."""
+    def next_failure(self) -> tuple[str, Any, BlackBoardError] | None:
+        """Return the next undelivered message with its executor and the reason, or None."""
         return self._failures.popleft() if self._failures else None
 
     def forget(self, executor: str) -> None:
@@ -103,7 +103,7 @@ class Sender:
         """
         reader = self._watch.instance(executor)
         if reader is None:
-            return  # reported by another event
+            return  # the watch reports the end of the executor
         message: Message = reader.create_message(message_type, *ticket, *values)
         if self._at_once or executor in self.local:
             self._deliver(reader, message)
@@ -143,10 +143,11 @@ class Sender:
             self._waiting[to.id] = deque([(to, message)])
             if self._pool is None:
                 self._pool = ThreadPoolExecutor(THREADS, thread_name_prefix="skill-board")
-            # one job an executor at a time keeps its messages in order
-            self._pool.submit(self._work, to.id)
+            # one job per executor at a time keeps its messages in order
+            self._pool.submit(self._deliver_waiting, to.id)
 
-    def _work(self, executor: str) -> None:
+    def _deliver_waiting(self, executor: str) -> None:
+        """Deliver the waiting messages of an executor in a thread of the pool."""
         while True:
             with self._lock:
                 queue = self._waiting[executor]

@@ -54,24 +54,24 @@ def split_target(target: str) -> tuple[str, str]:
 
 
 def checked_executor(kind: type[SkillExecutor]) -> type[SkillExecutor]:
-    """Check that a class can execute skills, before any skill is requested.
+    """Return a class after the check that it can execute skills, before any skill is requested.
 
     :raises SkillError: if it cannot, with file and line.
     """
     execute: Any = kind.execute
     if execute is SkillExecutor.execute:
-        raise _misshapen(
+        raise _shape_error(
             kind, f"{kind.__name__} has no execute()", "write: def execute(self, call): yield 0.5"
         )
     try:
         inspect.signature(execute).bind(None, None)
     except TypeError:
         hint = "write: def execute(self, call)"
-        raise _misshapen(execute, f"{kind.__name__}.execute() does not take a call", hint) from None
+        raise _shape_error(execute, f"{kind.__name__}.execute() does not take a call", hint) from None
     return kind
 
 
-def _misshapen(declared: Any, message: str, hint: str) -> SkillError:
+def _shape_error(declared: Any, message: str, hint: str) -> SkillError:
     try:
         file, line = inspect.getsourcefile(declared), inspect.getsourcelines(declared)[1]
     except (OSError, TypeError):
@@ -128,7 +128,7 @@ def _error_text(error: BaseException) -> str:
 
 
 T = TypeVar("T")
-_NEEDED: Final[Any] = object()
+_REQUIRED: Final[Any] = object()
 
 
 class SkillFailedError(SkillError):
@@ -145,7 +145,7 @@ class SkillFailedError(SkillError):
 class Progress(NamedTuple):
     """The progress of a skill.
 
-    :param fraction: from 0 to 1.
+    :param fraction: the finished part, from 0 to 1.
     :param text: the current activity.
     """
 
@@ -164,7 +164,7 @@ The generator may return a final message, a :class:`Progress`.
 class ExecutorContext:
     """The environment of an executor.
 
-    :param settings: from the configuration or ``--set``.
+    :param settings: the settings from the configuration or ``--set``.
     :param folder: the base of relative files in the settings.
     """
 
@@ -211,30 +211,30 @@ class SkillExecutor:
                 )
 
     @classmethod
-    def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:  # noqa: ARG003  some depend on them
+    def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:  # noqa: ARG003 - for subclasses whose skills depend on settings
         """Return the skills of an executor with these settings."""
         return cls.skills
 
     @classmethod
-    def mistakes(cls, settings: Mapping[str, Any], folder: Path) -> Iterable[CxbridgeError]:  # noqa: ARG003
+    def mistakes(cls, settings: Mapping[str, Any], folder: Path) -> Iterable[CxbridgeError]:  # noqa: ARG003 - for subclasses
         """Return mistakes in the settings without making an executor.
 
         :param folder: the base of relative files in the settings.
         """
         return ()
 
-    def setting(self, name: str, default: T = _NEEDED) -> T:
+    def setting(self, name: str, default: T = _REQUIRED) -> T:
         """Return a setting, which must have the default's type.
 
         :raises ConfigError: if the setting is missing or has the wrong type.
         """
         value: T = self.settings.get(name, default)
-        if value is _NEEDED:
+        if value is _REQUIRED:
             raise ConfigError(f"{type(self).__name__} needs the setting '{name}'")
         # YAML has 1 for 1.0
         if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
             return type(default)(value)
-        if default is not _NEEDED and not isinstance(value, type(default)):
+        if default is not _REQUIRED and not isinstance(value, type(default)):
             kind = type(default).__name__
             raise ConfigError(f"{type(self).__name__} needs a {kind} as '{name}', not {value!r}")
         return value
@@ -261,4 +261,5 @@ Execution: TypeAlias = Callable[[SkillExecutor, SkillCall], Steps]
 
 
 def as_executor(executor: SkillExecutor, call: SkillCall) -> Steps:
+    """Execute a call by the executor itself."""
     return executor.execute(call)

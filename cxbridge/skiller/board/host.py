@@ -1,7 +1,8 @@
 """An executor's side of the skill board's protocol, which docs/skill-board.md describes.
 
 An idle executor answers REQUEST with RESPONSE and is then reserved, until CONFIRM makes it busy, or REJECT or
-the time idle again. A busy executor executes its skill one step a loop, sends FEEDBACK, and ends with FINISH.
+a timeout makes it idle again. A busy executor executes one step of its skill per loop, sends FEEDBACK, and
+ends with FINISH.
 An executor serves one master at a time, the one of its ticket.
 """
 
@@ -37,27 +38,27 @@ from cxbridge.skiller.board.protocol import (
     Ticket,
     check_name,
     decode_parameters,
-    sayable,
-    share,
+    limit_fraction,
+    replace_surrogates,
 )
 
 if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface
 
 RESERVE_S: Final = 2.0
-"""Seconds from RESPONSE to CONFIRM."""
+"""The maximum time from RESPONSE to CONFIRM in seconds."""
 
 FEEDBACK_S: Final = 0.2
-"""The minimum period of FEEDBACK with news, in seconds."""
+"""The minimum time between two FEEDBACK messages with news, in seconds."""
 
 SIGN_OF_LIFE_S: Final = 1.0
-"""The period of FEEDBACK without news, in seconds."""
+"""The time between two FEEDBACK messages without news, in seconds."""
 
-_NOBODY: Final = Ticket("", 0, 0)
+_NO_TICKET: Final = Ticket("", 0, 0)
 _FEEDBACK_US = round(FEEDBACK_S * MICROSECONDS)
-_SIGN_US = round(SIGN_OF_LIFE_S * MICROSECONDS)
+_SIGN_OF_LIFE_US = round(SIGN_OF_LIFE_S * MICROSECONDS)
 _RESERVE_US = round(RESERVE_S * MICROSECONDS)
-_BOARDS = 16  # kept open; further boards are closed when idle
+_MAX_BOARDS = 16  # interfaces of boards that stay open; if more are needed, the oldest is closed
 
 
 class ExecutorHost(Listener):
@@ -65,7 +66,7 @@ class ExecutorHost(Listener):
 
     :param executor: the executor, closed with the host.
     :param name: the id of the interface.
-    :param verbatim: send each yielded value as FEEDBACK immediately, and no signs of life.
+    :param verbatim: send each yielded value as FEEDBACK at once, and no signs of life.
     :raises SkillError: if names do not fit into messages.
     :raises BlackBoardError: if the interface has another writer.
     """
@@ -74,7 +75,7 @@ class ExecutorHost(Listener):
         self.name = check_name("an executor", name)
         self.executor = executor
         self.state = ExecutorState.IDLE
-        self.ticket = _NOBODY
+        self.ticket = _NO_TICKET
         """The ticket of the reservation or the running skill."""
         self.execution: Execution = as_executor
         """Executes new calls."""
@@ -87,17 +88,17 @@ class ExecutorHost(Listener):
         self._parameters = ""
         self._steps: Steps | None = None
         self._can_idle = True
-        self._verbatim = verbatim
+        self._is_verbatim = verbatim
         self._has_reported = False
         self._progress = Progress(0.0)
         self._published_us = self._deadline_us = 0
         self._readers: dict[str, Interface] = {}
         self._lost_boards: deque[str] = deque()
         self._handlers = {
-            "RequestMessage": self._request,
-            "ConfirmMessage": self._confirm,
-            "RejectMessage": self._reject,
-            "CancelMessage": self._cancel,
+            "RequestMessage": self._handle_request,
+            "ConfirmMessage": self._handle_confirm,
+            "RejectMessage": self._handle_reject,
+            "CancelMessage": self._handle_cancel,
         }
         skills = " ".join(check_skills(executor))
         executor.start()
@@ -114,7 +115,7 @@ class ExecutorHost(Listener):
         """Whether the interface is still valid. After a reconnection, another writer may have taken it."""
         return bool(self._interface.valid)
 
-    def meet(self, board: str) -> None:
+    def open_board(self, board: str) -> None:
         """Open a skill board's interface in advance.
 
         :raises BlackBoardError: if the interface cannot be opened.
@@ -164,7 +165,7 @@ class ExecutorHost(Listener):
             self._finish(SkillOutcome.FAILED, f"{self._call.skill} has yielded no progress, but {progress!r}")
 
     def _idle(self) -> None:
-        """Let the executor do idle work, until this fails once."""
+        """Let the executor do a step without a skill, unless such a step has failed."""
         if self._can_idle:
             try:
                 self.executor.idle()
@@ -198,7 +199,7 @@ class ExecutorHost(Listener):
         except Exception as error:  # noqa: BLE001 - an executor may fail in any way
             self._log.error(f"{self.name}: close() failed: {_error_text(error)}")
 
-    def _request(self, message: Any) -> None:
+    def _handle_request(self, message: Any) -> None:
         if self.state is not ExecutorState.IDLE:
             return
         if message.agent != self.executor.agent or message.skill not in self._skills:
@@ -213,10 +214,10 @@ class ExecutorHost(Listener):
         self.state = ExecutorState.RESERVED
         self._deadline_us = self._clock.now_us() + _RESERVE_US
         if not self._send("ResponseMessage"):
-            self.state, self.ticket = ExecutorState.IDLE, _NOBODY
-        self._publish()  # even if idle again: a board that missed the answer may ask again
+            self.state, self.ticket = ExecutorState.IDLE, _NO_TICKET
+        self._publish()  # also if idle again: a board that missed the answer may ask again
 
-    def _confirm(self, message: Any) -> None:
+    def _handle_confirm(self, message: Any) -> None:
         ticket = Ticket(message.board, message.epoch, message.master)
         # the reservation has expired, or the executor has restarted: the master must ask again
         if ticket != self.ticket:
@@ -226,12 +227,12 @@ class ExecutorHost(Listener):
             self._publish()
             self._start_execution()
 
-    def _reject(self, message: Any) -> None:
-        if self.state is ExecutorState.RESERVED and self._is_ours(message):
+    def _handle_reject(self, message: Any) -> None:
+        if self.state is ExecutorState.RESERVED and self._is_for_present_ticket(message):
             self._become_idle()
 
-    def _cancel(self, message: Any) -> None:
-        if not self._is_ours(message):
+    def _handle_cancel(self, message: Any) -> None:
+        if not self._is_for_present_ticket(message):
             return
         if self.state is ExecutorState.BUSY:
             self._end_steps()
@@ -239,7 +240,7 @@ class ExecutorHost(Listener):
         elif self.state is ExecutorState.RESERVED:
             self._become_idle()
 
-    def _is_ours(self, message: Any) -> bool:
+    def _is_for_present_ticket(self, message: Any) -> bool:
         return self.ticket == (message.board, message.epoch, message.master)
 
     def _lose_board(self, board: str) -> None:
@@ -273,28 +274,34 @@ class ExecutorHost(Listener):
             self._progress = (
                 progress if isinstance(progress, Progress) else Progress(progress, self._progress.text)
             )
-        if self._verbatim:
+        if self._is_verbatim:
             if progress is not None:
-                self._feedback()
+                self._send_feedback()
             return
         if not self._has_reported:
             self._has_reported = True
-            self._feedback()
+            self._send_feedback()
             # spread over time: skills that start together should not publish together
             self._published_us -= zlib.crc32(self.name.encode()) % _FEEDBACK_US
             return
         since_us = self._clock.now_us() - self._published_us
-        if since_us >= _SIGN_US or (progress is not None and since_us >= _FEEDBACK_US):
-            self._feedback()
+        if since_us >= _SIGN_OF_LIFE_US or (progress is not None and since_us >= _FEEDBACK_US):
+            self._send_feedback()
 
-    def _feedback(self) -> None:
+    def _send_feedback(self) -> None:
         self._published_us = self._clock.now_us()
         fraction, text = self._progress
-        self._send("FeedbackMessage", share(fraction), sayable(text))
+        self._send("FeedbackMessage", limit_fraction(fraction), replace_surrogates(text))
 
     def _finish(self, outcome: SkillOutcome, error: str = "") -> None:
         fraction, text = self._progress
-        self._send("FinishMessage", outcome.value, sayable(error), share(fraction), sayable(text))
+        self._send(
+            "FinishMessage",
+            outcome.value,
+            replace_surrogates(error),
+            limit_fraction(fraction),
+            replace_surrogates(text),
+        )
         self._become_idle()
 
     def _end_steps(self) -> None:
@@ -309,7 +316,7 @@ class ExecutorHost(Listener):
 
     def _become_idle(self) -> None:
         self._steps = None
-        self.state, self.ticket = ExecutorState.IDLE, _NOBODY
+        self.state, self.ticket = ExecutorState.IDLE, _NO_TICKET
         self._publish()
 
     def _introduce(self, skills: str) -> None:
@@ -330,7 +337,7 @@ class ExecutorHost(Listener):
         """Send a message to a board; return whether it was delivered.
 
         :param values: the fields after the common ones.
-        :param ticket: None: the present ticket.
+        :param ticket: the addressed master; None: that of the present ticket.
         """
         board, epoch, master = self.ticket if ticket is None else ticket
         try:
@@ -345,7 +352,7 @@ class ExecutorHost(Listener):
         reader = self._readers.get(board)
         if reader is not None and reader.valid:
             return reader
-        if len(self._readers) >= _BOARDS:
+        if len(self._readers) >= _MAX_BOARDS:
             oldest = next(name for name in self._readers if name != self.ticket.board)
             self._readers.pop(oldest).close()
         listen = listening(self, EventKind.WRITER_REMOVED)

@@ -25,9 +25,9 @@ _NEVER = 2**63 - 1  # later than any time stamp
 class Timeouts:
     """Timeouts of a master in seconds.
 
-    :param start: until an executor starts.
-    :param silence: between FEEDBACK messages.
-    :param cancel: from CANCEL to FINISH.
+    :param start: the limit until an executor starts.
+    :param silence: the limit between two FEEDBACK messages.
+    :param cancel: the limit from CANCEL to FINISH.
     """
 
     start: float = 5.0
@@ -40,7 +40,7 @@ class Timeouts:
         :raises ConfigError: if a value is not positive, or too long for clocks.
         """
         for name in ("start", "silence", "cancel"):
-            if not 0 < getattr(self, name) <= 1e9:  # noqa: PLR2004 - 30 years
+            if not 0 < getattr(self, name) <= 1e9:  # noqa: PLR2004 - 30 years, far within the range of clocks
                 raise ConfigError(f"the time-out '{name}' of the skill board must be above 0 seconds")
 
 
@@ -125,33 +125,35 @@ class Master:
         if self.state is MasterState.ASKING:
             self._sender.request(executor, self.number, self.call, self.parameters)
 
-    def responded(self, executor: str, now_us: int) -> None:
-        """Handle RESPONSE of an executor of this agent."""
+    def handle_response(self, executor: str, now_us: int) -> None:
+        """Handle the RESPONSE of an executor of this agent."""
         if self.state is MasterState.ASKING:
             self.executor = executor
             self.deadline_us = now_us + _us(self._timeouts.start)
-            self._go(MasterState.CONFIRMED)
+            self._enter(MasterState.CONFIRMED)
             self._sender.confirm(executor, self.number)
         # a second answer of the confirmed executor is a repetition
         elif executor != self.executor or self.is_over:
             self._sender.reject(executor, self.number)
 
-    def take_feedback(self, executor: str, progress: float, text: str, now_us: int) -> None:
-        """Handle FEEDBACK."""
+    def handle_feedback(self, executor: str, progress: float, text: str, now_us: int) -> None:
+        """Handle the FEEDBACK of an executor."""
         if executor != self.executor or not self.has_executor:
             self._sender.cancel(executor, self.number)
             return
         if self.state is MasterState.CANCELLING:
             return
         self.deadline_us = now_us + _us(self._timeouts.silence)
-        # a sign of life, without news for the caller
+        # a repetition is a sign of life, without news for the caller
         if self.state is MasterState.RUNNING and (self.progress, self.feedback) == (progress, text):
             return
         self.progress, self.feedback = progress, text
-        self._go(MasterState.RUNNING)
+        self._enter(MasterState.RUNNING)
 
-    def finished(self, executor: str, outcome: SkillOutcome, error: str, now_us: int, text: str = "") -> None:
-        """Handle FINISH.
+    def handle_finish(
+        self, executor: str, outcome: SkillOutcome, error: str, now_us: int, text: str = ""
+    ) -> None:
+        """Handle the FINISH of an executor.
 
         :param text: the executor's final message.
         """
@@ -160,33 +162,33 @@ class Master:
         cancelling = self.state is MasterState.CANCELLING
         if outcome is SkillOutcome.REFUSED:
             if cancelling:
-                self._go(MasterState.CANCELLED)
+                self._enter(MasterState.CANCELLED)
             elif self.state is MasterState.CONFIRMED:
                 self.executor = ""
                 # a refusal does not extend the wait for an executor, which began with the request
                 self.deadline_us = max(self._start_us, now_us)
-                self._go(MasterState.ASKING)
+                self._enter(MasterState.ASKING)
             else:
                 self._fail(f"{executor} says that it has never begun")
         elif outcome is SkillOutcome.SUCCEEDED:
             self.progress, self.feedback = 1.0, text or self.feedback
-            self._go(MasterState.SUCCEEDED)
+            self._enter(MasterState.SUCCEEDED)
         elif outcome is SkillOutcome.CANCELLED and cancelling:
-            self._go(MasterState.CANCELLED)
+            self._enter(MasterState.CANCELLED)
         else:
             reason = f"{executor} has stopped it" if outcome is SkillOutcome.CANCELLED else "it failed"
             self._fail(error or reason)
 
-    def lost(self, executor: str) -> None:
+    def handle_loss(self, executor: str) -> None:
         """Handle the loss of an executor."""
         if executor != self.executor or not self.has_executor:
             return
         if self.state is MasterState.CANCELLING:
-            self._go(MasterState.CANCELLED)
+            self._enter(MasterState.CANCELLED)
         else:
             self._fail(f"the executor {executor} is gone")
 
-    def undelivered(self, executor: str, why: str) -> None:
+    def handle_undelivered(self, executor: str, why: str) -> None:
         """Handle a CONFIRM that was probably not delivered."""
         if executor == self.executor and self.state is MasterState.CONFIRMED:
             self._sender.cancel(executor, self.number)
@@ -197,10 +199,10 @@ class Master:
         if self.is_over or self.state is MasterState.CANCELLING:
             return False
         if self.state is MasterState.ASKING:
-            self._go(MasterState.CANCELLED)
+            self._enter(MasterState.CANCELLED)
         else:
             self.deadline_us = now_us + _us(self._timeouts.cancel)
-            self._go(MasterState.CANCELLING)
+            self._enter(MasterState.CANCELLING)
             self._sender.cancel(self.executor, self.number)
         return True
 
@@ -210,25 +212,26 @@ class Master:
             self._fail(self._explain(self))
         elif self.state is MasterState.CANCELLING:
             self.error = f"{self.executor} did not answer to CANCEL"
-            self._go(MasterState.CANCELLED)
+            self._enter(MasterState.CANCELLED)
         elif self.has_executor:
-            began = self.state is MasterState.RUNNING
-            seconds = self._timeouts.silence if began else self._timeouts.start
-            word = "was silent" if began else "did not begin"
+            has_begun = self.state is MasterState.RUNNING
+            seconds = self._timeouts.silence if has_begun else self._timeouts.start
+            fault = "was silent" if has_begun else "did not begin"
             self._sender.cancel(self.executor, self.number)
-            self._fail(f"the executor {self.executor} {word} for {seconds:g} s")
+            self._fail(f"the executor {self.executor} {fault} for {seconds:g} s")
 
     def give_up(self, why: str) -> None:
-        """End as cancelled, when the board closes."""
+        """Become CANCELLED without an answer of the executor, because the board closes."""
         if not self.is_over:
             self.error = why
-            self._go(MasterState.CANCELLED)
+            self._enter(MasterState.CANCELLED)
 
     def _fail(self, error: str) -> None:
         self.error = error
-        self._go(MasterState.FAILED)
+        self._enter(MasterState.FAILED)
 
-    def _go(self, state: MasterState) -> None:
+    def _enter(self, state: MasterState) -> None:
+        """Change the state, and notify the board."""
         self.state = state
         if state.is_over:
             self.deadline_us = _NEVER

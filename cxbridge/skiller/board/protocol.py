@@ -26,11 +26,14 @@ NAME_BYTES: Final = 64
 LABEL_BYTES: Final = 128
 """The maximum length in bytes of a master's name."""
 
-PARAMETER_BYTES: Final = 1023  # of the interfaces' fields without their NUL
-SKILLS_BYTES: Final = 1023
+PARAMETER_BYTES: Final = 1023
+"""The maximum length in bytes of the parameters: that of the interface's field without its NUL."""
 
-D = TypeVar("D")
-_NOT_GIVEN: Final[Any] = object()
+SKILLS_BYTES: Final = 1023
+"""The maximum length in bytes of an executor's list of skills."""
+
+Default = TypeVar("Default")
+_REQUIRED: Final[Any] = object()
 _ENCODER: Final = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
@@ -61,10 +64,10 @@ class MasterState(StrEnum):
     @property
     def is_over(self) -> bool:
         """Whether the state is final."""
-        return self in _OVER
+        return self in _FINAL_STATES
 
 
-_OVER = frozenset({MasterState.SUCCEEDED, MasterState.FAILED, MasterState.CANCELLED})
+_FINAL_STATES = frozenset({MasterState.SUCCEEDED, MasterState.FAILED, MasterState.CANCELLED})
 
 
 class ExecutorState(StrEnum):
@@ -98,17 +101,17 @@ class SkillCall:
     parameters: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     name: str = ""
 
-    def get(self, name: str, default: D = _NOT_GIVEN) -> Any | D:
+    def get(self, name: str, default: Default = _REQUIRED) -> Any | Default:
         """Return a parameter.
 
         :raises SkillError: if it is missing and there is no default.
         """
         value = self.parameters.get(name, default)
-        if value is _NOT_GIVEN:
+        if value is _REQUIRED:
             raise SkillError(f"{self.skill} needs the parameter '{name}'")
         return value
 
-    def text(self, name: str, default: str = _NOT_GIVEN) -> str:
+    def text(self, name: str, default: str = _REQUIRED) -> str:
         """Return a text parameter.
 
         :raises SkillError: if it is missing without default, or not a text.
@@ -118,7 +121,7 @@ class SkillCall:
             raise SkillError(f"{self.skill} needs a text as '{name}', not {value!r}")
         return value
 
-    def number(self, name: str, default: float = _NOT_GIVEN) -> float:
+    def number(self, name: str, default: float = _REQUIRED) -> float:
         """Return a numeric parameter.
 
         :raises SkillError: if it is missing without default, or not a finite number.
@@ -130,7 +133,7 @@ class SkillCall:
 
 
 def check_name(kind: str, name: str) -> str:
-    """Check a name for messages.
+    """Return a name after the check that it fits into messages.
 
     :raises SkillError: if it is empty, too long, contains NUL, or cannot be encoded in UTF-8.
     """
@@ -184,11 +187,11 @@ def name_of(value: object) -> str:
     return value._name_ if isinstance(value, Enum) else str(value)  # .name would take five times as long
 
 
-def share(fraction: float) -> float:
-    """Limit a fraction to 0 to 1; NaN becomes 0."""
-    return min(max(fraction, 0.0), 1.0) if fraction == fraction else 0.0  # noqa: PLR0124 - NaN
+def limit_fraction(fraction: float) -> float:
+    """Return the nearest fraction from 0 to 1; 0 for NaN."""
+    return min(max(fraction, 0.0), 1.0) if fraction == fraction else 0.0  # noqa: PLR0124 - only NaN differs from itself
 
 
-def sayable(text: str) -> str:
-    """Replace characters that cannot be encoded in UTF-8, so that an error text always arrives."""
+def replace_surrogates(text: str) -> str:
+    """Return a text without characters that UTF-8 cannot encode, so that an error text always arrives."""
     return str(text).encode("utf-8", "replace").decode()

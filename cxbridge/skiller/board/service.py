@@ -51,7 +51,7 @@ class BoardSkiller(InterfaceSkiller):
         self.publish()
 
     def publish(self) -> None:
-        """Write the end of the skill string."""
+        """Write the outcome of the skill string when all masters have succeeded, or one has not."""
         masters = self._masters
         failure = next((m for m in masters if m.state in (MasterState.FAILED, MasterState.CANCELLED)), None)
         if failure is not None:
@@ -71,7 +71,7 @@ class BoardSkiller(InterfaceSkiller):
 
 
 class LocalSkillCalls:
-    """The skill board for the executive's feature ``skill-board``."""
+    """The access of the executive's feature ``skill-board`` to the skill board in its process."""
 
     def __init__(self, skills: SkillBoard) -> None:
         self._skills = skills
@@ -123,25 +123,25 @@ def calls_of(text: str, agent: str) -> list[SkillCall]:
     :raises SkillError: if the skill string is invalid.
     """
     return [
-        SkillCall(call.name, agent, {str(key): _with_names(value) for key, value in call.args.items()})
+        SkillCall(call.name, agent, {str(key): _with_text_keys(value) for key, value in call.args.items()})
         for call in parse_skill_string(text)
     ]
 
 
-def _with_names(value: Any) -> Any:
+def _with_text_keys(value: Any) -> Any:
     """Return an argument with text keys, as JSON requires."""
     if isinstance(value, dict):
-        return {str(key): _with_names(item) for key, item in value.items()}
+        return {str(key): _with_text_keys(item) for key, item in value.items()}
     return value
 
 
-_ROUNDS = 20  # answers cause further messages; an endless exchange must not block the cycle
+_MAX_ROUNDS = 20  # messages cause answers; an endless exchange must not block the loop
 
 
 class SkillBoardService:
     """Masters, local executors and Skillers of a skill board, advanced together once per loop.
 
-    A command is executed in the loop that reads it.
+    A command is executed in the loop in which it is read.
 
     :param execution: executes the calls of local executors.
     :raises CxbridgeError: if an executor cannot be made or an interface has another writer.
@@ -158,7 +158,7 @@ class SkillBoardService:
     ) -> None:
         self.skills = board_class(board, clock, bus, name=settings.name, timeouts=settings.timeouts)
         self.local_calls = LocalSkillCalls(self.skills)
-        self._first = 0  # index of the Skiller that reads commands first
+        self._first_index = 0  # the Skiller that handles commands first
         self.skillers: list[BoardSkiller] = []
         self.hosts: list[ExecutorHost] = []
         self._execution = execution
@@ -167,8 +167,8 @@ class SkillBoardService:
                 self.skillers.append(
                     BoardSkiller(board, self.skills, bus, agent=agent.name, name=agent.skiller)
                 )
-                for make in agent.executors if settings.in_process else ():
-                    self.add(make.host(agent.name, board, clock, bus, verbatim=board_class.is_verbatim))
+                for executor in agent.executors if settings.in_process else ():
+                    self.add(executor.host(agent.name, board, clock, bus, verbatim=board_class.is_verbatim))
         except Exception:
             self.close()
             raise
@@ -177,7 +177,7 @@ class SkillBoardService:
         """Add an executor."""
         host.execution = self._execution
         self.hosts.append(host)
-        host.meet(self.skills.name)
+        host.open_board(self.skills.name)
         self.skills.local.add(host.name)
 
     def remove(self, host: ExecutorHost, leave: Callable[[ExecutorHost], None] = ExecutorHost.close) -> None:
@@ -212,13 +212,13 @@ class SkillBoardService:
         count = len(self.skillers)
         for number in range(count):
             if self.skills.is_full:
-                self._first = (self._first + number) % count
+                self._first_index = (self._first_index + number) % count
                 return
-            self.skillers[(self._first + number) % count].handle_messages()
+            self.skillers[(self._first_index + number) % count].handle_messages()
 
     def settle(self) -> None:
         """Exchange messages until each master has an executor, without executing steps."""
-        for _ in range(_ROUNDS):
+        for _ in range(_MAX_ROUNDS):
             active = self.skills.exchange()
             for host in self.hosts:
                 active |= host.exchange()

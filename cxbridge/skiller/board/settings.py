@@ -24,16 +24,16 @@ if TYPE_CHECKING:
     from cxbridge.events import EventBus
 
 TREE = "/skill-board"
-_SETTINGS = ("name", "in-process", "timeouts", "agents")
-_TIMEOUTS = ("start", "silence", "cancel")
-_AGENT = ("skiller", "executors")
+_BOARD_KEYS = ("name", "in-process", "timeouts", "agents")
+_TIMEOUT_KEYS = ("start", "silence", "cancel")
+_AGENT_KEYS = ("skiller", "executors")
 
 
 @dataclass(frozen=True, slots=True)
 class ExecutorSettings:
     """The settings of an executor.
 
-    :param name: the id of its interface.
+    :param name: the id of the executor's interface.
     :param target: ``MODULE:CLASS``, ``FILE.py:CLASS``, or the class.
     :param folder: the base of relative files.
     :param place: the place in the configuration, for errors.
@@ -59,7 +59,7 @@ class ExecutorSettings:
 
         :raises CxbridgeError: as :meth:`load`, or if the settings are invalid.
         """
-        with self._placed():
+        with self._locating_errors():
             return self.load().skills_with(self.settings)
 
     def written_skills(self) -> tuple[str, ...] | None:
@@ -69,7 +69,7 @@ class ExecutorSettings:
         """
         if not isinstance(self.target, str) or is_installed(self.target):
             return self.skills()
-        with self._placed():
+        with self._locating_errors():
             return written_skills(self.target, self.folder)
 
     def mistakes(self) -> Iterable[CxbridgeError]:
@@ -80,7 +80,7 @@ class ExecutorSettings:
         # checks must not import a user's file
         if isinstance(self.target, str) and not is_installed(self.target):
             return ()
-        with self._placed():
+        with self._locating_errors():
             return tuple(self.load().mistakes(self.settings, self.folder))
 
     def host(
@@ -91,14 +91,14 @@ class ExecutorSettings:
         :param verbatim: see :class:`~cxbridge.skiller.board.host.ExecutorHost`.
         :raises CxbridgeError: if the class cannot be loaded, or refuses the settings.
         """
-        with self._placed():
+        with self._locating_errors():
             kind = self.load()
             log = bus.logger(self.name)
             context = ExecutorContext(agent, board, clock, log, self.settings, self.folder)
             return make_host(kind, context, self.name, verbatim=verbatim)
 
     @contextmanager
-    def _placed(self) -> Iterator[None]:
+    def _locating_errors(self) -> Iterator[None]:
         """Add the executor's place in the configuration to errors without a place."""
         try:
             yield
@@ -108,8 +108,9 @@ class ExecutorSettings:
             raise
 
     def yields_to(self, skills: Collection[str]) -> bool:
-        """Return whether a program's executors replace all its skills.
+        """Return whether executors of a program replace this executor.
 
+        :param skills: the skills of the program's executors.
         :raises SkillError: if they replace only some of its skills.
         """
         own_skills = self.skills()
@@ -128,7 +129,7 @@ class ExecutorSettings:
 class AgentSettings:
     """An agent of the skill board.
 
-    :param skiller: the id of its SkillerInterface.
+    :param skiller: the id of the agent's SkillerInterface.
     """
 
     name: str
@@ -158,16 +159,16 @@ class BoardSettings:
         names = config.keys(TREE)
         if not names:
             return None
-        _refuse_unknown(config, TREE, _SETTINGS)
-        _refuse_unknown(config, f"{TREE}/timeouts", _TIMEOUTS)
-        agents = tuple(_agent(config, name, folder) for name in config.keys(f"{TREE}/agents"))
+        _refuse_unknown(config, TREE, _BOARD_KEYS)
+        _refuse_unknown(config, f"{TREE}/timeouts", _TIMEOUT_KEYS)
+        agents = tuple(_read_agent(config, name, folder) for name in config.keys(f"{TREE}/agents"))
         if not agents:
             raise config.error(TREE, "the skill board has no agents", "name one: agents: {robot1: {}}")
         _refuse_shared_skillers(config, agents)
         return cls(
             name=config.get_str(f"{TREE}/name", default=DEFAULT_BOARD),
             in_process=config.get_bool(f"{TREE}/in-process", default=True),
-            timeouts=_timeouts(config),
+            timeouts=_read_timeouts(config),
             agents=agents,
         )
 
@@ -202,34 +203,36 @@ class BoardSettings:
 
     @property
     def skillers(self) -> frozenset[str]:
-        """The served SkillerInterfaces."""
+        """The ids of the SkillerInterfaces that the board serves."""
         return frozenset(agent.skiller for agent in self.agents)
 
 
-def _timeouts(config: Configuration) -> Timeouts:
+def _read_timeouts(config: Configuration) -> Timeouts:
     defaults, tree = Timeouts(), f"{TREE}/timeouts"
-    values = {name: config.get_float(f"{tree}/{name}", default=getattr(defaults, name)) for name in _TIMEOUTS}
+    values = {
+        name: config.get_float(f"{tree}/{name}", default=getattr(defaults, name)) for name in _TIMEOUT_KEYS
+    }
     try:
         return Timeouts(**values)
     except ConfigError as error:
         raise config.error(tree, error.message) from None
 
 
-def _agent(config: Configuration, name: str, folder: Path) -> AgentSettings:
+def _read_agent(config: Configuration, name: str, folder: Path) -> AgentSettings:
     tree = f"{TREE}/agents/{name}"
     try:
         check_name("an agent", name)
     except SkillError as error:
         raise config.error(tree, error.message, error.hint) from None
-    _refuse_unknown(config, tree, _AGENT)
+    _refuse_unknown(config, tree, _AGENT_KEYS)
     return AgentSettings(
         name,
         config.get_str(f"{tree}/skiller", default=name),
-        tuple(_executor(config, name, key, folder) for key in config.keys(f"{tree}/executors")),
+        tuple(_read_executor(config, name, key, folder) for key in config.keys(f"{tree}/executors")),
     )
 
 
-def _executor(config: Configuration, agent: str, key: str, folder: Path) -> ExecutorSettings:
+def _read_executor(config: Configuration, agent: str, key: str, folder: Path) -> ExecutorSettings:
     tree = f"{TREE}/agents/{agent}/executors/{key}"
     target = config.get_str(f"{tree}/class")
     values = {}

@@ -26,7 +26,7 @@ _STATES = {state.value: state for state in ExecutorState}
 class ExecutorInfo(NamedTuple):
     """The published state of an executor.
 
-    :param skill: the running skill; empty if idle.
+    :param skill: the name of the running skill; empty if the executor is idle.
     """
 
     id: str
@@ -39,7 +39,7 @@ class ExecutorInfo(NamedTuple):
 class News(NamedTuple):
     """A change of an executor.
 
-    :param is_gone: True for its end, False for a write.
+    :param is_gone: whether the executor has ended; otherwise it has written its state.
     """
 
     executor: str

@@ -15,11 +15,11 @@ from typing import Final
 from cxbridge.errors import SkillError
 from cxbridge.skiller.board.executor import CLASS_FORM, split_target
 
-# Names of the base class of all executors.
+# The names of the base class of all executors: `cxbridge.Skill` is short for SkillExecutor.
 _BASES: Final = frozenset({"SkillExecutor", "Skill"})
 
-_EXECUTE: Final = "write: def execute(self, call)"
-_ARGUMENTS: Final = 2  # self and the call
+_EXECUTE_HINT: Final = "write: def execute(self, call)"
+_EXECUTE_ARGUMENTS: Final = 2  # self and the call
 
 
 def written_skills(target: str, folder: Path) -> tuple[str, ...] | None:
@@ -101,19 +101,19 @@ def _may_bind(body: Iterable[ast.stmt], name: str) -> bool:
 
 
 def _skills_of(
-    kind: ast.ClassDef, classes: dict[str, ast.ClassDef], file: Path, derived: tuple[str, ...] = ()
+    kind: ast.ClassDef, classes: dict[str, ast.ClassDef], file: Path, subclasses: tuple[str, ...] = ()
 ) -> tuple[str, ...] | None:
     """Return the skills of a class; None if they are computed or inherited from another file.
 
-    :param derived: the derived classes.
+    :param subclasses: the names of the classes that led to this base class; empty for the executor's class.
     """
     bases = [ast.unparse(base).rpartition(".")[2] for base in kind.bases]
-    is_first = not derived
+    is_first = not subclasses
     if is_first and not bases and not kind.keywords:
         raise SkillError(f"{kind.name} is no SkillExecutor", file=file, line=kind.lineno)
     members = list(_statements(kind.body))
     if is_first:
-        _check_execute(kind, members, file, is_last=set(bases) <= _BASES)
+        _check_execute(kind, members, file, is_direct=set(bases) <= _BASES)
     if any(isinstance(member, ast.FunctionDef) and member.name == "skills_with" for member in members):
         return None
     # the last assignment counts
@@ -122,8 +122,8 @@ def _skills_of(
         if any(isinstance(target, ast.Name) and target.id == "skills" for target in targets):
             return _names(getattr(member, "value", None))
     for base in bases:
-        if base in classes and base not in (*derived, kind.name):
-            return _skills_of(classes[base], classes, file, (*derived, kind.name))
+        if base in classes and base not in (*subclasses, kind.name):
+            return _skills_of(classes[base], classes, file, (*subclasses, kind.name))
     return () if set(bases) <= _BASES else None
 
 
@@ -136,15 +136,17 @@ def _names(value: ast.expr | None) -> tuple[str, ...] | None:
     return names if len(names) == len(value.elts) else None
 
 
-def _check_execute(kind: ast.ClassDef, members: list[ast.stmt], file: Path, *, is_last: bool) -> None:
+def _check_execute(kind: ast.ClassDef, members: list[ast.stmt], file: Path, *, is_direct: bool) -> None:
     """Check that a class has a valid ``execute``.
 
-    :param is_last: whether no class in between can define ``execute``.
+    :param is_direct: whether all bases are base classes of executors, so that no class between can define
+        ``execute``.
     """
     execute = next((m for m in members if isinstance(m, ast.FunctionDef) and m.name == "execute"), None)
     if execute is None:
-        if is_last and not any("execute" in ast.unparse(member) for member in members):
-            hint = f"{_EXECUTE}: yield 0.5"
+        # e.g. `execute = other_function` also defines it
+        if is_direct and not any("execute" in ast.unparse(member) for member in members):
+            hint = f"{_EXECUTE_HINT}: yield 0.5"
             raise SkillError(f"{kind.name} has no execute()", file=file, line=kind.lineno, hint=hint)
         return
     arguments = execute.args
@@ -152,8 +154,10 @@ def _check_execute(kind: ast.ClassDef, members: list[ast.stmt], file: Path, *, i
     minimum = maximum - len(arguments.defaults)
     required = any(default is None for default in arguments.kw_defaults)
     is_callable = (
-        minimum <= _ARGUMENTS and (maximum >= _ARGUMENTS or arguments.vararg is not None) and not required
+        minimum <= _EXECUTE_ARGUMENTS
+        and (maximum >= _EXECUTE_ARGUMENTS or arguments.vararg is not None)
+        and not required
     )
     if not is_callable and not execute.decorator_list:
         message = f"{kind.name}.execute() does not take a call"
-        raise SkillError(message, file=file, line=execute.lineno, hint=_EXECUTE)
+        raise SkillError(message, file=file, line=execute.lineno, hint=_EXECUTE_HINT)

@@ -20,13 +20,13 @@ _Key = tuple[str, str, bool]
 class InterfacePool:
     """Instances shared by several Lua states, closed by their last user.
 
-    :param owner: the owner of the instances, for lists and messages.
+    :param owner: the owner of the instances in lists and messages.
     """
 
     def __init__(self, board: BlackBoard, owner: str) -> None:
         self.board = board
         self.owner = owner
-        self._shared: dict[_Key, list[Interface]] = {}  # each instance once per user
+        self._shared: dict[_Key, list[Interface]] = {}  # an entry per user of the instance
 
     def open(self, type_name: str, interface_id: str, *, writing: bool) -> Interface:
         """Open a private instance.
@@ -67,10 +67,10 @@ class InterfacePool:
 MakeTable = Callable[[Mapping[Any, Any]], Any]
 """Makes a Lua table from a mapping."""
 
-_TAKE_TABLES = frozenset(["set", "send"])
-_MOST_OPEN = 2000  # interfaces of one engine: their memory is outside of Lua's limit
+_WITH_TABLES = frozenset(["set", "send"])  # functions whose arguments may be Lua tables
+_MAX_OPEN = 2000  # interfaces of one Lua state, whose memory is outside of Lua's limit
 
-_QUESTIONS = frozenset(
+_PROPERTIES = frozenset(
     ["has_writer", "num_readers", "changed", "refreshed", "is_writer", "type", "id", "uid", "mem_serial"]
 )
 
@@ -91,6 +91,7 @@ class BoardAccess:
 
     def table(self) -> dict[str, Callable[..., Any]]:
         """Return the functions by their Lua names."""
+        # `and None`: as in Fawkes, these functions return no value
         functions: dict[str, Callable[..., Any]] = {
             "describe": self._describe,
             "open": self._open,
@@ -113,7 +114,7 @@ class BoardAccess:
             ),
         }
         return {
-            name: guarded(function, takes_tables=name in _TAKE_TABLES) for name, function in functions.items()
+            name: guarded(function, takes_tables=name in _WITH_TABLES) for name, function in functions.items()
         }
 
     def close_all(self) -> None:
@@ -130,8 +131,8 @@ class BoardAccess:
         return self._opened[int(handle)]
 
     def _open(self, type_name: str, interface_id: str, for_writing: object, shared: object) -> int:
-        if len(self._opened) >= _MOST_OPEN:
-            raise InterfaceError(f"skills have {_MOST_OPEN} interfaces open: too many")
+        if len(self._opened) >= _MAX_OPEN:
+            raise InterfaceError(f"skills have {_MAX_OPEN} interfaces open: too many")
         get = self._pool.share if shared else self._pool.open
         instance = get(type_name, from_lua(interface_id), writing=bool(for_writing))
         (self._writers if for_writing else self._readers).append(instance)
@@ -154,13 +155,13 @@ class BoardAccess:
             if instance.changed:
                 instance.write()
 
-    def _query(self, handle: int, question: str) -> Any:
+    def _query(self, handle: int, name: str) -> Any:
         instance = self._interface_of(handle)
-        if question == "serial":
+        if name == "serial":
             return str(instance.serial)
-        if question not in _QUESTIONS:
-            raise ValueError(f"cannot ask an interface for '{question}'")
-        value = getattr(instance, question)
+        if name not in _PROPERTIES:
+            raise ValueError(f"cannot ask an interface for '{name}'")
+        value = getattr(instance, name)
         return to_lua(value) if isinstance(value, str) else value
 
     def _describe(self, type_name: str) -> Any:
@@ -252,6 +253,7 @@ def _assign(block: Block, name: str, value: Any, index: float | None) -> None:
     if field.is_string:
         if not isinstance(value, str | int | float):
             raise InterfaceError(f"{name} of type string cannot be {value!r}")
+        # Lua converts numbers to text with this format
         converted = from_lua(value) if isinstance(value, str) else f"{value:.14g}"
     elif field.type == "bool":
         converted = bool(value)
@@ -266,5 +268,5 @@ def _assign(block: Block, name: str, value: Any, index: float | None) -> None:
         elements = list(block.get(name))
         elements[int(index)] = converted
         converted = elements
-    # Not set(): generic access never marks a block as changed, and the end of a loop looks at the mark.
+    # not by set(), which never marks a block as changed: at the end of a loop, only marked blocks are written
     block.ACCESSORS[name].fset(block, converted)

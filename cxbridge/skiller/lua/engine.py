@@ -35,8 +35,8 @@ class LuaEngine:
     :param board: the blackboard of the skills.
     :param folders: the folders of skills, see :class:`ModulePath`.
     :param space: the skill space: the module ``skills.SPACE``, which loads the skills.
-    :param transforms: the transforms for ``tf``; None: no known frames.
-    :param navgraph: the graph for ``navgraph``; None: unavailable.
+    :param transforms: the transforms for ``tf``; None: ``tf`` knows no frames.
+    :param navgraph: the graph for ``navgraph``; None: skills have no ``navgraph``.
     :param seed: the seed of ``math.random``.
     :raises SkillError: if the space or a skill cannot be loaded, with file and line.
     """
@@ -61,11 +61,11 @@ class LuaEngine:
         self._pool = InterfacePool(board, owner)
         self._bus = logger.bus
 
-        def host_of(modules: ModulePath) -> HostTable:
+        def make_host_functions(modules: ModulePath) -> HostTable:
             functions = HostFunctions(logger, clock, modules, config, seed).table()
             return functions | PlaceAccess(transforms, navgraph).table()
 
-        self._host_of = host_of
+        self._make_host_functions = make_host_functions
         self.space = space
         self.attempt = ModulePath(())
         """The module path of the last :meth:`reload`, even a failed one."""
@@ -79,9 +79,10 @@ class LuaEngine:
         access: list[BoardAccess] = []
 
         def make_host(make_table: MakeTable) -> HostTable:
-            # the state makes the tables of the access, and needs its functions: it is made in between
+            # the access needs a function of the state, and the state the functions of the access: so the
+            # state calls this function while it is being made
             access.append(BoardAccess(self._pool, make_table))
-            return self._host_of(modules) | access[0].table()
+            return self._make_host_functions(modules) | access[0].table()
 
         state = LuaState(self._limits.memory, bounds, modules, make_host)
         try:

@@ -46,7 +46,7 @@ def is_plain(value: object) -> bool:
 def guarded(function: Callable[..., Any], *, takes_tables: bool = False) -> Callable[..., tuple[Any, ...]]:
     """Wrap a function to return its result or error as a tuple for Lua.
 
-    :param takes_tables: the function checks its arguments; otherwise they must be plain.
+    :param takes_tables: whether the function checks its arguments itself; otherwise they must be plain.
     """
 
     @functools.wraps(function)
@@ -65,7 +65,7 @@ def guarded(function: Callable[..., Any], *, takes_tables: bool = False) -> Call
     return call
 
 
-def _unchecked(function: Callable[..., Any]) -> Callable[..., Any]:
+def _nil_after_errors(function: Callable[..., Any]) -> Callable[..., Any]:
     """Wrap a function to return nil for invalid arguments."""
     checked = guarded(function)
 
@@ -76,15 +76,15 @@ def _unchecked(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-_STACK = "\nstack traceback:"
+_TRACEBACK = "\nstack traceback:"
 
-LONGEST_LINE = 8192
-"""The maximum length of a log line; the rest is cut."""
+MAX_LINE = 8192
+"""The maximum number of characters of a log line; the rest is cut."""
 
 
 def log_error(logger: Logger, level: Level, text: str, modules: ModulePath) -> None:
     """Log a text. A Lua error becomes one line with the skill's file; its stack goes to the debug level."""
-    line, mark, stack = text.partition(_STACK)
+    line, mark, stack = text.partition(_TRACEBACK)
     if not mark:
         logger.log(level, text)
         return
@@ -97,7 +97,7 @@ class HostFunctions:
 
     :param logger: gets the output of skills.
     :param clock: the run's clock, the only time in Lua.
-    :param config: None without a configuration.
+    :param config: the configuration that skills may read, if there is one.
     :param seed: the seed of random numbers.
     """
 
@@ -114,11 +114,11 @@ class HostFunctions:
     def table(self) -> dict[str, Callable[..., Any]]:
         """Return the functions by their Lua names."""
         return {
-            "log": _unchecked(self._log),
+            "log": _nil_after_errors(self._log),
             "now_usec": self._clock.now_us,
             "elapsed_usec": lambda: self._clock.now_us() - self._start_us,
             "random": self._random.random,
-            "randomseed": _unchecked(lambda seed=None: self._random.seed(repr(seed))),
+            "randomseed": _nil_after_errors(lambda seed=None: self._random.seed(repr(seed))),
             "find_module": guarded(self._find_module),
             "config_exists": guarded(lambda path: self._config is not None and self._config.exists(path)),
             "config_get": guarded(self._config_get),
@@ -127,7 +127,7 @@ class HostFunctions:
         }
 
     def _log(self, level: str, text: str) -> None:
-        log_error(self._logger, Level[level.upper()], readable(text[:LONGEST_LINE]), self._modules)
+        log_error(self._logger, Level[level.upper()], readable(text[:MAX_LINE]), self._modules)
 
     def _find_module(self, name: str) -> tuple[str, str]:
         return self._modules.read(name)
@@ -157,7 +157,10 @@ class HostFunctions:
 
 
 def _readable(path: str, value: str) -> str:
-    """Return a value with masked secrets."""
+    """Return a value with masked secrets.
+
+    :raises SkillError: if all of it is secret.
+    """
     masked = mask(path, value)
     if masked == HIDDEN != value:
         raise SkillError(f"{path} is secret: skills cannot read it")

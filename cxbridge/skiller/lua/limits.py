@@ -21,9 +21,10 @@ class Limits(Struct, frozen=True):
 
     :param instructions_per_loop: VM instructions per loop; a million takes about 10 ms.
     :param instructions_to_load: VM instructions for loading the skill space.
-    :param seconds_per_loop: processor time per loop, for expensive instructions such as ``s .. s``.
-    :param seconds_to_load: processor time for loading the skill space.
-    :param memory: bytes of all Lua objects.
+    :param seconds_per_loop: seconds of processor time per loop, because a single instruction such as
+        ``s .. s`` may be expensive.
+    :param seconds_to_load: seconds of processor time for loading the skill space.
+    :param memory: the bytes of all Lua objects.
     :param memory_per_loop: additional bytes per step, and the maximum length of a text.
     """
 

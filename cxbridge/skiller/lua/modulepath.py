@@ -11,8 +11,9 @@ from cxbridge.errors import SkillError
 
 _MODULE_NAME = re.compile(r"[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*")
 _PLACE = re.compile(r"([^\s:|]+):(\d+):")
-# What editors of Windows put before a text; Lua 5.1 does not know it.
+# editors of Windows write it at the start of a text, and Lua 5.1 refuses it
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf".decode("latin-1")
+# a place in the Lua files of the engine at the start of an error
 _OWN_PLACE = re.compile(r"^cxbridge/\w+\.lua:\d+: ")
 
 
@@ -26,7 +27,7 @@ class ModulePath:
     A folder is a Lua folder like Fawkes' ``src/lua``, where ``skills.generic.say`` is
     ``skills/generic/say.lua``, or a folder of skills, where it is ``generic/say.lua``.
 
-    :param folders: in order of preference.
+    :param folders: the folders of modules, in order of preference.
     """
 
     def __init__(self, folders: Iterable[Path]) -> None:

@@ -24,10 +24,10 @@ _CONVERSIONS: dict[str, Callable[[str], Any]] = {
 
 
 class PlaceAccess:
-    """Lua's functions about places.
+    """The functions of ``tf`` and ``navgraph`` in Lua.
 
-    :param transforms: None: no known frames.
-    :param navgraph: None: no ``navgraph``.
+    :param transforms: the transforms of ``tf``; None: ``tf`` knows no frames.
+    :param navgraph: the graph of ``navgraph``; None: skills have no ``navgraph``.
     """
 
     def __init__(self, transforms: TransformBuffer | None, navgraph: NavGraph | None) -> None:
@@ -42,10 +42,10 @@ class PlaceAccess:
             "tf_can_transform": lambda target, source, time_us: buffer.can_transform(
                 from_lua(target), from_lua(source), int(time_us)
             ),
-            "tf_lookup": lambda target, source, time_us: _numbers(
+            "tf_lookup": lambda target, source, time_us: _transform_values(
                 buffer.lookup(from_lua(target), from_lua(source), int(time_us))
             ),
-            "tf_lookup_via": lambda target, target_us, source, source_us, fixed: _numbers(
+            "tf_lookup_via": lambda target, target_us, source, source_us, fixed: _transform_values(
                 buffer.lookup_via(
                     from_lua(target), int(target_us), from_lua(source), int(source_us), from_lua(fixed)
                 )
@@ -62,7 +62,9 @@ class PlaceAccess:
                     map(to_lua, self._navgraph.reachable_nodes(from_lua(name)))
                 ),
                 "nav_property": self._property,
-                "nav_default": lambda name: _text(self._navgraph.default_properties.get(from_lua(name))),
+                "nav_default": lambda name: _text_or_nil(
+                    self._navgraph.default_properties.get(from_lua(name))
+                ),
                 "nav_convert": lambda kind, text: _CONVERSIONS[kind](text),
                 "nav_path": self._path,
             }
@@ -86,14 +88,14 @@ class PlaceAccess:
 
     def _property(self, node_name: str, name: str) -> str | None:
         node = self._navgraph.node(from_lua(node_name))
-        return None if node is None else _text(node.properties.get(from_lua(name)))
+        return None if node is None else _text_or_nil(node.properties.get(from_lua(name)))
 
     def _path(self, start: str, goal: str) -> Any:
         path = self._navgraph.search_path(from_lua(start), from_lua(goal))
         return None if path is None else (path.cost, *self._names(list(path.nodes)))
 
 
-def _numbers(transform: StampedTransform) -> tuple[float, ...]:
+def _transform_values(transform: StampedTransform) -> tuple[float, ...]:
     return (*transform.transform.translation, *transform.transform.rotation, transform.stamp_us)
 
 
@@ -101,5 +103,5 @@ def _node_values(node: NavGraphNode | None) -> Any:
     return None if node is None else (to_lua(node.name), node.x, node.y)
 
 
-def _text(value: str | None) -> str | None:
+def _text_or_nil(value: str | None) -> str | None:
     return None if value is None else to_lua(value)

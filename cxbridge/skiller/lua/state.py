@@ -15,9 +15,9 @@ from cxbridge.errors import SkillError
 from cxbridge.lua_syntax import readable
 from cxbridge.skiller.lua.modulepath import ModulePath
 
-_HERE = Path(__file__).parent
+_LUA_FILES_DIR = Path(__file__).parent
 
-# Functions of the runner with which a step begins.
+# The functions of the runner that begin a step, and with it a new limit of additional memory.
 _STEPS = frozenset(["prepare", "compile", "run", "run_preloop_callbacks", "finalize"])
 
 HostTable = dict[str, Callable[..., Any]]
@@ -26,17 +26,19 @@ HostTable = dict[str, Callable[..., Any]]
 
 @cache
 def _sources() -> dict[str, str]:
-    return {path.stem: path.read_text("latin-1") for path in sorted(_HERE.glob("*.lua"))}
+    """Return the engine's Lua files by name, with one character per byte."""
+    return {path.stem: path.read_text("latin-1") for path in sorted(_LUA_FILES_DIR.glob("*.lua"))}
 
 
 def _deny_attributes(_obj: object, _name: object, _is_setting: bool) -> Any:
+    """Refuse the access to an attribute of a Python object, which could lead out of the sandbox."""
     raise AttributeError("Lua has no business in Python objects")
 
 
 class LuaState:
     """A Lua state with the engine's files, before any skill is loaded.
 
-    :param memory: bytes of all Lua objects.
+    :param memory: the maximum number of bytes of all Lua objects.
     :param bounds: the other limits by name.
     :param make_host: gets the function that makes Lua tables; returns the host functions.
     """
@@ -62,7 +64,7 @@ class LuaState:
         self._lua_error: type[Exception] = LuaError
         self._lua = lua
         self._memory = memory
-        self._growth = bounds["memory_per_loop"]
+        self._max_growth = bounds["memory_per_loop"]
         runner = lua.execute(
             _sources()["boot"],
             lua.table_from(make_host(lua.table_from)),
@@ -96,7 +98,7 @@ class LuaState:
             self._bound_memory()
         try:
             result = self.functions[name](*args)
-        except self._lua_error as error:  # even the runner's own code had no memory left
+        except self._lua_error as error:  # no memory was left even for the runner's own code
             self._bound_memory()
             return False, str(error)
         if not isinstance(result, tuple):
@@ -106,4 +108,4 @@ class LuaState:
         return result
 
     def _bound_memory(self) -> None:
-        self._lua.set_max_memory(min(self._memory, self._lua.get_memory_used() + self._growth))
+        self._lua.set_max_memory(min(self._memory, self._lua.get_memory_used() + self._max_growth))

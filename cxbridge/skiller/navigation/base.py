@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-_ANGLE = 1e-9  # radians and metres that count as rounding errors
-_LENGTH = 1e-9
+_ANGLE_ERROR = 1e-9  # radians that count as a rounding error
+_LENGTH_ERROR = 1e-9  # metres that count as a rounding error
 
 
 @dataclass(slots=True)
 class Base:
     """The pose and speed of a robot.
 
-    :param x: metres.
-    :param y: metres.
+    :param x: the x coordinate in metres.
+    :param y: the y coordinate in metres.
     :param yaw: the orientation in radians from the x axis, counter-clockwise.
-    :param speed: metres per second, positive.
-    :param turn: radians per second, positive.
+    :param speed: the speed of driving in metres per second, positive.
+    :param turn: the speed of turning in radians per second, positive.
     """
 
     x: float
@@ -34,7 +34,7 @@ class Base:
         """
         angle = math.remainder(yaw - self.yaw, math.tau)
         reach = self.turn * seconds
-        if abs(angle) > reach + _ANGLE:
+        if abs(angle) > reach + _ANGLE_ERROR:
             self.yaw = math.remainder(self.yaw + math.copysign(reach, angle), math.tau)
             return 0.0
         # exactly, so that rounding errors of many steps do not add up
@@ -48,11 +48,11 @@ class Base:
         :returns: the remaining time; 0 unless the point is reached.
         """
         distance = math.hypot(x - self.x, y - self.y)
-        if distance <= _LENGTH:
+        if distance <= _LENGTH_ERROR:
             return seconds
         seconds = self.face(math.atan2(y - self.y, x - self.x), seconds)
         reach = self.speed * seconds
-        if reach + _LENGTH < distance:
+        if reach + _LENGTH_ERROR < distance:
             self.x += reach * (x - self.x) / distance
             self.y += reach * (y - self.y) / distance
             return 0.0

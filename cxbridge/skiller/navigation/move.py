@@ -15,10 +15,10 @@ from cxbridge.space.navgraph import NavGraphNode, emit_navgraph, load_navgraph
 from cxbridge.space.navgraph.graph import property_as_float
 
 SPEED = 0.22
-"""Metres per second, as a TurtleBot3 Burger."""
+"""The default speed in metres per second, that of a TurtleBot3 Burger."""
 
 TURN = 2.84
-"""Radians per second, as a TurtleBot3 Burger."""
+"""The default speed of turning in radians per second, that of a TurtleBot3 Burger."""
 
 _TOLERANCE = 1e-6  # metres, or radians
 
@@ -69,7 +69,7 @@ class Move(SkillExecutor):
         self._last_us = self.clock.now_us()
         for number, node in enumerate(path):
             spare_s = self.base.approach(node.x, node.y, spare_s)
-            # one step a loop; the rest of a step's time is used for the next node
+            # one step per loop; the rest of the time of a step is used for the next node
             while self._distance(node) > _TOLERANCE:
                 self._publish()
                 yield Progress(1 - self._length(path[number:]) / length, f"to {node.name}")
@@ -84,7 +84,10 @@ class Move(SkillExecutor):
         self._publish()
 
     def _node(self, name: str) -> NavGraphNode:
-        """Return a place."""
+        """Return the node of a place.
+
+        :raises SkillError: if there is no such place.
+        """
         node = self.graph.node(name)
         if node is None:
             names = ", ".join(node.name for node in self.graph.nodes)
@@ -92,7 +95,10 @@ class Move(SkillExecutor):
         return node
 
     def _path_to(self, target: NavGraphNode) -> list[NavGraphNode]:
-        """Return the path to a place, nearest place first; in a graph without edges only the target."""
+        """Return the path to a place, nearest place first; in a graph without edges only the target.
+
+        :raises SkillError: if no path leads there.
+        """
         if not self.graph.edges:
             return [target]
         nearest = self.graph.closest_node(self.base.x, self.base.y)
@@ -117,6 +123,7 @@ class Move(SkillExecutor):
     def _publish(self) -> None:
         """Write the pose."""
         pose = self._pose
+        # the field has 31 bits, and a simulation may run for years
         self._updates = min(self._updates + 1, 2**31 - 1)
         pose.visibility_history = self._updates
         pose.translation = (self.base.x, self.base.y, 0.0)

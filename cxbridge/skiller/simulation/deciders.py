@@ -24,7 +24,7 @@ FOREVER = 1e9
 class Outcome:
     """The end of a skill.
 
-    :param seconds: the duration; None: that of the next decider or the executor.
+    :param seconds: the duration; None: the next decider or the executor chooses the duration.
     :param share: the used part of this duration, from 0 to 1.
     :param then: called at the end.
     """
@@ -37,10 +37,12 @@ class Outcome:
 
     @property
     def failed(self) -> bool:
+        """Whether the skill fails."""
         return self.status is not Status.S_FINAL
 
     def with_duration_of(self, usual: Outcome) -> Outcome:
-        """Return this outcome with another's duration; a success becomes the other outcome."""
+        """Return this outcome with the duration of another one; a success becomes the other outcome."""
+        # a failure takes its share of the usual duration; the share of a known duration is spent
         seconds = None if usual.seconds is None else usual.seconds * self.share
         then = self.then or usual.then
         if not self.failed:

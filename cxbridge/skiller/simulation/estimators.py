@@ -28,7 +28,7 @@ T = TypeVar("T")
 class SkillPattern:
     """An entry of a whitelist or blacklist.
 
-    :param args: regular expressions that must match the whole arguments.
+    :param args: regular expressions by argument, each of which must match the whole value.
     :param seconds: the duration, for the static estimator.
     """
 
@@ -49,8 +49,8 @@ class SkillPattern:
 class SkillSelection:
     """The common settings of estimators.
 
-    :param whitelist: the skills that the estimator supports, first match wins; empty: all.
-    :param speed: divides durations.
+    :param whitelist: the skills that the estimator supports; the first match wins; empty: all skills.
+    :param speed: the factor by which skills are faster: it divides their durations.
     """
 
     whitelist: Sequence[SkillPattern] = ()
@@ -66,7 +66,7 @@ class SkillSelection:
         """
         speed = config.get_float(f"{prefix}/speed", default=1.0)
         if not 0 < speed < math.inf:
-            raise wrong(config, f"{prefix}/speed", f"is {speed:g}", "a speed must be above 0")
+            raise invalid_value(config, f"{prefix}/speed", f"is {speed:g}", "a speed must be above 0")
         return cls(
             whitelist=read_patterns(config, f"{prefix}/whitelist"),
             blacklist=read_patterns(config, f"{prefix}/blacklist"),
@@ -148,8 +148,8 @@ def as_text(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def wrong(config: Configuration, path: str, fault: str, hint: str) -> SkillerError:
-    """Return the error about a configured value."""
+def invalid_value(config: Configuration, path: str, fault: str, hint: str) -> SkillerError:
+    """Return the error about a configured value, with its file and line."""
     value = config.get(path)
     return SkillerError(f"{path} {fault}", file=value.file or None, line=value.line or None, hint=hint)
 
@@ -159,7 +159,7 @@ def read_patterns(config: Configuration, path: str) -> list[SkillPattern]:
 
     :raises SkillerError: if an argument's pattern is invalid.
     """
-    # the first match wins: users number their entries
+    # sorted, because the first match wins and users number their entries
     keys = [key for key in sorted(config.keys(path)) if config.exists(f"{path}/{key}/name")]
     return [read_pattern(config, path, key) for key in keys]
 
@@ -174,13 +174,15 @@ def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
     for text in config.get_strings(args_path) if config.exists(args_path) else []:
         name, separator, value = text.partition("=")
         if not separator:
-            raise wrong(config, args_path, f"has '{text}'", 'an argument is NAME=PATTERN: ["text=hello .*"]')
+            raise invalid_value(
+                config, args_path, f"has '{text}'", 'an argument is NAME=PATTERN: ["text=hello .*"]'
+            )
         args[name.strip()] = value.strip().strip("'\"")
         try:
             re.compile(args[name.strip()])
         except re.error as error:
             hint = "a regular expression for the whole value, e.g. hello .*"
-            raise wrong(config, args_path, f"has the pattern '{value}': {error}", hint) from None
+            raise invalid_value(config, args_path, f"has the pattern '{value}': {error}", hint) from None
     return SkillPattern(
         name=config.get_str(f"{path}/{key}/name"),
         args=args,
@@ -194,5 +196,5 @@ def _read_seconds(config: Configuration, path: str) -> float | None:
         return None
     seconds = config.get_float(path)
     if not 0 <= seconds <= FOREVER:
-        raise wrong(config, path, f"is {seconds:g}", f"seconds, from 0 to {FOREVER:g}")
+        raise invalid_value(config, path, f"is {seconds:g}", f"seconds, from 0 to {FOREVER:g}")
     return seconds

@@ -25,17 +25,17 @@ def as_string_call(call: SkillCall) -> SkillStringCall:
 def ending_as(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall) -> Steps:
     """Yield the steps of a call with a decided end.
 
-    :param outcome: None: the executor's own end.
+    :param outcome: the decided end; None: the executor decides.
     """
-    # a success only takes its time; a failing skill is really executed until it fails, so that the robot
-    # stops halfway
     if outcome is None:
         return (yield from executor.execute(call))
+    # a success with a duration only waits; all other skills are executed, so that the robot of a failing
+    # skill stops halfway
     message = None
     if outcome.seconds is None and not outcome.failed:
         message = yield from executor.execute(call)
     elif outcome.seconds is None:
-        yield from _share_of(executor.execute(call), outcome.share)
+        yield from _steps_until(executor.execute(call), outcome.share)
     elif outcome.failed:
         yield from _steps_for(executor, call, outcome.seconds)
     else:
@@ -48,7 +48,7 @@ def ending_as(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall)
 
 
 def _steps_for(executor: SkillExecutor, call: SkillCall, seconds: float) -> Steps:
-    """Yield the steps of an executor for some seconds, and empty steps after its early end."""
+    """Yield the steps of an executor for some seconds; if it ends earlier, yield steps without progress."""
     clock = executor.clock
     start_us = clock.now_us()
     end_us = start_us + round(seconds * MICROSECONDS)
@@ -63,32 +63,32 @@ def _steps_for(executor: SkillExecutor, call: SkillCall, seconds: float) -> Step
 
 def _wait(clock: Clock, seconds: float) -> Steps:
     """Yield the progress of a waiting skill; at least one step, like all skills."""
-    start_us, needed_us = clock.now_us(), seconds * MICROSECONDS
+    start_us, duration_us = clock.now_us(), seconds * MICROSECONDS
     yield 0.0
-    while (passed_us := clock.now_us() - start_us) < needed_us:
-        yield passed_us / needed_us
+    while (passed_us := clock.now_us() - start_us) < duration_us:
+        yield passed_us / duration_us
 
 
 class DecidedExecution:
     """Executes skills of the skill board with the ends that deciders choose.
 
-    :param make: makes the deciders of an agent at its first call.
+    :param make: makes the deciders of an agent, at the first call of the agent.
     """
 
     def __init__(self, make: Callable[[str], Deciders]) -> None:
-        self._make = make
+        self._make_deciders = make
         self._deciders: dict[str, Deciders] = {}
 
     def __call__(self, executor: SkillExecutor, call: SkillCall) -> Steps:
         """Return the steps of a starting call."""
         if call.agent not in self._deciders:
-            self._deciders[call.agent] = self._make(call.agent)
+            self._deciders[call.agent] = self._make_deciders(call.agent)
         decision = self._deciders[call.agent].decide(as_string_call(call))
         return ending_as(None if decision is None else decision.outcome, executor, call)
 
 
-def _share_of(steps: Steps, share: float) -> Steps:
-    """Yield the steps of an executor until it reports the share or ends."""
+def _steps_until(steps: Steps, share: float) -> Steps:
+    """Yield the steps of an executor until it reports a share of its progress, or ends."""
     with closing(steps):
         for progress in steps:
             fraction = progress.fraction if isinstance(progress, Progress) else progress

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cxbridge.skiller.simulation.deciders import Decider, Outcome
-from cxbridge.skiller.simulation.estimators import SkillPattern, read_pattern, wrong
+from cxbridge.skiller.simulation.estimators import SkillPattern, invalid_value, read_pattern
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 
@@ -28,7 +28,7 @@ class Failure:
 
     :param pattern: the affected calls.
     :param probability: the probability of failure, 0 to 1.
-    :param calls: the numbers of calls that fail, counted from 1 over the matching calls.
+    :param calls: the numbers of the failing calls among the matching calls, from 1.
     :param after: the share of its duration that a failing skill takes, 0 to 1.
     """
 
@@ -52,7 +52,7 @@ class Failure:
 class FailureInjector(Decider):
     """Makes skills fail.
 
-    :param failures: the first match decides, but all count the call.
+    :param failures: the first failure that strikes decides; all failures count the call.
     :param rng: a seeded generator.
     """
 
@@ -70,7 +70,7 @@ class FailureInjector(Decider):
 
         :raises SkillerError: if an entry lacks probability and calls, or has invalid ones.
         """
-        return cls([_read(config, prefix, key) for key in sorted(config.keys(prefix))], rng)
+        return cls([_read_failure(config, prefix, key) for key in sorted(config.keys(prefix))], rng)
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
         """Return the injected failure of a call, or None. Counts the call."""
@@ -81,17 +81,17 @@ class FailureInjector(Decider):
         return Outcome(None, Status.S_FAILED, struck[0].error, share=struck[0].after)
 
 
-def _read(config: Configuration, prefix: str, key: str) -> Failure:
+def _read_failure(config: Configuration, prefix: str, key: str) -> Failure:
     path = f"{prefix}/{key}"
     keys = config.keys(path)
     hint = "an entry has name, probability or calls, and may have args, error, after"
     for name in keys:
         if name not in _KEYS:
-            raise wrong(config, f"{path}/{name}", "means nothing here", hint)
-    # an entry without a cause would silently never fail
+            raise invalid_value(config, f"{path}/{name}", "means nothing here", hint)
+    # without a probability or calls the failure would silently never strike
     if "name" not in keys or not {"probability", "calls"} & set(keys):
         first_path = f"{path}/{keys[0]}" if keys else path
-        raise wrong(
+        raise invalid_value(
             config,
             first_path,
             f"is of the failure '{key}': it needs 'probability' or 'calls'",
@@ -99,26 +99,26 @@ def _read(config: Configuration, prefix: str, key: str) -> Failure:
         )
     return Failure(
         read_pattern(config, prefix, key),
-        probability=_share(config, f"{path}/probability", 0.0),
-        calls=_numbers(config, f"{path}/calls"),
+        probability=_read_share(config, f"{path}/probability", 0.0),
+        calls=_read_calls(config, f"{path}/calls"),
         error=config.get_str(f"{path}/error") if "error" in keys else f"{key} (simulated)",
-        after=_share(config, f"{path}/after", 1.0),
+        after=_read_share(config, f"{path}/after", 1.0),
     )
 
 
-def _share(config: Configuration, path: str, default: float) -> float:
+def _read_share(config: Configuration, path: str, default: float) -> float:
     if not config.exists(path):
         return default
     share = config.get_float(path)
     if not 0 <= share <= 1:
-        raise wrong(config, path, f"is {share:g}", "a number from 0 to 1")
+        raise invalid_value(config, path, f"is {share:g}", "a number from 0 to 1")
     return share
 
 
-def _numbers(config: Configuration, path: str) -> Sequence[int]:
+def _read_calls(config: Configuration, path: str) -> Sequence[int]:
     if not config.exists(path):
         return ()
     numbers = config.get_uints(path) if config.is_list(path) else [config.get_uint(path)]
     if 0 in numbers:
-        raise wrong(config, path, "has a call 0", "calls are counted from 1")
+        raise invalid_value(config, path, "has a call 0", "calls are counted from 1")
     return numbers

@@ -56,7 +56,7 @@ def make_simulator(
     if config.keys(STATIC_PREFIX):
         estimators.append(StaticEstimator.from_config(config))
     if config.exists(f"{LOOKUP_PREFIX}/recordings") and read_samples is not None:
-        estimators.append(LookupEstimator.from_config(config, read_samples, _rng(seed, name, "lookup")))
+        estimators.append(LookupEstimator.from_config(config, read_samples, _make_rng(seed, name, "lookup")))
     elif config.keys(LOOKUP_PREFIX):
         log.debug(f"{LOOKUP_PREFIX}/recordings names no recorded runs: there is no lookup")
     if config.keys(NAVGRAPH_PREFIX) and navgraph is not None:
@@ -77,9 +77,9 @@ def make_failures(config: Configuration, name: str) -> FailureInjector:
     :raises SkillerError: if the configuration is wrong.
     """
     seed = config.get_uint(SEED_PATH, default=0)
-    return FailureInjector.from_config(config, _rng(seed, name, "failures"))
+    return FailureInjector.from_config(config, _make_rng(seed, name, "failures"))
 
 
-def _rng(seed: int, *purpose: str) -> random.Random:
+def _make_rng(seed: int, *purpose: str) -> random.Random:
     """Return a separate generator for a purpose, so that purposes do not influence each other's draws."""
     return random.Random(f"{seed} {' '.join(purpose)}")  # noqa: S311 - a simulation is reproducible

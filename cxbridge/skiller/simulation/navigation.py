@@ -54,11 +54,11 @@ class _Drive:
 class NavGraphEstimator(Decider):
     """Estimates skills that drive to a reachable node, from the length of the path.
 
-    :param selection: ``speed`` is in metres per second.
+    :param selection: the supported skills; its ``speed`` is in metres per second.
     :param target: the argument with the target node.
     :param start: the argument with the start node; if empty or missing, the node closest to the pose.
-    :param pose: x and y of the start, metres in the fixed frame.
-    :param interface: a Position3DInterface to publish the pose; None: unpublished.
+    :param pose: the coordinates x and y of the start, in metres in the fixed frame.
+    :param interface: a Position3DInterface to publish the pose; None: the pose is not published.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class NavGraphEstimator(Decider):
     ) -> NavGraphEstimator:
         """Read ``target``, ``start``, ``pose-update`` and the settings of :class:`SkillSelection`.
 
-        The pose is amcl's.
+        The configuration of amcl names the interface of the pose, and the pose at the start.
 
         :raises SkillerError: as :meth:`SkillSelection.from_config`.
         :raises BlackBoardError: if the pose has another writer.

@@ -17,7 +17,7 @@ from cxbridge.skiller.simulation.estimators import (
     SkillPattern,
     SkillSelection,
     as_text,
-    wrong,
+    invalid_value,
 )
 from cxbridge.skiller.skillstring import SkillStringCall, parse_skill_call
 from cxbridge.skiller.status import Status
@@ -53,11 +53,11 @@ ReadSamples = Callable[[Path], Iterable[Sample]]
 class LookupEstimator(Decider):
     """Draws one of a skill's recorded executions with equal probability.
 
-    :param samples: executions; skill strings with several calls are ignored.
+    :param samples: recorded executions; skill strings with several calls are ignored.
     :param fully_match_args: whether an execution must match all arguments of the call, or only those in the
         whitelist's entry.
     :param include_failures: whether to draw failed executions, too.
-    :param rng: a separately seeded generator.
+    :param rng: a generator with a separate seed.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class LookupEstimator(Decider):
         self.priority = self.selection.priority
         self._fully_match = fully_match_args or EstimatorProperty(default=True)
         self._failures = include_failures or EstimatorProperty(default=False)
-        self._rng = rng or random.Random(0)  # noqa: S311 - a simulation repeats
+        self._rng = rng or random.Random(0)  # noqa: S311 - a simulation is reproducible
         self._samples: dict[str, list[tuple[SkillStringCall, Sample]]] = {}
         for sample in samples:
             try:
@@ -93,7 +93,7 @@ class LookupEstimator(Decider):
         """Read ``recordings``, ``fully-match-args``, ``include-failures`` and the settings of SkillSelection.
 
         :param read: reads a recording, whose path is relative to the configuration file.
-        :raises CxbridgeError: if a recording is unreadable or the configuration is wrong.
+        :raises CxbridgeError: if a recording is unreadable or the configuration is invalid_value.
         """
         path = f"{prefix}/recordings"
         texts = config.get_strings(path) if config.is_list(path) else [config.get_str(path)]
@@ -102,7 +102,9 @@ class LookupEstimator(Decider):
         for text in texts:
             run_samples = list(read(base / Path(text).expanduser()))
             if not run_samples:
-                raise wrong(config, path, f"names '{text}', in which no skill ends", "name runs with skills")
+                raise invalid_value(
+                    config, path, f"names '{text}', in which no skill ends", "name runs with skills"
+                )
             samples += run_samples
         return cls(
             samples,
@@ -125,14 +127,16 @@ class LookupEstimator(Decider):
         matches = [
             sample
             for sample_call, sample in self._samples.get(call.name, ())
-            if (failures or sample.status is Status.S_FINAL) and self._fits(sample_call, call, entry)
+            if (failures or sample.status is Status.S_FINAL) and self._matches(sample_call, call, entry)
         ]
         if not matches:
             return None
         drawn = self._rng.choice(matches)
         return Outcome(drawn.seconds / self.selection.speed, drawn.status, drawn.error)
 
-    def _fits(self, sample_call: SkillStringCall, call: SkillStringCall, entry: SkillPattern | None) -> bool:
+    def _matches(
+        self, sample_call: SkillStringCall, call: SkillStringCall, entry: SkillPattern | None
+    ) -> bool:
         recorded = {key: as_text(value) for key, value in sample_call.args.items()}
         # all arguments of the call count; a recorded execution may have further ones, which the call leaves
         # out

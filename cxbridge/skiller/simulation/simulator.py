@@ -1,4 +1,4 @@
-"""A Skiller without robot: each skill waits for the duration that a decider chooses, by the run's clock.
+"""A Skiller without a robot: each skill waits for the duration that a decider chooses, by the run's clock.
 
 It writes the same states as Fawkes' skiller-simulator, except for the differences listed in
 ``docs/evidence/skiller.md``.
@@ -69,14 +69,14 @@ class SkillerSimulator(InterfaceSkiller):
 
         Times are relative.
         """
-        # deciders are called while a call starts, before the state is published
+        # a decider may ask for the state while a call starts, before the state is published
         interface = self._interface
         fields = interface.skill_string, interface.status, interface.error, bool(self._control.controller)
         if self._outcome is None:
-            return self.name, fields, self._enqueued
+            return self.name, fields, self._has_started_string
         times = self._start_us - now_us, self._end_us - now_us
         ends = tuple((call.call.name, call.outcome) for call in self._calls)
-        return self.name, fields, self._enqueued, self._outcome, times, ends
+        return self.name, fields, self._has_started_string, self._outcome, times, ends
 
     def loop(self) -> None:
         """Handle messages, and end the skill string that is due."""
@@ -86,7 +86,7 @@ class SkillerSimulator(InterfaceSkiller):
         now_us = self._clock.now_us()
         self._progress(now_us)
         # a skill string runs for one loop at least, so that readers see S_RUNNING
-        if not self._enqueued and now_us > self._end_us:
+        if not self._has_started_string and now_us > self._end_us:
             end = f"failed: {self._outcome.error}" if self._outcome.failed else "is final"
             self._log.info(f"Skill '{self.skill_string}' {end}")
             self.end(self._outcome.status, self._outcome.error)
@@ -99,12 +99,12 @@ class SkillerSimulator(InterfaceSkiller):
     def _handle(self, message: Any) -> bool:
         is_changed = super()._handle(message)
         if is_changed and message.type in ("AcquireControlMessage", "StopExecMessage"):
-            self._interface.msgid = message.id  # as Fawkes' simulator, unlike its Skiller
+            self._interface.msgid = message.id  # as in Fawkes' simulator, unlike in its Skiller
         return is_changed
 
     def start(self, skill_string: str) -> None:
         self._calls = [self._decide(call) for call in parse_skill_string(skill_string)]
-        self._outcome, seconds = _joined_outcome(self._calls)
+        self._outcome, seconds = _combined_outcome(self._calls)
         effects = [(call.seconds, call.outcome.then) for call in self._calls if call.outcome.then]
         self._effects = sorted(effects, key=lambda effect: effect[0])
         self._start_us = self._clock.now_us()
@@ -135,7 +135,7 @@ class SkillerSimulator(InterfaceSkiller):
         self._outcome = None
 
 
-def _joined_outcome(calls: Sequence[_SimulatedCall]) -> tuple[Outcome, float]:
+def _combined_outcome(calls: Sequence[_SimulatedCall]) -> tuple[Outcome, float]:
     """Return the end of simultaneous calls and its time: the first failure, or the last success."""
     failures = [call for call in calls if call.outcome.failed]
     deciding = (min if failures else max)(failures or calls, key=lambda call: call.seconds)

@@ -43,31 +43,33 @@ class OriginalMaster(Master):
                 f" and skill ({self.skill} {' '.join(words)})"
             )
 
-    def responded(self, executor: str, now_us: int) -> None:  # noqa: ARG002
+    def handle_response(self, executor: str, now_us: int) -> None:  # noqa: ARG002
         """Confirm each executor; only the last one counts."""
         if self.is_over:
             return
         self._sender.confirm(executor, self.number)
         self.executor = executor
-        self._go(MasterState.CONFIRMED)
+        self._enter(MasterState.CONFIRMED)
 
-    def take_feedback(self, executor: str, progress: float, text: str, now_us: int) -> None:
+    def handle_feedback(self, executor: str, progress: float, text: str, now_us: int) -> None:
         """Process feedback of the confirmed executor only."""
         if executor == self.executor and self.has_executor:
-            super().take_feedback(executor, progress, text, now_us)
+            super().handle_feedback(executor, progress, text, now_us)
             self.deadline_us = _NEVER
 
-    def finished(self, executor: str, outcome: SkillOutcome, error: str, now_us: int, text: str = "") -> None:
+    def handle_finish(
+        self, executor: str, outcome: SkillOutcome, error: str, now_us: int, text: str = ""
+    ) -> None:
         """Process the end reported by the confirmed executor."""
         if outcome is SkillOutcome.CANCELLED and executor == self.executor and self.has_executor:
-            self._go(MasterState.CANCELLED)  # no matter who cancelled it
+            self._enter(MasterState.CANCELLED)  # no matter who cancelled it
         else:
-            super().finished(executor, outcome, error, now_us, text)
+            super().handle_finish(executor, outcome, error, now_us, text)
 
-    def lost(self, executor: str) -> None:
+    def handle_loss(self, executor: str) -> None:
         """Ignore that an executor has vanished."""
 
-    def undelivered(self, executor: str, why: str) -> None:
+    def handle_undelivered(self, executor: str, why: str) -> None:
         """Ignore failed delivery."""
 
     def cancel(self, now_us: int) -> bool:  # noqa: ARG002
@@ -75,7 +77,7 @@ class OriginalMaster(Master):
         if not self.has_executor:
             return False
         self._sender.cancel(self.executor, self.number)
-        self._go(MasterState.CANCELLING)
+        self._enter(MasterState.CANCELLING)
         return True
 
     def expire(self) -> None:

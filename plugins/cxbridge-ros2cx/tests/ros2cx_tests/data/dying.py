@@ -36,13 +36,13 @@ class Dying(host.ExecutorHost):
         if point == POINT:
             os.kill(os.getpid(), signal.SIGKILL)
 
-    def _request(self, message: Any) -> None:
-        super()._request(message)
+    def _handle_request(self, message: Any) -> None:
+        super()._handle_request(message)
         self._at("responded")
 
-    def _confirm(self, message: Any) -> None:
+    def _handle_confirm(self, message: Any) -> None:
         self._at("confirmed")
-        super()._confirm(message)
+        super()._handle_confirm(message)
 
     def step(self) -> None:
         super().step()
