@@ -12,11 +12,12 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import SyntaxNode, literal, one_line
 
+# a local variable; in CLIPS 6.4 a slot may follow, as in `?fact:slot`
 _VARIABLE = re.compile(r"\$?\?([A-Za-z_][^\s:]*)(?::.*)?\Z")
+_GLOBAL = re.compile(r"\?\*.+\*\Z")
+
 OBJECT = "object"
 """The head of patterns of instances."""
-
-_GLOBAL = re.compile(r"\?\*.+\*\Z")
 
 
 def variables(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
@@ -88,8 +89,8 @@ class FieldConstraint:
 class SlotConstraint:
     """The constraints of a slot, or of a field of an ordered fact.
 
-    :param slot: empty for an ordered fact.
-    :param position: of the field of an ordered fact, from 0; 0 for a slot.
+    :param slot: the name of the slot; empty for an ordered fact.
+    :param position: the position of the field in an ordered fact, from 0; 0 for a slot.
     """
 
     slot: str
@@ -132,7 +133,10 @@ class SlotConstraint:
         )
 
     def write(self, fields: list[str]) -> str:
-        """Return the text with other constraints."""
+        """Return the constraints as a part of a pattern.
+
+        :param fields: the texts of the fields.
+        """
         return f"({self.slot} {' '.join(fields)})" if self.slot else " ".join(fields)
 
 
@@ -190,17 +194,17 @@ class PatternCE(Struct, frozen=True, dict=True):
         """The variables at the starts of fields."""
         return frozenset().union(*(part.binds for part in self.parts))
 
-    def tested(self, bound: frozenset[str]) -> list[SlotConstraint]:
+    def restrictive_parts(self, bound: frozenset[str]) -> list[SlotConstraint]:
         """Return the parts that not every value satisfies.
 
         :param bound: the variables with a value before the pattern.
         """
-        tested = []
+        restrictive_parts = []
         for part in self.parts:
             if not part.is_open(bound):
-                tested.append(part)
+                restrictive_parts.append(part)
             bound |= part.binds
-        return tested
+        return restrictive_parts
 
     def bare(self) -> str:
         """Return the text without the variable of the fact."""
@@ -369,7 +373,7 @@ def _field(nodes: list[SyntaxNode]) -> FieldConstraint:
     # `?x|red` tests ?x, it does not bind it
     if binder and len(nodes) > 1 and nodes[1].text == "|":
         binder = ""
-    # without the binder and the `&` after it
+    # the binder and the `&` after it are no constraint
     constraint_nodes = nodes[2:] if binder else nodes
     alternatives: list[list[list[SyntaxNode]]] = [[[]]]
     for node in constraint_nodes:

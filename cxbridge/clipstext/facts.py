@@ -30,17 +30,18 @@ LAYOUTS: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """The slots of deftemplates in the order in which CLIPS prints them; a fact may lack some."""
 
+# words, or fields with at least one string, which may itself contain quotes
 _VALUE = re.compile(r'(?:[^()"]*|(?: [^\s()"]+)* ".*"(?: [^\s()"]+)*)', re.DOTALL)
 _SYMBOL = re.compile(r"[^\s()\"]+")
 _OMITTED = " ..."
 _PLAIN_SLOT = re.compile(r" \(([^\s()\";&|~?<][^\s()\";&|~<]*)([^()\"]*)\)")
-_MARK = re.compile(r"[()\"]")
+_PARENTHESIS_OR_QUOTE = re.compile(r"[()\"]")
 _NAME = re.compile(r"[^\s()\";&|~?<][^\s()\";&|~<]*")
 _INTEGER = re.compile(r"[+-]?[0-9]+")
 _FLOAT = re.compile(r"[+-]?(?:[0-9]+\.[0-9]*|\.?[0-9]+)(?:[eE][+-]?[0-9]+)?")
-_FACT = re.compile(r"<Fact-([0-9]{1,18})>")
-_LARGEST = 2**63  # the integers of CLIPS have 64 bits
-_LONGEST_INTEGER = 100  # digits; more are converted in quadratic time, and never fit 64 bits
+_FACT_ADDRESS = re.compile(r"<Fact-([0-9]{1,18})>")
+_INTEGER_LIMIT = 2**63  # the integers of CLIPS have 64 bits
+_MAX_DIGITS = 100  # of an integer; more digits take quadratic time, and never fit 64 bits
 
 IMPLIED: Final = "implied"
 """The only slot of an ordered fact, which is not printed."""
@@ -102,7 +103,7 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
 
 
 def _by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
-    """Return the slots of a fact of an unknown deftemplate, and whether none is omitted."""
+    """Return the slots of a fact, found by the quotes of its strings, and whether none is omitted."""
     position = 1 + len(template)
     slots: dict[str, str] = {}
     is_complete = True
@@ -126,7 +127,7 @@ def _by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
 
 
 def _plain_slots(template: str, text: str) -> dict[str, str] | None:
-    """Return the slots of a fact without strings by a fast way, or None for other facts."""
+    """Return the slots of a fact without strings, found by one search, or None for other facts."""
     slots = _PLAIN_SLOT.findall(text, 1 + len(template))
     size = sum(map(len, chain.from_iterable(slots))) + len(" ()") * len(slots)
     if size + len(template) + len("()") != len(text) or not text.endswith(")"):
@@ -137,15 +138,15 @@ def _plain_slots(template: str, text: str) -> dict[str, str] | None:
 class _LayoutParser:
     """Parses a fact with known slots.
 
-    :param names: in the order of printing.
+    :param names: the names of the slots in the order of printing.
     """
 
     def __init__(self, text: str, names: tuple[str, ...]) -> None:
         self._text = text
         self._names = names
         self._slot_starts = tuple(f" ({name}" for name in names)
-        # slots at positions from which the end cannot be reached: tried twice, many parentheses take
-        # exponential time
+        # the slots and positions from which the end cannot be reached: without this memory, a text with many
+        # parentheses would take exponential time
         self._dead_ends: set[tuple[int, int]] = set()
 
     def read(self, position: int) -> dict[str, str] | None:
@@ -192,7 +193,7 @@ class _LayoutParser:
 def _slot_end(text: str, position: int) -> int:
     """Return the position of the parenthesis that closes the slot whose value starts at ``position``."""
     depth = 0
-    while (mark := _MARK.search(text, position)) is not None:
+    while (mark := _PARENTHESIS_OR_QUOTE.search(text, position)) is not None:
         position = mark.start()
         char = text[position]
         if char == '"':
@@ -256,11 +257,11 @@ def parse_values(text: str) -> tuple[Value, ...]:
 
 def _atom(text: str) -> Value:
     """Return a value printed without quotes: a number, a fact address or a symbol."""
-    if len(text) <= _LONGEST_INTEGER and _INTEGER.fullmatch(text) and abs(int(text)) < _LARGEST:
+    if len(text) <= _MAX_DIGITS and _INTEGER.fullmatch(text) and abs(int(text)) < _INTEGER_LIMIT:
         return int(text)
     if _FLOAT.fullmatch(text):
         return float(text)
-    address = _FACT.fullmatch(text)
+    address = _FACT_ADDRESS.fullmatch(text)
     return FactRef(int(address[1])) if address else Symbol(text)
 
 

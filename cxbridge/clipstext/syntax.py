@@ -184,7 +184,7 @@ def has_commands(text: str) -> bool:
 
 
 def literal(node: SyntaxNode) -> str:
-    """Return the text of a literal word or string, or empty."""
+    """Return the text of a literal word or string; empty for other nodes."""
     if node.items is not None or node.text.startswith(("?", "$?")) or node.text in "&|~:=":
         return ""
     return node.text.strip('"') if node.text.startswith('"') else node.text
@@ -203,9 +203,9 @@ def is_declaration(construct: str) -> bool:
 class Definition(Struct, frozen=True):
     """A construct with its content.
 
-    :param kind: ``defrule``, ``deftemplate`` ...
-    :param name: without its module.
-    :param line: from 1.
+    :param kind: the word that begins it: ``defrule``, ``deftemplate`` ...
+    :param name: the name without the module.
+    :param line: the number of its first line, from 1.
     """
 
     kind: str
@@ -224,7 +224,7 @@ def definitions(text: str) -> Iterator[Definition]:
 
 
 def rule_lines(text: str) -> dict[str, int]:
-    """Return the lines of the rules of a file by name, of several the last."""
+    """Return the lines of the rules of a file by name; of several rules with a name the last one counts."""
     code, lines = blank(text), Lines(text)
     constructs = ((CONSTRUCT.match(code, start), start) for start, _ in top_level(code))
     return {

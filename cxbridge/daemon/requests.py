@@ -93,7 +93,7 @@ class DaemonState:
         if not words:
             return list(rows.values())
         forest = Forest({goal: parent_id(row["parent"]) for goal, row in rows.items()})
-        goals = forest.with_those_above(
+        goals = forest.with_ancestors(
             goal for goal, row in rows.items() if words in " ".join(row.values()).lower()
         )
         return [row for goal, row in rows.items() if goal in goals]

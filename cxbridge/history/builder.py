@@ -34,6 +34,7 @@ from cxbridge.history.model import (
     ActionKey,
     GoalChange,
     GoalRecord,
+    Moment,
     PlanActionRecord,
     PlannerExecution,
     SentCall,
@@ -53,7 +54,7 @@ _SKILLER: Final = "SkillerInterface"
 _STARTED: Final = "started"
 _STEP = re.compile(r"\(([^()]*)\)")
 
-_LOST: Final = {
+_OMITTED: Final = {
     "goal": "transitions of goals beyond the limit of goals are left out",
     "plan-action": "transitions of plan-actions beyond the limit of plan-actions are left out",
     "skill call": "calls of skills beyond the limit are left out",
@@ -68,9 +69,12 @@ _Change = TypeVar("_Change", GoalChange, ActionChange)
 class HistoryLimits:
     """The limits of a history; events beyond them are only counted.
 
-    :param goals: the maximal number of goals; likewise ``actions``, and ``calls`` of skills.
-    :param transitions: of goals and plan-actions; beyond it only the first and last of each are kept.
-    :param text: characters of an error or a skill string.
+    :param goals: the maximal number of goals.
+    :param actions: the maximal number of plan-actions.
+    :param calls: the maximal number of calls of skills, and of planners.
+    :param transitions: the maximal number of transitions of goals and plan-actions; beyond it only the first
+        and the last transition of each are kept.
+    :param text: the maximal number of characters of an error or a skill string.
     """
 
     goals: int = 10_000
@@ -88,8 +92,9 @@ class RunHistory:
 
     :param start_us: the start of the run; None: its first event.
     :ivar events: the number of events.
-    :ivar goals: in the order of their first event, like ``actions``.
-    :ivar planner_calls: in the order of their start.
+    :ivar goals: the goals in the order of their first event.
+    :ivar actions: the plan-actions in the order of their first event.
+    :ivar planner_calls: the calls of planners in the order of their start.
     """
 
     def __init__(self, limits: HistoryLimits | None = None, start_us: int | None = None) -> None:
@@ -104,20 +109,20 @@ class RunHistory:
         self._assignments: dict[tuple[str, ActionKey], ActionAssignment] = {}
         self._calls: list[SkillExecution] = []
         self._last_call: dict[tuple[str, str], SkillExecution | None] = {}
-        self._read: set[str] = set()  # Skillers that an executive reads
+        self._read_skillers: set[str] = set()  # Skillers that an executive reads
         self._board = BoardExecutions(self._limits.calls)
         self._planning: dict[tuple[str, str], PlannerExecution] = {}
         self._errors: dict[str, str] = {}
         self._transitions = 0
-        self._lost = dict.fromkeys(_LOST, 0)
-        self._takers: Mapping[type[Event], Callable[[Any], None]] = {
-            GoalTransition: self._goal,
-            PlanActionTransition: self._action,
-            SkillStatus: self._skill,
-            FactChange: self._fact,
-            InterfaceWrite: self._write,
-            InterfaceMessage: self._message,
-            PlannerCall: self._plan,
+        self._omitted = dict.fromkeys(_OMITTED, 0)
+        self._handlers: Mapping[type[Event], Callable[[Any], None]] = {
+            GoalTransition: self._handle_goal,
+            PlanActionTransition: self._handle_action,
+            SkillStatus: self._handle_skill,
+            FactChange: self._handle_fact,
+            InterfaceWrite: self._handle_write,
+            InterfaceMessage: self._handle_message,
+            PlannerCall: self._handle_plan,
         }
 
     @classmethod
@@ -133,9 +138,9 @@ class RunHistory:
     def take(self, event: Event) -> None:
         """Process the next event."""
         self.clock.at(event.time_us)
-        taker = self._takers.get(type(event))
-        if taker is not None:
-            taker(event)
+        handler = self._handlers.get(type(event))
+        if handler is not None:
+            handler(event)
         self.events += 1
 
     @property
@@ -146,22 +151,24 @@ class RunHistory:
     @property
     def calls(self) -> list[SkillExecution]:
         """The executed skills in order."""
-        # a Skiller that is served by a skill board reports the same skills
-        of_skillers = self._calls and (self._read or not self._board.calls)
-        return self._calls if of_skillers else self._board.calls
+        # a Skiller and the skill board that serves it report the same skills, which must count once
+        is_of_skillers = self._calls and (self._read_skillers or not self._board.calls)
+        return self._calls if is_of_skillers else self._board.calls
 
     @property
-    def _position(self) -> tuple[int, int]:
-        return self.events, self.clock.now_us
+    def _position(self) -> Moment:
+        return Moment(self.events, self.clock.now_us)
 
     def left_out(self) -> list[str]:
         """Return sentences about events that were left out because of the limits."""
-        lost = self._lost | ({} if self._calls else {"skill call": self._board.lost})
+        lost = self._omitted | ({} if self._calls else {"skill call": self._board.lost})
         return [
-            f"{count} {_LOST[kind]}: 'cxbridge trace cat' has them." for kind, count in lost.items() if count
+            f"{count} {_OMITTED[kind]}: 'cxbridge trace cat' has them."
+            for kind, count in lost.items()
+            if count
         ]
 
-    def _goal(self, event: GoalTransition) -> None:
+    def _handle_goal(self, event: GoalTransition) -> None:
         if event.is_unnamed:
             return
         key = event.env, event.goal
@@ -170,7 +177,7 @@ class RunHistory:
             goal = None  # the id is reused
         if goal is None:
             if len(self.goals) >= self._limits.goals:
-                self._lost["goal"] += 1
+                self._omitted["goal"] += 1
                 return
             if former is not None:
                 former.replaced = self.events
@@ -185,12 +192,12 @@ class RunHistory:
         change = GoalChange(*self._position, event.mode, event.outcome, error, event.parent)
         self._append(goal.changes, change)
 
-    def _action(self, event: PlanActionTransition) -> None:
+    def _handle_action(self, event: PlanActionTransition) -> None:
         key = event.env, (event.goal, event.plan, event.action_id)
         action, goal = self._actions.get(key), self._goals.get((event.env, event.goal))
-        if action is None or self._is_other(action, goal, event):
+        if action is None or self._is_new_action(action, goal, event):
             if len(self.actions) >= self._limits.actions:
-                self._lost["plan-action"] += 1
+                self._omitted["plan-action"] += 1
                 return
             action = PlanActionRecord(
                 len(self.actions), event.env, event.goal, goal, event.plan, event.action_id, event.action
@@ -210,7 +217,9 @@ class RunHistory:
         self._append(action.changes, ActionChange(*self._position, event.state))
 
     @staticmethod
-    def _is_other(action: PlanActionRecord, goal: GoalRecord | None, event: PlanActionTransition) -> bool:
+    def _is_new_action(
+        action: PlanActionRecord, goal: GoalRecord | None, event: PlanActionTransition
+    ) -> bool:
         """Return whether an event belongs to a new plan-action that reuses ids after a retry of its goal."""
         return (
             (action.goal_record is not None and action.goal_record is not goal)
@@ -224,13 +233,13 @@ class RunHistory:
             self._transitions += 1
             changes.append(change)
         else:
-            self._lost["transition"] += 1
+            self._omitted["transition"] += 1
             changes[-1] = change
 
-    def _skill(self, event: SkillStatus) -> None:
+    def _handle_skill(self, event: SkillStatus) -> None:
         key = event.env, event.skiller
-        if event.skiller not in self._read:
-            self._read.add(event.skiller)
+        if event.skiller not in self._read_skillers:
+            self._read_skillers.add(event.skiller)
             call = self._last_call.pop(("", event.skiller), None)
             if call is not None and key not in self._last_call:
                 call.env = event.env
@@ -246,8 +255,8 @@ class RunHistory:
         call = self._last_call.setdefault(key, None)
         is_same = call is not None and (call.skill_string, call.msgid) == (text, event.msgid)
         if call is not None and call.end is None and (not is_same or event.status != RUNNING):
-            # the skill ended, or another one or none is shown because it was stopped before it reported an
-            # end
+            # the skill has ended; or the Skiller shows another skill or none, because the skill was stopped
+            # before it reported an end
             call.end = position
             call.status = event.status if is_same and event.status != IDLE else "stopped"
             if call.status in ENDED:
@@ -269,9 +278,9 @@ class RunHistory:
         if len(self._calls) < self._limits.calls:
             self._calls.append(call)
         else:
-            self._lost["skill call"] += 1
+            self._omitted["skill call"] += 1
 
-    def _write(self, event: InterfaceWrite) -> None:
+    def _handle_write(self, event: InterfaceWrite) -> None:
         kind, _, name = event.uid.partition("::")
         if kind != _SKILLER:
             return
@@ -280,7 +289,7 @@ class RunHistory:
         # a Skiller that an executive reads is counted at the read, one cycle later, as its plan-actions are
         msgid = values.get("msgid")  # a recording may contain any value
         if (
-            skiller not in self._read
+            skiller not in self._read_skillers
             and isinstance(msgid, int)
             and {"skill_string", "status"} <= values.keys()
         ):
@@ -298,13 +307,13 @@ class RunHistory:
         self._errors[skiller] = text
         for (env, name), call in self._last_call.items():
             end = None if call is None or skiller not in (name, f"{env}/{name}") else call.end
-            if call is not None and end is not None and end[1] == self.end and not call.error:
+            if call is not None and end is not None and end.time == self.end and not call.error:
                 call.error = text
 
-    def _message(self, event: InterfaceMessage) -> None:
+    def _handle_message(self, event: InterfaceMessage) -> None:
         self._board.take(event, self._position)
 
-    def _fact(self, event: FactChange) -> None:
+    def _handle_fact(self, event: FactChange) -> None:
         if event.asserted and event.template == PLAN_ACTION:
             with suppress(FactSyntaxError):  # a recording may contain any text
                 self._note_assignment(event.env, *assignment_of(parse_fact(event.text)[1]))
@@ -316,12 +325,11 @@ class RunHistory:
     def _note_assignment(self, env: str, key: ActionKey, assignment: ActionAssignment) -> None:
         if len(self._assignments) < self._limits.actions:
             self._assignments[env, key] = assignment
-            # the fact precedes the first event of the action, which has the arguments only if it records
-            # parameters
+            # the event of the action has no arguments if the run was recorded without parameters
             if (action := self._actions.get((env, key))) is not None and not action.params:
                 action.assignment = assignment
 
-    def _plan(self, event: PlannerCall) -> None:
+    def _handle_plan(self, event: PlannerCall) -> None:
         key, longest = (event.env, event.call), self._limits.text
         call = self._planning.pop(key, None)
         if call is None:
@@ -331,7 +339,7 @@ class RunHistory:
             if len(self.planner_calls) < self._limits.calls:
                 self.planner_calls.append(call)
             else:
-                self._lost["planner call"] += 1
+                self._omitted["planner call"] += 1
         if event.status == _STARTED:
             self._planning[key] = call
         else:

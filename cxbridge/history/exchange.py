@@ -1,7 +1,8 @@
 """The messages of a skill board in a recorded run, as exchanged between masters and executors.
 
-They have the form of the topic in the thesis' system: one REQUEST for all executors, and an id in each
-message. The id in REQUEST is the master's, otherwise that of the executor that sends or receives the message.
+They have the form of the topic in the ROS 2 CLIPS Executive of 2021 (fawkesrobotics/ros2-clips-executive):
+one REQUEST for all executors, and an id in each message. The id in REQUEST is the master's, otherwise that of
+the executor that sends or receives the message.
 """
 
 from __future__ import annotations
@@ -9,10 +10,10 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 from cxbridge.events import Event, InterfaceMessage
-from cxbridge.history.model import SkillExecution
+from cxbridge.history.model import Moment, SkillExecution
 from cxbridge.history.truncation import cut
 
 _BOARD: Final = "SkillBoardInterface::"
@@ -46,10 +47,10 @@ class SkillMessage:
     :param type: ``REQUEST``, ``RESPONSE``, ``CONFIRM``, ``REJECT``, ``FEEDBACK``, ``FINISH`` or ``CANCEL``.
     :param node_id: the master's name in REQUEST, else the executor's.
     :param request: the name of the executive's request, or the number of its master.
-    :param params: values of the parameters in order; ``NAME=VALUE`` if they have names.
+    :param params: the values of the parameters in order; ``NAME=VALUE`` for parameters with names.
     :param status: the text of FEEDBACK and FINISH.
-    :param success: of FINISH.
-    :param progress: from 0 to 1.
+    :param success: whether FINISH reports a success.
+    :param progress: the progress in FEEDBACK and FINISH, from 0 to 1.
     """
 
     time_us: int
@@ -65,7 +66,14 @@ class SkillMessage:
     progress: float = 0.0
 
 
-_Ticket: TypeAlias = tuple[str, int, int]
+class _Ticket(NamedTuple):
+    """A ticket of a skill board, with the agent's name before that of the board."""
+
+    board: str
+    epoch: int
+    master: int
+
+
 _MessageOfMaster: TypeAlias = tuple[SkillMessage, str]
 
 
@@ -130,16 +138,20 @@ def _ticket(event: InterfaceMessage) -> _Ticket | None:
     if agent := agent_of(event):
         board = f"{agent}/{board}"
     epoch, master = (event.values.get(name, 0) for name in ("epoch", "master"))
-    return board, epoch if isinstance(epoch, int) else 0, master if isinstance(master, int) else 0
+    # a recording may contain any value
+    return _Ticket(board, epoch if isinstance(epoch, int) else 0, master if isinstance(master, int) else 0)
 
 
-def _number(ticket: _Ticket) -> str:
+def _fallback_name(ticket: _Ticket) -> str:
     """Return a name for a master without a name."""
-    return f"{ticket[0]}-{ticket[2]}"
+    return f"{ticket.board}-{ticket.master}"
 
 
 def _request_of(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str, Any]) -> SkillMessage:
-    """Return the REQUEST with some values."""
+    """Return the REQUEST of a ticket.
+
+    :param values: the values of the recorded message; empty if it was not recorded.
+    """
     try:
         parameters = json.loads(str(values.get("parameters", "")))
     except (ValueError, RecursionError):
@@ -149,9 +161,9 @@ def _request_of(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str, A
     mapped = str(parameters.pop(MAPPED_ACTION, ""))
     texts = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
     name, skill, agent = (str(values.get(field, "")) for field in ("name", "skill", "agent"))
-    node = name or _number(ticket)
+    node = name or _fallback_name(ticket)
     return SkillMessage(
-        event.time_us, "REQUEST", node, skill, texts, agent, mapped, request=name or str(ticket[2])
+        event.time_us, "REQUEST", node, skill, texts, agent, mapped, request=name or str(ticket.master)
     )
 
 
@@ -183,6 +195,18 @@ def _outcome(values: Any) -> str:
 _RUNNING, _FINAL, _FAILED = "S_RUNNING", "S_FINAL", "S_FAILED"
 
 
+class _RunningCall(NamedTuple):
+    """A call that an executor executes.
+
+    :param summary: the skill, its parameters and the agent.
+    :param feedback_count: the number of FEEDBACK messages so far.
+    """
+
+    call: SkillExecution
+    summary: str
+    feedback_count: int
+
+
 class BoardExecutions:
     """The executions of executors, in the form of skills of Skillers.
 
@@ -192,39 +216,41 @@ class BoardExecutions:
     def __init__(self, limit: int) -> None:
         self._limit = limit
         self._exchange = Exchange()
-        self._running: dict[tuple[str, str], tuple[SkillExecution, str, int]] = {}
+        self._running: dict[tuple[str, str], _RunningCall] = {}
         self.calls: list[SkillExecution] = []
+        """The calls in the order of their start."""
         self.lost = 0
+        """The number of calls beyond the limit."""
 
-    def take(self, event: InterfaceMessage, position: tuple[int, int]) -> None:
+    def take(self, event: InterfaceMessage, position: Moment) -> None:
         """Process a message of a run."""
         env = agent_of(event)
         for message, _master in self._exchange.take(event):
             key = env, message.node_id
             if message.type == "CONFIRM":
                 self._start_call(message, env, event.msgid, position)
-            elif key not in self._running or self._running[key][0].request != message.request:
+            elif key not in self._running or self._running[key].call.request != message.request:
                 continue  # a busy executor refuses other requests
             elif message.type == "FEEDBACK":
                 call, summary, count = self._running[key]
-                self._running[key] = call, summary, count + 1
+                self._running[key] = _RunningCall(call, summary, count + 1)
                 report = f"{message.progress:.0%} {message.status}".rstrip()
                 call.skill_string = cut(f"{summary}: {count + 1} times feedback, the last: {report}")
             elif message.type == "FINISH":
-                call, _summary, _count = self._running.pop(key)
+                call = self._running.pop(key).call
                 call.end = position
                 call.status = _FINAL if message.success else _FAILED
                 call.error = "" if message.success else message.status
 
-    def _start_call(self, message: SkillMessage, env: str, msgid: int, position: tuple[int, int]) -> None:
+    def _start_call(self, message: SkillMessage, env: str, msgid: int, position: Moment) -> None:
         summary = f"{' '.join((message.action, *message.params))} of {message.agent_id or 'no agent'}"
         call = SkillExecution(
             env, message.node_id, cut(summary), msgid, position, None, _RUNNING, request=message.request
         )
         former = self._running.get((env, message.node_id))
         if former is not None:  # the executor restarted, or the reply was lost
-            former[0].end, former[0].status = position, "stopped"
-        self._running[env, message.node_id] = call, summary, 0
+            former.call.end, former.call.status = position, "stopped"
+        self._running[env, message.node_id] = _RunningCall(call, summary, 0)
         if len(self.calls) < self._limit:
             self.calls.append(call)
         else:

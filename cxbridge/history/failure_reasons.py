@@ -23,7 +23,7 @@ MAX_LOOKUPS: Final = 100
 MAX_FAILURES: Final = 1000
 """The maximal number of remembered goals and actions; the oldest are dropped."""
 
-_BAD_OUTCOMES: Final = ("FAILED", "REJECTED")
+_FAILURE_OUTCOMES: Final = ("FAILED", "REJECTED")
 _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
 Value = TypeVar("Value")
@@ -51,7 +51,7 @@ class FailureReasons:
                 self._actions[event.goal] = event
                 forget_oldest(self._actions)
         elif isinstance(event, GoalTransition):
-            if event.mode in ENDED_MODES and event.outcome in _BAD_OUTCOMES:
+            if event.mode in ENDED_MODES and event.outcome in _FAILURE_OUTCOMES:
                 self._sub_goals.setdefault(event.parent, {})[event.goal] = event
                 # a parent may be tried for hours, with a failed sub-goal each time
                 forget_oldest(self._sub_goals[event.parent])
@@ -62,7 +62,7 @@ class FailureReasons:
 
     def reason(self, goal: GoalTransition) -> str:
         """Return why a goal that just ended has failed, or an empty text."""
-        if goal.outcome not in _BAD_OUTCOMES:
+        if goal.outcome not in _FAILURE_OUTCOMES:
             return ""
         action = self._actions.get(goal.goal)
         if action is not None:
@@ -76,12 +76,14 @@ class FailureReasons:
             child = candidates[0]
             return f"sub-goal {goal_title(child.goal, child.goal_class)} {child.outcome.lower()}"
         # the message is written for users, the error is a symbol for rules
-        message = str(self._last_slots("goal", {"id": goal.goal}).get("message", "")) if goal.error else ""
+        message = (
+            str(self._slots_of_last_fact("goal", {"id": goal.goal}).get("message", "")) if goal.error else ""
+        )
         return message or goal.error
 
     def _action_text(self, action: PlanActionTransition) -> str:
         """Return a failed action with its arguments and error, as far as its fact has them."""
-        slots = self._last_slots(
+        slots = self._slots_of_last_fact(
             "plan-action", {"goal-id": action.goal, "plan-id": action.plan, "id": action.action_id}
         )
         values = slots.get("param-values")
@@ -90,7 +92,7 @@ class FailureReasons:
         call = " ".join((action.action, *map(str, arguments)))
         return f"action {call} failed{f': {text}' if text else ''}"
 
-    def _last_slots(self, template: str, key: Mapping[str, str]) -> Mapping[str, object]:
+    def _slots_of_last_fact(self, template: str, key: Mapping[str, str]) -> Mapping[str, object]:
         """Return the slots of the last fact with the key; empty without one, or after too many lookups."""
         if self._lookups_left <= 0:
             return {}

@@ -27,7 +27,7 @@ class Forest(Generic[Key]):
     :param parents: the parent of each goal; unknown parents count as None.
     :ivar parents: the parents without unknown ones and without rings.
     :ivar roots: the goals without a parent, in order.
-    :ivar children: the sub-goals of each goal that has some, in order.
+    :ivar children: the sub-goals in order, by goal; goals without sub-goals are missing.
     """
 
     def __init__(self, parents: Mapping[Key, Key | None]) -> None:
@@ -44,6 +44,7 @@ class Forest(Generic[Key]):
                 self.children.setdefault(parent, []).append(goal)
 
     def _cut_rings(self) -> None:
+        """Make the first goal of each ring of parents a root."""
         rank = {goal: number for number, goal in enumerate(self.parents)}
         settled: set[Key] = set()
         for start in self.parents:
@@ -61,7 +62,7 @@ class Forest(Generic[Key]):
     def walk(self, roots: Iterable[Key] | None = None) -> Iterator[tuple[Key, int]]:
         """Yield goals with their depth, parents before their children.
 
-        :param roots: where to start; None: all roots.
+        :param roots: the goals to start from; None: all roots.
         """
         stack = [(goal, 0) for goal in reversed(list(self.roots if roots is None else roots))]
         while stack:
@@ -69,7 +70,7 @@ class Forest(Generic[Key]):
             yield goal, depth
             stack += [(child, depth + 1) for child in reversed(self.children.get(goal, []))]
 
-    def with_those_above(self, goals: Iterable[Key]) -> set[Key]:
+    def with_ancestors(self, goals: Iterable[Key]) -> set[Key]:
         """Return the goals and all their ancestors."""
         result: set[Key] = set()
         for goal in goals:

@@ -21,7 +21,7 @@ from functools import partial
 from itertools import pairwise
 
 from cxbridge.history.builder import RunHistory
-from cxbridge.history.model import PlanActionRecord, SkillExecution
+from cxbridge.history.model import Moment, PlanActionRecord, SkillExecution
 from cxbridge.history.transitions import NOT_SENT
 
 _NAME_ENDS = re.compile(r"[\s({]")
@@ -29,9 +29,11 @@ _NAME_ENDS = re.compile(r"[\s({]")
 WAITING = frozenset({"PENDING", "WAITING"})
 RUNNING = "RUNNING"
 
-# the executive reads the Skiller only now and then
 SAME_US = 100_000
-"""Ends of an action and a skill within this interval count as simultaneous."""
+"""The interval in microseconds within which the ends of an action and a skill count as simultaneous.
+
+The executive sees the end of a skill only when it reads the Skiller.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +46,7 @@ class SkillLink:
 
     action: PlanActionRecord
     call: SkillExecution
-    ordered: tuple[int, int]
+    ordered: Moment
     guessed: bool = False
 
     @property
@@ -57,21 +59,22 @@ class SkillLink:
 class _Wait:
     """The waiting and running of an action.
 
-    :param ordered: seq and time of the last state before RUNNING; ``ran``: seq of RUNNING.
-    :param over: the time of the end of RUNNING, if it was recorded.
+    :param ordered: seq and time of the last state before RUNNING.
+    :param running_seq: the seq of RUNNING.
+    :param end_us: the time of the end of RUNNING, if it was recorded.
     """
 
     action: PlanActionRecord
-    ordered: tuple[int, int]
-    ran: int
-    over: int | None
+    ordered: Moment
+    running_seq: int
+    end_us: int | None
 
 
 def links(history: RunHistory) -> list[SkillLink]:
     """Return the pairs of actions and skills in order."""
     # whether messages are recorded is decided per agent
-    with_messages = {action.env for action in history.actions if action.sent}
-    pairs = [*_recorded_links(history), *_guessed_links(history, with_messages)]
+    envs_with_messages = {action.env for action in history.actions if action.sent}
+    pairs = [*_recorded_links(history), *_guessed_links(history, envs_with_messages)]
     return sorted(pairs, key=lambda link: link.call.begin)
 
 
@@ -86,36 +89,40 @@ def _recorded_links(history: RunHistory) -> Iterator[SkillLink]:
             candidates = [
                 call
                 for call in calls.get((skiller, number), ())
-                if call.begin[0] < seq and call.env in ("", action.env)
+                if call.begin.seq < seq and call.env in ("", action.env)
             ]
             unsent = [
                 change.seq for change in action.changes if change.seq < seq and change.state in NOT_SENT
             ]
-            if candidates and candidates[-1].begin[0] >= max(unsent, default=0):
+            if candidates and candidates[-1].begin.seq >= max(unsent, default=0):
                 earlier_changes = [
-                    change[:2] for change in action.changes if change.seq < candidates[-1].begin[0]
+                    Moment(change.seq, change.time)
+                    for change in action.changes
+                    if change.seq < candidates[-1].begin.seq
                 ]
                 yield SkillLink(
-                    action, candidates[-1], earlier_changes[-1] if earlier_changes else action.changes[0][:2]
+                    action,
+                    candidates[-1],
+                    earlier_changes[-1] if earlier_changes else Moment(*action.changes[0][:2]),
                 )
 
 
-def _guessed_links(history: RunHistory, with_messages: Collection[str]) -> Iterator[SkillLink]:
+def _guessed_links(history: RunHistory, envs_with_messages: Collection[str]) -> Iterator[SkillLink]:
     """Yield the most likely pairs.
 
-    :param with_messages: the environments whose messages are recorded.
+    :param envs_with_messages: the environments whose messages are recorded.
     """
-    waits = [wait for wait in _waits(history) if wait.action.env not in with_messages]
-    waits.sort(key=lambda wait: wait.ran)
-    ran_at = [wait.ran for wait in waits]
+    waits = [wait for wait in _waits(history) if wait.action.env not in envs_with_messages]
+    waits.sort(key=lambda wait: wait.running_seq)
+    running_seqs = [wait.running_seq for wait in waits]
     skillers = {call.skiller for call in history.calls}
-    used: set[tuple[int, int]] = set()
+    paired: set[tuple[int, int]] = set()
     for call in history.calls if waits else ():
-        limit = call.end[0] if call.end is not None else history.events
+        limit = call.end.seq if call.end is not None else history.events
         candidates = [
             wait
-            for wait in waits[bisect_right(ran_at, call.begin[0]) : bisect_right(ran_at, limit)]
-            if wait.ordered[0] < call.begin[0]
+            for wait in waits[bisect_right(running_seqs, call.begin.seq) : bisect_right(running_seqs, limit)]
+            if wait.ordered.seq < call.begin.seq
             and call.env in ("", wait.action.env)
             # a name that is not a Skiller's proves nothing: it may be a robot's, if one Skiller serves all
             # robots
@@ -123,11 +130,11 @@ def _guessed_links(history: RunHistory, with_messages: Collection[str]) -> Itera
                 wait.action.assignment.skiller == call.skiller
                 or wait.action.assignment.skiller not in skillers
             )
-            and (wait.action.number, wait.ran) not in used
+            and (wait.action.number, wait.running_seq) not in paired
         ]
         if candidates:
             wait = min(candidates, key=partial(_unlikeliness, call, history.end))
-            used.add((wait.action.number, wait.ran))
+            paired.add((wait.action.number, wait.running_seq))
             yield SkillLink(wait.action, call, wait.ordered, guessed=True)
 
 
@@ -138,16 +145,21 @@ def _waits(history: RunHistory) -> Iterator[_Wait]:
         for index, (waiting, change) in enumerate(pairwise(changes)):
             if change.state == RUNNING and waiting.state in WAITING:
                 following = changes[index + 2 : index + 3]
-                yield _Wait(action, waiting[:2], change.seq, following[0].time if following else None)
+                yield _Wait(
+                    action,
+                    Moment(waiting.seq, waiting.time),
+                    change.seq,
+                    following[0].time if following else None,
+                )
 
 
 def _unlikeliness(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int, bool, int]:
     """Return the rank of a candidate; the lowest is the most likely."""
-    over = call.end[1] if call.end is not None else end
-    gap = abs((end if wait.over is None else wait.over) - over)
+    end_us = call.end.time if call.end is not None else end
+    gap = abs((end if wait.end_us is None else wait.end_us) - end_us)
     count = wait.action.assignment.count_in(call.skill_string)
     # tuples compare in this order, and False precedes True
-    return -count, gap // SAME_US, wait.action.name != _skill_name(call.skill_string), wait.ordered[0]
+    return -count, gap // SAME_US, wait.action.name != _skill_name(call.skill_string), wait.ordered.seq
 
 
 def _skill_name(skill_string: str) -> str:

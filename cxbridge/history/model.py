@@ -17,7 +17,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.outcome import ENDED_MODES
 from cxbridge.history.transitions import unquote
-from cxbridge.history.tree import drawn, goal_title
+from cxbridge.history.tree import draw_branches, goal_title
 
 DONE_STATES: Final = ("FINAL", "FAILED")
 """The final states of a plan-action."""
@@ -51,6 +51,17 @@ class ActionChange(NamedTuple):
     state: str
 
 
+class Moment(NamedTuple):
+    """The place of an event in a run.
+
+    :param seq: the number of the event, from 0.
+    :param time: microseconds since the start of the run.
+    """
+
+    seq: int
+    time: int
+
+
 class SentCall(NamedTuple):
     """A recorded message by which a plan-action was sent.
 
@@ -68,8 +79,8 @@ class SentCall(NamedTuple):
 class GoalRecord:
     """A life of a goal: at least one change, and the plan-actions after it.
 
-    :param number: its index in :attr:`~cxbridge.history.builder.RunHistory.goals`.
-    :param life: counted from 1, because the id of a retracted goal may be reused.
+    :param number: the index of the goal in :attr:`~cxbridge.history.builder.RunHistory.goals`.
+    :param life: the number of the life, from 1, because the id of a retracted goal may be reused.
     :param replaced: the seq at which the next life starts, if any.
     """
 
@@ -101,7 +112,7 @@ class GoalRecord:
 
     @property
     def mode(self) -> str:
-        """The last mode."""
+        """The present mode."""
         return self.changes[-1].mode
 
     @property
@@ -134,7 +145,7 @@ class GoalRecord:
         return modes
 
     @property
-    def ended(self) -> GoalChange | None:
+    def end_change(self) -> GoalChange | None:
         """The change that set the present outcome, or None without one."""
         end = None
         # EVALUATED and RETRACTED repeat the outcome of FINISHED, which set it
@@ -147,7 +158,7 @@ class GoalRecord:
     @property
     def former_ends(self) -> list[GoalChange]:
         """The changes that set earlier outcomes, as a goal may be formulated again."""
-        last = self.ended
+        last = self.end_change
         return [change for change in self.changes if change.mode == "FINISHED" and change is not last]
 
     def __str__(self) -> str:
@@ -176,7 +187,7 @@ class ActionAssignment:
 def assignment_of(slots: Mapping[str, str]) -> tuple[ActionKey, ActionAssignment]:
     """Return the key of a plan-action's fact, and its assignment.
 
-    :param slots: of the fact, as CLIPS prints their values.
+    :param slots: the slots of the fact, as CLIPS prints their values.
     """
     key = slots.get("goal-id", ""), slots.get("plan-id", ""), slots.get("id", "")
     return key, ActionAssignment(unquote(slots.get("skiller", "")), fields_of(slots.get("param-values", "")))
@@ -191,8 +202,9 @@ def fields_of(text: str) -> tuple[str, ...]:
 class PlanActionRecord:
     """A plan-action with at least one change.
 
-    :param number: its index in :attr:`~cxbridge.history.builder.RunHistory.actions`.
-    :param goal: the id of its goal; ``plan``: of its plan.
+    :param number: the index of the plan-action in :attr:`~cxbridge.history.builder.RunHistory.actions`.
+    :param goal: the id of its goal.
+    :param plan: the id of its plan.
     :param assignment: updated by the last fact of the action.
     :param sent: the messages that sent it, empty if they are not recorded.
     :param params: the parameters in its first event, as its ids may be reused.
@@ -230,8 +242,8 @@ class PlanActionRecord:
 class SkillExecution:
     """A skill that a Skiller executed, from its first to its last status.
 
-    :param begin: seq and time of the first status.
-    :param end: seq and time of the last status; None if the skill runs.
+    :param begin: the moment of the first status.
+    :param end: the moment of the last status; None if the skill runs.
     :param request: the name or number of the request on a skill board, empty for a Skiller.
     """
 
@@ -239,8 +251,8 @@ class SkillExecution:
     skiller: str
     skill_string: str
     msgid: int
-    begin: tuple[int, int]
-    end: tuple[int, int] | None
+    begin: Moment
+    end: Moment | None
     status: str
     error: str = ""
     request: str = ""
@@ -255,13 +267,14 @@ class SkillExecution:
 class PlannerExecution:
     """A call of a planner.
 
-    :param end: seq and time of the result, None without one.
+    :param begin: the moment of the start.
+    :param end: the moment of the result; None without a result.
     """
 
     name: str
     goal: str
-    begin: tuple[int, int]
-    end: tuple[int, int] | None = None
+    begin: Moment
+    end: Moment | None = None
     status: str = ""
     text: str = ""
 
@@ -281,7 +294,7 @@ def _parent_of(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[GoalRe
     *_, since = (
         change.seq for change in takewhile(lambda change: change.parent == goal.parent, goal.changes[::-1])
     )
-    # a goal may name its parent before the parent is formulated: then its first life is meant
+    # a goal may name its parent before the parent is formulated: the slot then means the first life
     earlier = [life for life in parents if life.changes[0].seq <= since]
     return earlier[-1].number if earlier else parents[0].number if parents else None
 
@@ -292,7 +305,7 @@ def goals_named(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
     :param name: an id, which may have several lives; ``ID#2``, one of the lives; a class; ``CLASS#2``, one of
         the goals of a class; or the start of ids.
     """
-    # an id may contain `#2` itself, so that a complete id or class goes first
+    # an id may contain `#2` itself, so a complete id or class takes precedence
     stem, _, digits = name.rpartition("#")
     for of_name, of_stem in (
         ([goal for goal in goals if goal.id == name], [goal for goal in goals if goal.id == stem]),
@@ -310,4 +323,6 @@ def goals_named(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
 
 def goal_tree(goals: Sequence[GoalRecord]) -> list[str]:
     """Return goals as the lines of a tree."""
-    return [f"{branch}{goals[number]}" for number, branch in drawn(goal_forest(goals))] or ["no goal yet"]
+    return [f"{branch}{goals[number]}" for number, branch in draw_branches(goal_forest(goals))] or [
+        "no goal yet"
+    ]

@@ -14,8 +14,8 @@ class OutcomeKind(Enum):
 
     :ivar word: the word for users.
     :ivar icon: one character.
-    :ivar colour: a terminal colour; empty: the default.
-    :ivar tone: the colour's name in base.css.
+    :ivar colour: the colour in terminals; empty: the default colour.
+    :ivar tone: the name of the colour in base.css.
     """
 
     FORMULATED = "waiting", "○", "", "new"
@@ -38,13 +38,13 @@ LEGEND: Final = " ".join(f"{outcome.icon} {outcome.word}" for outcome in Outcome
 ENDED_MODES: Final = ("FINISHED", "EVALUATED", "RETRACTED")
 """The modes in which a goal has an outcome."""
 
-_OF_GOAL: Final = {
+_GOAL_OUTCOMES: Final = {
     "COMPLETED": OutcomeKind.COMPLETED,
     "FAILED": OutcomeKind.FAILED,
     "REJECTED": OutcomeKind.REJECTED,
 }
 
-_OF_ACTION: Final = {
+_ACTION_OUTCOMES: Final = {
     "FORMULATED": OutcomeKind.FORMULATED,
     "PENDING": OutcomeKind.FORMULATED,
     "WAITING": OutcomeKind.FORMULATED,
@@ -53,7 +53,7 @@ _OF_ACTION: Final = {
     "FAILED": OutcomeKind.FAILED,
 }
 
-_OF_SKILL: Final = {
+_SKILL_OUTCOMES: Final = {
     "S_RUNNING": OutcomeKind.RUNNING,
     "S_FINAL": OutcomeKind.COMPLETED,
     "S_FAILED": OutcomeKind.FAILED,
@@ -64,29 +64,32 @@ _OF_SKILL: Final = {
 def goal_outcome(mode: str, outcome: str) -> OutcomeKind:
     """Return the outcome of a goal with these slots."""
     if mode in ENDED_MODES:
-        return _OF_GOAL.get(outcome, OutcomeKind.RETRACTED)
+        return _GOAL_OUTCOMES.get(outcome, OutcomeKind.RETRACTED)
     # only a dispatched goal is executed; in the modes before it waits for the executive
     return OutcomeKind.RUNNING if mode == "DISPATCHED" else OutcomeKind.FORMULATED
 
 
 def action_outcome(state: str) -> OutcomeKind:
-    """Return the outcome of a plan-action; waiting for effects counts as running."""
-    return _OF_ACTION.get(state, OutcomeKind.RUNNING)
+    """Return the outcome of a plan-action in a state; one that waits for its effects counts as running."""
+    return _ACTION_OUTCOMES.get(state, OutcomeKind.RUNNING)
 
 
 def skill_outcome(status: str) -> OutcomeKind:
     """Return the outcome of a skill call with this status of its Skiller."""
-    return _OF_SKILL.get(status, OutcomeKind.FORMULATED)
+    return _SKILL_OUTCOMES.get(status, OutcomeKind.FORMULATED)
 
 
 def plain_outcomes() -> dict[str, Any]:
     """Return the outcomes and their states for pages, as JSON values."""
-    states = {"goal": _OF_GOAL, "action": _OF_ACTION, "skill": _OF_SKILL}
+    states = {"goal": _GOAL_OUTCOMES, "action": _ACTION_OUTCOMES, "skill": _SKILL_OUTCOMES}
     return {
         "kinds": {
             kind.name.lower(): {"word": kind.word, "icon": kind.icon, "tone": kind.tone}
             for kind in OutcomeKind
         },
         "ended": ENDED_MODES,
-        **{of: {state: kind.name.lower() for state, kind in table.items()} for of, table in states.items()},
+        **{
+            subject: {state: kind.name.lower() for state, kind in table.items()}
+            for subject, table in states.items()
+        },
     }

@@ -22,14 +22,14 @@ class EnvironmentFacts:
 
     def __init__(self) -> None:
         self.by_env: dict[str, dict[int, FactChange]] = {}
-        """By environment, then by index, in the order of assertion."""
+        """The present facts in the order of assertion, by environment, then by index."""
         self.templates: dict[str, set[str]] = {}
         """The deftemplates of all facts so far, by environment."""
 
     def take(self, event: FactChange) -> None:
         """Process the next change."""
         facts = self.by_env.setdefault(event.env, {})
-        # also of retractions: the recording has facts of this deftemplate
+        # also for a retraction, which shows that the recording has facts of this deftemplate
         self.templates.setdefault(event.env, set()).add(event.template)
         if event.asserted:
             facts[event.index] = event
@@ -62,7 +62,7 @@ class RunState:
         self.actions: dict[tuple[str, str, str, str], PlanActionTransition] = {}
         """The last transition of each plan-action by environment, goal, plan and id."""
         self.skills: dict[tuple[str, str], SkillStatus] = {}
-        """By environment and Skiller."""
+        """The last status of each Skiller by environment and id."""
         self.interfaces: dict[str, InterfaceWrite] = {}
         """The last write of each interface by ``Type::id``."""
         self.facts = EnvironmentFacts()
@@ -100,7 +100,7 @@ class RunState:
 
     def has_goal(self, env: str, goal: str) -> bool:
         """Return whether a goal exists; without recorded facts, its retraction is not noticed."""
-        # a modified goal is retracted and asserted, so that facts are counted
+        # the number of its facts decides, because a modified goal is retracted and asserted
         if "goal" in self.facts.templates.get(env, ()):
             return self._goal_facts.get((env, goal), 0) > 0
         return (env, goal) in self.goals

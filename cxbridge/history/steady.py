@@ -27,15 +27,18 @@ class SteadyClock:
         self._offset = start_us or 0
 
     def at(self, time_us: int) -> int:
-        """Return the time of the next event since the start."""
+        """Return the time of the next event, in microseconds since the start of the run.
+
+        :param time_us: the time of the event on the clock of the run.
+        """
         if self.first_us is None:
             self.first_us = self._offset = time_us
-        since = time_us - self._offset
-        if since < self.now_us - STEP_US:
-            self.steps.append((self.now_us, self.now_us - since))
+        since_us = time_us - self._offset
+        if since_us < self.now_us - STEP_US:
+            self.steps.append((self.now_us, self.now_us - since_us))
             self._offset = time_us - self.now_us
-        elif since > self.now_us:
-            self.now_us = since
+        elif since_us > self.now_us:
+            self.now_us = since_us
         return self.now_us
 
     def notes(self) -> list[str]:

@@ -56,18 +56,18 @@ NOT_SENT: Final = ("FORMULATED", "PENDING")
 """The states of a plan-action before its message is sent."""
 
 # The slots of goals that are fields of the event.
-_FIELDS: Final = (
+_EVENT_SLOTS: Final = (
     *("id", "class", "sub-type", "parent", "mode", "outcome", "error"),
     *("params", "meta", "priority", "required-resources"),
 )
 
-_FURTHER: Final = tuple(slot for slot in GOAL_SLOTS if slot.name not in _FIELDS)
+_FURTHER_SLOTS: Final = tuple(slot for slot in GOAL_SLOTS if slot.name not in _EVENT_SLOTS)
 
-_GOAL_STATE: Final = ("mode", "outcome", "parent", "error")
+_STATE_SLOTS: Final = ("mode", "outcome", "parent", "error")
 
 
 class _Memory(Generic[Key, State]):
-    """The last state of each fact."""
+    """The last state of each goal or plan-action, by the key in its fact."""
 
     # states of retracted facts are kept for a while, because a modified fact is retracted and asserted
     def __init__(self) -> None:
@@ -79,8 +79,8 @@ class _Memory(Generic[Key, State]):
     def __len__(self) -> int:
         return len(self._states) + len(self._retired)
 
-    def is_new(self, key: Key, state: State) -> bool:
-        """Set the state of an asserted fact; return whether it changed."""
+    def update(self, key: Key, state: State) -> bool:
+        """Set the state of an asserted fact; return whether the state has changed."""
         self.is_first = self._retired.pop(key, False) or key not in self._states
         if self._states.get(key) == state:
             return False
@@ -90,7 +90,7 @@ class _Memory(Generic[Key, State]):
     def retire(self, key: Key, *, is_final: bool = False) -> None:
         """Record the retraction of a fact.
 
-        :param is_final: the fact is not asserted again with other slots.
+        :param is_final: whether the fact is not asserted again with other slots.
         """
         if key in self._states:
             self._retired.pop(key, None)
@@ -175,7 +175,7 @@ class TransitionTracker:
     def retracted(self, template: str, slots: Mapping[str, str], *, is_final: bool = False) -> None:
         """Record the retraction of a fact of `FORGETFUL_TEMPLATES`, whose state is dropped later.
 
-        :param is_final: no ``modify`` asserts the fact with other slots.
+        :param is_final: whether no ``modify`` asserts the fact again with other slots.
         """
         try:
             if template == "goal":
@@ -191,9 +191,9 @@ class TransitionTracker:
         :raises KeyError: if a slot is missing.
         """
         goal = slots["id"]
-        mode, outcome, parent, error = state = tuple(slots[name] for name in _GOAL_STATE)
+        mode, outcome, parent, error = state = tuple(slots[name] for name in _STATE_SLOTS)
         goal_class, sub_type = slots["class"], slots["sub-type"]
-        if not self._goals.is_new(goal, state):
+        if not self._goals.update(goal, state):
             return None
         is_first = self._goals.is_first
         return GoalTransition(
@@ -214,7 +214,7 @@ class TransitionTracker:
             is_new=is_first and mode == "FORMULATED" and goal != NO_PARENT,
             slots={
                 slot.name: slots[slot.name]
-                for slot in _FURTHER
+                for slot in _FURTHER_SLOTS
                 if slots.get(slot.name, slot.default) != slot.default
             },
         )
@@ -225,10 +225,10 @@ class TransitionTracker:
         :raises KeyError: if a slot is missing.
         """
         key, state, action = _action_key(slots), slots["state"], slots["action-name"]
-        if not self._actions.is_new(key, state):
+        if not self._actions.update(key, state):
             return None
         if state in NOT_SENT:
-            # left from the previous plan-action with these ids, or from the last try
+            # the message belongs to an earlier plan-action with these ids, or to an earlier try
             self._calls.pop(key, None)
         skiller, call = self._calls.get(key, ("", ""))
         return PlanActionTransition(

@@ -46,8 +46,9 @@ class NamedGoal(TreeGoal, Protocol):
 class GoalLine:
     """A line of a goal tree.
 
-    :param title: id and class.
-    :param state: the outcome or else the mode, as in the slots; or both.
+    :param branch: the lines of the tree to the left.
+    :param title: the id and class of the goal.
+    :param state: the outcome in the slot, or the mode without an outcome; or both.
     """
 
     branch: str
@@ -80,7 +81,10 @@ def plain_goal(goal: NamedGoal) -> dict[str, str]:
 
 
 def goal_line(branch: str, name: str, goal: TreeGoal, *, modes: bool = False) -> GoalLine:
-    """Return a goal as a line of a tree."""
+    """Return a goal as a line of a tree.
+
+    :param modes: whether to show the mode also next to an outcome.
+    """
     has_outcome = goal.outcome not in ("UNKNOWN", "")
     state = " ".join((goal.mode,) * (modes or not has_outcome) + (goal.outcome,) * has_outcome)
     title = goal_title(name, goal.goal_class)
@@ -101,14 +105,14 @@ def goal_lines(goals: Iterable[NamedGoal], *, modes: bool = False) -> Iterator[G
         parent_lives = lives.get(parent_id(goal.parent) or "", [])
         earlier = [life_number for life_number in parent_lives if life_number < number]
         parents[number] = earlier[-1] if earlier else parent_lives[0] if parent_lives else None
-    for number, branch in drawn(Forest(parents)):
+    for number, branch in draw_branches(Forest(parents)):
         goal = numbered[number]
         life = lives[goal.goal].index(number) + 1
         yield goal_line(branch, goal.goal if life == 1 else f"{goal.goal}#{life}", goal, modes=modes)
 
 
-def drawn(forest: Forest[Key]) -> Iterator[tuple[Key, str]]:
-    """Yield the goals of a forest with the lines to their left."""
+def draw_branches(forest: Forest[Key]) -> Iterator[tuple[Key, str]]:
+    """Yield the goals of a forest with the branches to their left."""
     stems: list[str] = []  # the lines before the children of the ancestors
 
     for goal, depth in forest.walk():

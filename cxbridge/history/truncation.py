@@ -20,7 +20,7 @@ class TruncatedList(Generic[Item]):
     def __init__(self, limit: int) -> None:
         self.total = 0
         self._head: list[Item] = []
-        # an odd limit keeps one more of the last items, which show how a run ended
+        # with an odd limit, one more of the last items is kept: they show the end of a run
         self._tail: deque[Item] = deque(maxlen=limit - limit // 2)
         self._room = limit // 2
 

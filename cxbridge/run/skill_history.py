@@ -50,7 +50,10 @@ def read_samples(path: Path) -> list[Sample]:
     history = next((history for history in histories.values() if history.calls), RunHistory())
     return [
         Sample(
-            call.skill_string, (call.end[1] - call.begin[1]) / MICROSECONDS, _ENDS[call.status], call.error
+            call.skill_string,
+            (call.end.time - call.begin.time) / MICROSECONDS,
+            _ENDS[call.status],
+            call.error,
         )
         for call in history.calls
         if call.end is not None and call.end != call.begin and call.status in _ENDS

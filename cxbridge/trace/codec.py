@@ -18,9 +18,9 @@ from msgspec.structs import replace
 
 from cxbridge.event_kinds import Event
 
-_PLAIN: Final = frozenset({int, str, bool})
+_PLAIN_TYPES: Final = frozenset({int, str, bool})
 _JSON_TYPES: Final = {int: "integer", str: "string", bool: "boolean", float: "number"}
-_LIMIT: Final = 1 << 63  # msgspec accepts integers of more than 64 bits
+_INTEGER_LIMIT: Final = 1 << 63  # recordings have integers of 64 bits, but msgspec accepts longer ones
 
 
 class EventFormatError(ValueError):
@@ -32,7 +32,7 @@ def encode(event: Event) -> bytes:
     event_type = type(event)
     open_fields = _open_fields[event_type] if event_type in _open_fields else _find_open_fields(event_type)
     try:
-        # most events have only texts and whole numbers, which need no look at their values
+        # most events have only texts and whole numbers, whose values need no check
         for name in open_fields:
             value = getattr(event, name)
             if not _is_ready(value.values() if type(value) is dict else (value,)):
@@ -52,7 +52,8 @@ def _prepared(value: Any) -> Any:
     if type(value) is not dict:
         return _writable(value)
     return {
-        name: element if type(element) in _PLAIN else _writable(element) for name, element in value.items()
+        name: element if type(element) in _PLAIN_TYPES else _writable(element)
+        for name, element in value.items()
     }
 
 
@@ -81,7 +82,7 @@ def _item(value: Any) -> Any:
 def decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
     """Return a function that decodes events of a type.
 
-    :returns: raises EventFormatError for other data.
+    :returns: the function, which raises EventFormatError for other data.
     """
     fast = msgspec.json.Decoder(event_type).decode
     refused = (msgspec.MsgspecError, ValueError, RecursionError)
@@ -94,7 +95,7 @@ def decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
             event = _convert(event_type, data)
         for name in whole_numbers:
             number = getattr(event, name)
-            if number is not None and not -_LIMIT < number < _LIMIT:
+            if number is not None and not -_INTEGER_LIMIT < number < _INTEGER_LIMIT:
                 raise EventFormatError(
                     f"no event of kind {event_type.KIND.name}: {name} has more than 64 bits"
                 )
@@ -163,9 +164,9 @@ def _is_ready(values: Iterable[Any]) -> bool:
 
 def _writable(value: Any) -> Any:
     """Return a value that msgspec writes like :mod:`json`, with enum items by name."""
-    ready = _READY.get(type(value))
-    if ready is not None:
-        return ready(value)
+    convert = _CONVERTERS.get(type(value))
+    if convert is not None:
+        return convert(value)
     if isinstance(value, Enum):
         return value.name
     return _ready_values(value) if isinstance(value, Mapping) else value
@@ -194,7 +195,7 @@ def _ready_list(values: list[Any] | tuple[Any, ...]) -> list[Any]:
     return [_writable(value) for value in values]
 
 
-_READY: Final[dict[type, Callable[[Any], Any]]] = {
+_CONVERTERS: Final[dict[type, Callable[[Any], Any]]] = {
     str: _ready_text,
     float: _ready_number,
     dict: _ready_values,

@@ -21,7 +21,7 @@ def exchange_lines(events: Iterable[Event]) -> Iterator[str]:
 
 
 def exchange_json(events: Iterable[Event]) -> Iterator[str]:
-    """Yield a JSON object per message, with the fields of the original's topic."""
+    """Yield a JSON object per message, with the fields of the topic in the ROS 2 CLIPS Executive of 2021."""
     for message, _master in Exchange().read(events):
         fields = asdict(message)
         del fields["request"]

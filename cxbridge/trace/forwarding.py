@@ -26,7 +26,7 @@ COMPONENT: Final = "Recorder"
 """The name of a forwarder in log lines and as owner of interfaces."""
 
 Key = tuple[str, str]
-
+"""The type and id of an interface."""
 
 _RECHECK_S: Final = 5.0  # seconds after a reconnection in which interfaces reappear
 _STAMP_LIMIT: Final = 1 << 53  # microseconds; larger values are not times and exceed the range of mcap
@@ -36,7 +36,7 @@ _STAMP_LIMIT: Final = 1 << 53  # microseconds; larger values are not times and e
 class Gap:
     """A time without a connection to the blackboard.
 
-    :param start_us: in microseconds since the epoch.
+    :param start_us: the start in microseconds since the epoch.
     :param seconds: the length.
     """
 
@@ -62,7 +62,7 @@ class WriteForwarder(Listener, Observer):
     `poll`.
 
     :param board: not closed by the forwarder.
-    :param patterns: match the interfaces.
+    :param patterns: the patterns of the forwarded interfaces.
     :param bus: gets each write as BlockWrite, and as InterfaceWrite and SkillStatus if it has listeners for
         them.
     """
@@ -78,14 +78,14 @@ class WriteForwarder(Listener, Observer):
         self._patterns: Final = tuple(patterns)
         self._bus: Final = bus
         self._log: Final = bus.logger(COMPONENT)
-        self._tasks: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()  # of `poll`
+        self._poll_tasks: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()  # executed by `poll`
         self._lock = threading.Lock()  # guards the publishing of events and the copies of the instances
         self._followed: dict[Key, _Followed] = {}
         self._opened_before: set[Key] = set()
         self._from_bus: set[str] = set()
         self._schemas: dict[str, InterfaceSchema | None] = {}
         self._reported: set[Key] = set()
-        self._lost: tuple[int, float] | None = None
+        self._lost_since: tuple[int, float] | None = None
         self._recheck_s: float | None = None
 
     def start(self) -> int:
@@ -106,9 +106,9 @@ class WriteForwarder(Listener, Observer):
         # listeners are called in any thread, often with locks of the blackboard, where no interface may be
         # opened
         with suppress(queue.Empty):  # no task for ``timeout`` seconds
-            self._tasks.get(timeout=timeout)()
+            self._poll_tasks.get(timeout=timeout)()
             while True:
-                self._tasks.get_nowait()()
+                self._poll_tasks.get_nowait()()
         if self._recheck_s is not None and time.monotonic() >= self._recheck_s:
             self._recheck_s = None
             for key in tuple(self._followed):
@@ -116,7 +116,7 @@ class WriteForwarder(Listener, Observer):
 
     def wake(self) -> None:
         """Make `poll` return; callable from any thread and from signal handlers."""
-        self._tasks.put(lambda: None)
+        self._poll_tasks.put(lambda: None)
 
     def close(self) -> None:
         """Publish the writes received so far, and close the instances."""
@@ -124,7 +124,7 @@ class WriteForwarder(Listener, Observer):
         if self._board.connected:
             with suppress(BlackBoardError):  # the connection may be lost just now
                 self._board.flush()
-        elif self._lost is not None:
+        elif self._lost_since is not None:
             self._on_connection(True)
         if self._board.bus is not None:
             self._board.bus.unsubscribe(self._on_block_write)
@@ -220,15 +220,15 @@ class WriteForwarder(Listener, Observer):
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
         """Schedule a check, as the interface may be unused."""
-        self._tasks.put(partial(self._check, (interface.type, interface.id)))
+        self._poll_tasks.put(partial(self._check, (interface.type, interface.id)))
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         """Schedule a check, as the interface may be unused."""
-        self._tasks.put(partial(self._check, (interface.type, interface.id)))
+        self._poll_tasks.put(partial(self._check, (interface.type, interface.id)))
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
         """Schedule the opening of a new interface."""
-        self._tasks.put(partial(self._check, (interface_type, interface_id), is_new=True))
+        self._poll_tasks.put(partial(self._check, (interface_type, interface_id), is_new=True))
 
     def _on_block_write(self, event: Event) -> None:
         """Publish a write from the blackboard's bus."""
@@ -252,13 +252,13 @@ class WriteForwarder(Listener, Observer):
 
     def _on_connection(self, connected: bool) -> None:
         if not connected:
-            self._lost = (self._board.clock.now_us(), time.monotonic())
-        elif self._lost is not None:
-            (start_us, since_s), self._lost = self._lost, None
+            self._lost_since = (self._board.clock.now_us(), time.monotonic())
+        elif self._lost_since is not None:
+            (start_us, since_s), self._lost_since = self._lost_since, None
             gap = Gap(start_us, time.monotonic() - since_s)
             self.gaps.append(gap)
             self._log.warn(f"A gap: the blackboard could not be heard for {gap.seconds:.2f} s")
-            self._tasks.put(self._survey_again)
+            self._poll_tasks.put(self._survey_again)
 
     def _publish(self, schema: InterfaceSchema, uid: str, block: bytes) -> None:
         # an interface that was never written has only zeros

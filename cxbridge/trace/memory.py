@@ -16,7 +16,7 @@ from cxbridge.trace.sourcing import SourceNamer
 class MemoryRun(Run):
     """A run in memory, which readers of recordings can use like a file.
 
-    :param name: used instead of a file name in titles and messages.
+    :param name: the name in titles and messages, where other runs have the name of their file.
     """
 
     format = "memory"

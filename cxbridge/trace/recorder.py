@@ -24,7 +24,7 @@ class Recorder(Closing):
     A writer that fails, for example on a full disk, gets no more events, and the run continues; `errors` has
     the reason. Events may come from several threads; a writer gets one at a time.
 
-    :param writers: closed by the recorder.
+    :param writers: the writers of the files, closed by the recorder.
     :param level: the level of recorded events; a text log contains facts and firings at every level.
     """
 
@@ -36,7 +36,7 @@ class Recorder(Closing):
         self._flush_due = 0.0
         self._outputs = [_Output(self, writer) for writer in writers]
         for output in self._outputs:
-            # one subscription a writer, so that the producers of events that no writer stores do nothing
+            # one subscription per writer, so that the producers of events that no writer stores do nothing
             bus.subscribe(output.take, *output.writer.event_types(level))
 
     def describe(self, metadata: Mapping[str, str]) -> None:
@@ -64,7 +64,7 @@ class Recorder(Closing):
     def enable(self, enabled: bool, kind: type[RunWriter] = RunWriter) -> None:
         """Pause or continue recording; during a pause the files are complete.
 
-        :param kind: affects only writers of this class.
+        :param kind: the class of the affected writers.
         """
         for output in self._outputs:
             if isinstance(output.writer, kind):

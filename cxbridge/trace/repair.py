@@ -18,8 +18,8 @@ from cxbridge.trace.formats.bblogger.reader import BBLoggerFile
 from cxbridge.trace.formats.files import reading, writing
 from cxbridge.trace.formats.registry import open_run
 
-_TAIL = 1 << 16  # bytes searched at once for the last line feed, from the end
-_UINT32 = 0xFFFFFFFF  # wraps like C's assignment
+_SEARCH_SIZE = 1 << 16  # bytes searched at once for the last line feed, from the end
+_UINT32 = 0xFFFFFFFF  # the count has 32 bits and wraps, as in ffbblog
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Mending:
 
         :raises TraceError: if it cannot be written.
         """
-        backup = _free_name(self.path)
+        backup = _unused_backup_path(self.path)
         try:
             # a link costs nothing, and the copy then replaces the name only
             os.link(self.path, backup)
@@ -68,15 +68,15 @@ def examine(path: Path) -> Mending:
     """
     run = open_run(path)
     if isinstance(run, BBLoggerFile):
-        return _bblogger(run)
+        return _examine_bblogger(run)
     if path.is_dir():
         raise TraceError("this is a folder", file=path, hint="repair its files")
     if run.format == "mcap":
-        from cxbridge.trace.formats.mcap.repair import examine_mcap  # noqa: PLC0415 - costs time, only needed here
+        from cxbridge.trace.formats.mcap.repair import examine_mcap  # noqa: PLC0415 - repairs of other files start faster
 
         actions, write = examine_mcap(path)
         return Mending(path, run.format, actions, write if actions else partial(shutil.copyfile, path))
-    return _text(run)
+    return _examine_text(run)
 
 
 def read_whole(path: Path) -> None:
@@ -104,8 +104,8 @@ def files_of(folder: Path) -> Iterator[Path]:
             yield path
 
 
-def _bblogger(run: BBLoggerFile) -> Mending:
-    """Return the repair of byte order flag, end and count."""
+def _examine_bblogger(run: BBLoggerFile) -> Mending:
+    """Return the repair of a bblogger file: of its byte order flag, end and count."""
     header = run.header
     size = _size(run.path)
     actions = []
@@ -114,7 +114,7 @@ def _bblogger(run: BBLoggerFile) -> Mending:
         actions.append("FIXING: header says big endian, but the data are little endian, setting")
         patches.append((FLAG_OFFSET, bytes([header.flag ^ 0x01])))
     count, extra = divmod(size - HEADER_SIZE, header.entry_size)
-    actions += _truncated(extra)
+    actions += _truncation_actions(extra)
     if header.count != count:
         actions.append(_count_action(run.path, header, count))
         patches.append((COUNT_OFFSET, pack_count(count & _UINT32)))
@@ -136,7 +136,8 @@ def _copy_start(source: Path, size: int, patches: Sequence[tuple[int, bytes]], t
             file.write(data)
 
 
-def _truncated(extra: int) -> list[str]:
+def _truncation_actions(extra: int) -> list[str]:
+    """Return the removal of bytes at the end, in the words of ``ffbblog repair`` with its spelling."""
     return [f"FIXING: errorneous bytes at end of file, truncating by {extra} b"] if extra else []
 
 
@@ -146,11 +147,14 @@ def _count_action(path: Path, header: Header, count: int) -> str:
     return f"FIXING: header has {header.count} data items, but expecting {count}, setting"
 
 
-def _text(run: Run) -> Mending:
-    """Return the repair that removes an incomplete last line."""
+def _examine_text(run: Run) -> Mending:
+    """Return the repair of a text, which removes an incomplete last line.
+
+    :raises TraceError: if no line is complete.
+    """
     size = _size(run.path)
     end = _end_of_lines(run.path, size)
-    actions = _truncated(size - end)
+    actions = _truncation_actions(size - end)
     if not end and size:
         raise TraceError("not one line of it is whole", file=run.path)
     return Mending(run.path, run.format, actions, partial(_copy_start, run.path, end, []))
@@ -161,7 +165,7 @@ def _end_of_lines(path: Path, size: int) -> int:
     with reading(path), path.open("rb") as file:
         end = size
         while end:
-            start = max(end - _TAIL, 0)
+            start = max(end - _SEARCH_SIZE, 0)
             file.seek(start)
             line_feed = file.read(end - start).rfind(b"\n")
             if line_feed >= 0:
@@ -175,7 +179,7 @@ def _size(path: Path) -> int:
         return path.stat().st_size
 
 
-def _free_name(path: Path) -> Path:
+def _unused_backup_path(path: Path) -> Path:
     """Return an unused name for the backup of a file."""
     backup = path.with_name(f"{path.name}.bak")
     number = 1

@@ -26,8 +26,8 @@ class RunSource:
     :param owner: the name of the CLIPS environment, if any.
     :param name: the requested path, or a name for a source without a file.
     :param time_us: the time of reading in microseconds since the epoch.
-    :param details: the keys of its role.
-    :param file: its content; None without one, or if the recording ends before it.
+    :param details: the further keys of the record, which depend on the role.
+    :param file: the content; None if the source has none, or the recording ends before it.
     """
 
     role: str
@@ -53,19 +53,19 @@ class RunSource:
 def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[RunSource]:
     """Yield the sources of a run in the order of reading.
 
-    :param roles: restrict the roles, unless empty.
-    :param owner: restrict the CLIPS environment.
+    :param roles: the roles of the sources; empty: all roles.
+    :param owner: the CLIPS environment of the sources; None: all environments.
     :raises TraceError: if the recording cannot be read.
     """
     files = {file.name: file for file in run.files()}
     for record in run.source_records():
-        role, its_owner = record.get("role", ""), record.get("owner", "")
-        if (roles and role not in roles) or owner not in (None, its_owner):
+        role, source_owner = record.get("role", ""), record.get("owner", "")
+        if (roles and role not in roles) or owner not in (None, source_owner):
             continue
         time_us = record.get("time_us", "")
         yield RunSource(
             role,
-            its_owner,
+            source_owner,
             record.get("name", ""),
             parse_time(time_us) or 0,
             {key: value for key, value in record.items() if key not in _OWN_KEYS},
@@ -91,8 +91,8 @@ def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[Ru
         if source.role == "environment":
             steps, file_steps = [], {}
             continue
-        # a source that a file has loaded stands before the file, as its constructs exist before those of the
-        # file
+        # a source that was loaded by a file precedes the file, because its constructs existed before those of
+        # the file
         enclosing = source.details.get("within", "")
         index = file_steps.get(enclosing, len(steps)) if enclosing else len(steps)
         steps.insert(index, source)
@@ -106,13 +106,15 @@ def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[Ru
 def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
     """Write the files of a run to a folder, which is created if necessary.
 
-    :param pattern: matches names, with ``*``, ``?`` and ``[]``.
+    :param pattern: a pattern for the names of the files, with ``*``, ``?`` and ``[]``.
     :returns: the files.
     :raises TraceError: if a name leads out of the folder, or a file exists, is damaged or cannot be written;
         no file is then left.
     """
     files = [
-        (folder / _checked(run, file.name), file) for file in run.files() if fnmatchcase(file.name, pattern)
+        (folder / _relative_path(run, file.name), file)
+        for file in run.files()
+        if fnmatchcase(file.name, pattern)
     ]
     for path, _ in files:
         if path.exists():
@@ -133,8 +135,11 @@ def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
     return written
 
 
-def _checked(run: Run, name: str) -> PurePosixPath:
-    """Return the name of an attachment as a relative path within its folder."""
+def _relative_path(run: Run, name: str) -> PurePosixPath:
+    """Return the name of an attachment as a relative path within its folder.
+
+    :raises TraceError: if the name leads out of the folder.
+    """
     path = PurePosixPath(name)
     names = name.split("/")
     if path.is_absolute() or any(part in ("", ".", "..") for part in names) or "\\" in name or "\0" in name:

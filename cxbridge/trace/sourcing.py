@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
     from cxbridge.interfaces.registry import InterfaceRegistry
 
-_FOREIGN: Final = re.compile(r"[^A-Za-z0-9._-]")
-_TYPES: Final = {
+_UNSAFE: Final = re.compile(r"[^A-Za-z0-9._-]")
+_MEDIA_TYPES: Final = {
     "clp": "text/x-clips",
     "yaml": "application/yaml",
     "json": "application/json",
@@ -36,14 +36,14 @@ class EarlySources:
     def __init__(self, bus: EventBus) -> None:
         self._bus = bus
         self._events: list[Event] = []
-        bus.subscribe(self._keep, SourceRead)
+        bus.subscribe(self._store, SourceRead)
 
-    def _keep(self, event: Event) -> None:
+    def _store(self, event: Event) -> None:
         self._events.append(event)
 
     def take(self) -> list[Event]:
         """Return the stored sources and stop storing."""
-        self._bus.unsubscribe(self._keep)
+        self._bus.unsubscribe(self._store)
         events, self._events = self._events, []
         return events
 
@@ -69,14 +69,14 @@ class SourceNamer:
             attachment_name = self._names.get(digest)
             if attachment_name is None:
                 attachment_name = self._names[digest] = self._unique(_attachment_name(event, number))
-                media_type = _TYPES.get(attachment_name.rpartition(".")[2], "text/plain")
+                media_type = _MEDIA_TYPES.get(attachment_name.rpartition(".")[2], "text/plain")
                 attachment = Attachment(attachment_name, media_type, event.data, event.time_us)
             record["attachment"] = attachment_name
         record["time_us"] = str(event.time_us)
         return {key: value for key, value in record.items() if value}, attachment
 
     def _unique(self, name: str) -> str:
-        """Return an unused name, with a number for another content of the same file."""
+        """Return an unused name; another content of the same file gets a number."""
         unique, number = name, 1
         stem, dot, suffix = name.rpartition(".")
         while unique in self._used_names:
@@ -89,6 +89,7 @@ class SourceNamer:
 def _attachment_name(event: SourceRead, number: int) -> str:
     role, file = event.role, safe_name(event.name.rsplit("/", 1)[-1])
     if role in {"clips", "construct"}:
+        # a construct has the name of a rule or function, which has no ending
         ending = "" if role == "clips" else ".clp"
         return f"clips/{safe_name(event.owner)}/{number:04d}-{file}{ending}"
     if role == "skill":
@@ -104,7 +105,7 @@ def _attachment_name(event: SourceRead, number: int) -> str:
 def safe_name(text: str) -> str:
     """Return a text as part of a path, valid on any system and without special meaning."""
     # file systems take names of 255 bytes, and a number and an ending follow
-    return (_FOREIGN.sub("_", text).lstrip(".") or "_")[:200]
+    return (_UNSAFE.sub("_", text).lstrip(".") or "_")[:200]
 
 
 def emit_configuration(bus: EventBus, config: Configuration) -> None:

@@ -17,13 +17,13 @@ SWITCH_TYPE: Final = "SwitchInterface"
 SWITCH_ID: Final = "BBLogger"
 OWNER: Final = "bblogger"
 
-_WANTED: Final = {"EnableSwitchMessage": True, "DisableSwitchMessage": False}
+_IS_ENABLED_BY: Final = {"EnableSwitchMessage": True, "DisableSwitchMessage": False}
 
 
 class RecordingSwitch(Listener):
     """Writes ``SwitchInterface::BBLogger`` and obeys its messages in the thread of their arrival.
 
-    :param switch: called with whether to record.
+    :param switch: starts recording if its argument is true, otherwise stops it.
     :raises BlackBoardError: if the interface has a writer, or cannot be opened.
     """
 
@@ -36,22 +36,22 @@ class RecordingSwitch(Listener):
             self._writer: Any = board.open_for_writing(
                 SWITCH_TYPE, SWITCH_ID, owner=OWNER, listen=listening(self, EventKind.MESSAGE_RECEIVED)
             )
-            self._show(self._writer, True)
+            self._publish(self._writer, True)
 
     def message_received(self, interface: Interface, message: Message) -> bool:
         """Switch at once and refuse to queue the message."""
-        enabled = _WANTED.get(message.type)
+        enabled = _IS_ENABLED_BY.get(message.type)
         if enabled is None:
             self._log.warn(f"{interface.uid} knows no {message.type}: it is either on or off")
             return False
         with self._lock:
             self._switch(enabled)
-            self._show(interface, enabled)
+            self._publish(interface, enabled)
         self._log.info("Recording enabled" if enabled else "Recording disabled")
         return False
 
     @staticmethod
-    def _show(writer: Any, enabled: bool) -> None:
+    def _publish(writer: Any, enabled: bool) -> None:
         writer.enabled = enabled
         writer.write()
 

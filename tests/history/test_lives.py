@@ -141,6 +141,6 @@ def test_a_run_says_the_seconds_that_its_recording_has(
     trace = tmp_path / "run.mcap"
     options = RunOptions(scenario=recorded.parent, trace=trace, clock="scaled:20", timeout=20.0)
     run_scenario(options, attach=RunStory().attach)
-    ends = [goal.ended for goal in open_run(trace).goals]
+    ends = [goal.end_change for goal in open_run(trace).goals]
     said = {line.split(" s ")[0].strip() for line in capsys.readouterr().out.splitlines()}
     assert said == {f"{end.time / MICROSECONDS:.1f}" for end in ends if end}

@@ -241,7 +241,7 @@ def test_a_server_that_does_not_come_back_is_a_gap_too(transport, tmp_path):
         with forwarded(site, "SwitchInterface") as made:
             site.down()
             until(lambda: not made.board.connected)
-            until(lambda: made.forwarder._lost)
+            until(lambda: made.forwarder._lost_since)
         site.up()
     assert len(made.forwarder.gaps) == 1
 

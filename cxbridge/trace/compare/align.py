@@ -23,6 +23,7 @@ RUNS: Final = (1, 3, 8)
 """The lengths of runs of items at which ranges are split."""
 
 NONE: Final = -1
+"""The index of a missing item."""
 
 Item = TypeVar("Item", bound=Hashable)
 Range: TypeAlias = tuple[int, int, int, int]
@@ -57,8 +58,8 @@ def align(a: Sequence[int], b: Sequence[int]) -> list[tuple[int, int]]:
             ]
             if end == (a_to, b_to):
                 pairs += cuts
-            # nothing is unique: the path so far counts if its pairs are a third of the items on it or more;
-            # fewer are coincidences
+            # no item is unique: the path so far counts if its pairs are more than a third of the items on it;
+            # fewer pairs are coincidences
             elif 3 * len(cuts) > end[0] - a_from + end[1] - b_from:
                 pairs += cuts
                 stack.append((end[0], a_to, end[1], b_to))
@@ -152,7 +153,8 @@ def take_equal(
 ) -> list[tuple[Item, Item]]:
     """Remove the items with equal keys from two lists and return them as pairs in order.
 
-    :param key: the key of an item; ``key_b``: of an item of the second list, None for the same function.
+    :param key: returns the key of an item.
+    :param key_b: returns the key of an item of the second list; None: the same function.
     """
     partners: dict[Hashable, deque[Item]] = defaultdict(deque)
     for item in items_b:

@@ -85,6 +85,6 @@ def stream_of(key: Key) -> Hashable:
     return (key[1], key[2], match.group(1) if match else "")
 
 
-def time_words(lag: float) -> str:
+def lag_text(lag: float) -> str:
     """Return the text for an event of B that is late, or early if negative, by some seconds."""
     return f"another time: {abs(lag):.6g} s {'later' if lag > 0 else 'earlier'} in B"

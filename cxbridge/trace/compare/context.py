@@ -18,10 +18,10 @@ LINES_BEFORE = 6
 """The number of events shown before the one at the difference."""
 
 LINES_AFTER = 2
-"""The number of events shown after it."""
+"""The number of events shown after the one at the difference."""
 
 RULES_BEFORE = 5
-"""The number of firings shown before it."""
+"""The number of firings shown before the event at the difference."""
 
 
 def context_of(
@@ -69,7 +69,7 @@ def contexts_of(
                 lines, [describe(rule) for rule in rules], [*goal_lines(goals)]
             )
             unfinished.append(number)
-        # the rest of a long run is not needed
+        # the last context is complete: the rest of a long run need not be read
         if number == positions_in_order[-1] + LINES_AFTER:
             break
         number += 1
@@ -81,6 +81,7 @@ def event_line(number: int, event: Event, start_us: int, *, here: bool = False) 
 
     :param number: the number of the event among the compared ones, from 0.
     :param start_us: the start of the run in microseconds.
+    :param here: whether the event is at the difference.
     """
     return EventLine(number + 1, (event.time_us - start_us) / MICROSECONDS, describe(event), here)
 

@@ -29,6 +29,7 @@ StateProperty: TypeAlias = Callable[[int, int], Hashable]
 """Returns a property of the state at an index of run 0 or 1."""
 
 ALONE: Final = (DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)
+"""The kinds of differences of a state that only one run has, by run."""
 
 
 @dataclass(slots=True)
@@ -36,7 +37,7 @@ class Edit:
     """A difference between two sequences.
 
     :param indices: the indices in both sequences; -1: the run has no such state.
-    :param sort_key: the sort key in a common order of the states of both runs.
+    :param sort_key: the position in a common order of the states of both runs.
     :param count: the number of consecutive states.
     :param is_whole_goal: whether the edit contains all states of a goal that only one run has.
     """
@@ -58,7 +59,7 @@ class Alignment:
         numbers: dict[Hashable, int] = {}
         self.pairs = align(*([numbers.setdefault(state, len(numbers)) for state in run] for run in (a, b)))
         self._ends = (len(a), len(b))
-        # once the edits are known also the changed states, which stand side by side like pairs
+        # `edits` adds the changed states, which are shown side by side like pairs
         self._row_pairs = self.pairs
 
     def unpaired(self, run: int) -> list[int]:
@@ -172,7 +173,7 @@ class Alignment:
 
 
 def _joined(edits: Iterable[Edit], kinds: tuple[DifferenceKind, ...]) -> list[Edit]:
-    """Return sorted edits, with consecutive ones of a kind joined.
+    """Return sorted edits, with consecutive edits of the same kind joined.
 
     :param kinds: the kinds of which edits are joined.
     """

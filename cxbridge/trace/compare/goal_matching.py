@@ -14,9 +14,11 @@ from cxbridge.trace.compare.names import anonymous
 MIN_SIMILARITY: Final = 0.5
 """The minimal similarity of paired goals whose classes or parents differ."""
 
-# limits the quadratic time
 MAX_COMPARED: Final = 900
-"""The maximal number of pairs of siblings whose similarity is computed; above it the order decides."""
+"""The maximal number of pairs of siblings whose similarity is computed; above it the order decides.
+
+The time grows with the square of the number of siblings.
+"""
 
 MAX_CANDIDATES: Final = 50
 """The maximal number of unpaired goals of the same kind to which a goal is compared."""
@@ -28,10 +30,11 @@ Pair: TypeAlias = tuple[Goal, Goal]
 class GoalMatch:
     """The paired goals, parents before their children.
 
-    :param pairs: goals of both runs.
+    :param pairs: the pairs of goals of both runs.
     :param unmatched: the goals of each run without a partner.
-    :param moved: pairs with different parents; :param renamed: pairs of different class or id.
-    :param labels: a name per goal, equal for both goals of a pair.
+    :param moved: the pairs with different parents.
+    :param renamed: the pairs with different classes or ids.
+    :param labels: the name of each goal in reports, equal for both goals of a pair.
     """
 
     pairs: list[Pair] = field(default_factory=list)
@@ -50,8 +53,8 @@ def match_goals(a: GoalForest, b: GoalForest) -> GoalMatch:
     differences.
     """
     matcher = _Matcher(a, b)
-    matcher.descend("", a.roots, b.roots)
-    matcher.adopt()
+    matcher.pair_siblings("", a.roots, b.roots)
+    matcher.pair_moved()
     return matcher.match
 
 
@@ -67,7 +70,7 @@ class _Matcher:
             signatures = [signatures_of(forest, numbers, with_parent=with_parent) for forest in (a, b)]
             self._signatures.append(signatures[0] | signatures[1])
 
-    def descend(self, path: str, siblings_a: list[Goal], siblings_b: list[Goal]) -> None:
+    def pair_siblings(self, path: str, siblings_a: list[Goal], siblings_b: list[Goal]) -> None:
         """Pair siblings and their descendants."""
         stack = [(path, siblings_a, siblings_b)]
         while stack:
@@ -92,7 +95,7 @@ class _Matcher:
                 unmatched.extend(goals)
                 self.match.labels.update({goal: self._label(path, goal) for goal in goals})
 
-    def adopt(self) -> None:
+    def pair_moved(self) -> None:
         """Pair the remaining goals with similar goals of other parents."""
         by_kind: dict[object, list[Goal]] = defaultdict(list)
         unmatched_a, unmatched_b = self.match.unmatched
@@ -108,7 +111,7 @@ class _Matcher:
             self.match.moved.append((goal_a, goal_b))
             self.match.pairs.append((goal_a, goal_b))
             label = self.match.labels[goal_b] = self.match.labels[goal_a]
-            self.descend(label, goal_a.children, goal_b.children)
+            self.pair_siblings(label, goal_a.children, goal_b.children)
 
     def _add_pair(self, path: str, pair: Pair) -> str:
         """Add a pair; return its label."""
@@ -126,7 +129,7 @@ class _Matcher:
 
 
 def _take_similar(goals_a: list[Goal], goals_b: list[Goal]) -> list[Pair]:
-    """Remove pairs of the same kind from siblings, the most similar first."""
+    """Remove pairs of the same kind from siblings, the most similar first, and return them."""
     kinds: dict[object, tuple[list[Goal], list[Goal]]] = defaultdict(lambda: ([], []))
     for run, goals in enumerate((goals_a, goals_b)):
         for goal in goals:
@@ -140,7 +143,7 @@ def _take_similar(goals_a: list[Goal], goals_b: list[Goal]) -> list[Pair]:
 
 
 def _take_renamed(goals_a: list[Goal], goals_b: list[Goal]) -> list[Pair]:
-    """Remove pairs of different kinds but similar behaviour from siblings."""
+    """Remove pairs of different kinds but similar behaviour from siblings, and return them."""
     if len(goals_a) * len(goals_b) > MAX_COMPARED:
         return []
     pairs = [

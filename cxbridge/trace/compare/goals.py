@@ -26,7 +26,7 @@ GoalKey: TypeAlias = tuple[str, str]
 class Goal:
     """A goal and its plans.
 
-    :param transitions: its transitions, without those that change only the parent.
+    :param transitions: the transitions of the goal, without those that change only the parent.
     :param plans: the transitions of its plan-actions, by plan id; after reading, by ids that are equal in all
         runs.
     :param details: its parameters and other details, when they changed.
@@ -84,7 +84,7 @@ class Goal:
     def by_plan_stem(self, steps: Mapping[str, list[Step]]) -> dict[str, list[Step]]:
         """Return steps of plans by ids without gensym numbers.
 
-        :param steps: by plan id.
+        :param steps: the steps by plan id.
         """
         by_stem: dict[str, list[Step]] = {}
         counts: Counter[str] = Counter()
@@ -98,8 +98,8 @@ class Goal:
 class GoalForest:
     """All goals of a run, and the statuses of its Skillers.
 
-    :param events: read once, by the constructor.
-    :param missing: details that do not count.
+    :param events: the events of the run, read once by the constructor.
+    :param missing: the details that are not compared.
     """
 
     def __init__(self, events: Iterable[Event], missing: MissingDetails | None = None) -> None:
@@ -174,7 +174,7 @@ class GoalForest:
 
 
 def _joined_class(former: str, new: str) -> str:
-    """Return the class of a goal; different classes are joined."""
+    """Return the class of a goal, in which different classes are joined by ``|``."""
     return former if former == new else intern(new if former == UNKNOWN else f"{former}|{new}")
 
 

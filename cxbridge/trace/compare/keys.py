@@ -50,7 +50,7 @@ class KeyForm:
     """The parts of the key of a kind of event.
 
     :param kind: the first part of the key.
-    :param parts: the other parts: a noun and the attribute of the event.
+    :param parts: the other parts: the noun for reports, and the attribute of the event.
     :param thread: the number of leading parts, with the kind, that identify the thread of the event: a goal
         or plan.
     :param subject: the subject as a format string, with the event as ``{0}``.
@@ -176,7 +176,7 @@ class Token(NamedTuple):
 class Tokens:
     """Reads one run; can be iterated over once.
 
-    :param missing: details that do not count.
+    :param missing: the details that are not compared.
     :ivar start_us: the start of the run in microseconds, 0 before the first event.
     """
 
@@ -204,11 +204,11 @@ class Tokens:
                 continue
             number = self.count
             self.count += 1
-            # a dropped status is counted nevertheless, because reports number the events of the file
-            counted = self._skillers.fresh(content) if isinstance(content, SkillStatus) else content
-            if counted is not None:
+            # a dropped status is fresh_content nevertheless, because reports number the events of the file
+            fresh_content = self._skillers.fresh(content) if isinstance(content, SkillStatus) else content
+            if fresh_content is not None:
                 # the event as recorded, for reports
-                yield Token(*self._make(counted), content, number)
+                yield Token(*self._make(fresh_content), content, number)
 
     def _make(self, event: Event) -> tuple[Key, Names, int, int | None]:
         """Return the key of an event, its names, the number of names in the thread, and the message id."""
@@ -229,7 +229,7 @@ class _KeyMaker:
     """Makes the keys of one kind of event.
 
     :param namer: separates the names from the parts.
-    :param missing: details that do not count.
+    :param missing: the details that are not compared.
     """
 
     def __init__(self, form: KeyForm, namer: Namer, missing: Collection[str]) -> None:
@@ -307,7 +307,7 @@ def scope_of(key: Key) -> str:
 
 
 def skill_scope(skill_string: str) -> str:
-    """Return the skill that a skill string calls, empty for none."""
+    """Return the scope of the skill that a skill string calls; empty if it calls none."""
     name = re.split(r"[({]", skill_string)[0].strip()
     return f"skill {name}" if name else ""
 
@@ -315,7 +315,8 @@ def skill_scope(skill_string: str) -> str:
 def scenario_hints(scopes_a: set[str], scopes_b: set[str]) -> list[str]:
     """Return a hint if two runs have too little in common to belong to one scenario.
 
-    :param scopes_a: the goal classes, rules and skills of run A; ``scopes_b``: of run B.
+    :param scopes_a: the goal classes, rules and skills of run A.
+    :param scopes_b: the goal classes, rules and skills of run B.
     """
     all_scopes = (scopes_a | scopes_b) - {""}
     # the empty scope is that of an idle Skiller, which every run has

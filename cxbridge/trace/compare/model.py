@@ -54,7 +54,7 @@ class Side:
 class Difference:
     """One difference between two runs.
 
-    :param what: the differing parts as text.
+    :param what: the difference as text, such as the differing parts.
     :param subject: the goal, plan, Skiller or interface; empty for the whole run.
     :param count: the number of consecutive events.
     """
@@ -82,9 +82,9 @@ class Difference:
 class EventLine:
     """A displayed event.
 
-    :param number: its number among the compared events, from 1.
-    :param seconds: since the first event of the run.
-    :param here: whether it is at the difference.
+    :param number: the number of the event among the compared events, from 1.
+    :param seconds: the time in seconds since the first event of the run.
+    :param here: whether the event is at the difference.
     """
 
     number: int
@@ -130,7 +130,7 @@ class DifferenceContext:
 
 @dataclass(frozen=True, slots=True)
 class AlignedRow:
-    """Two paired events, or one without a partner.
+    """Two paired events, or an event without a partner.
 
     :param same: whether both exist and are equal.
     """
@@ -144,7 +144,8 @@ class AlignedRow:
 class Comparison:
     """The result of a comparison.
 
-    :param count_a: the number of compared events of the first run; ``count_b``: of the second.
+    :param count_a: the number of compared events of the first run.
+    :param count_b: the number of compared events of the second run.
     :param differences: in the order of the runs; empty for equal runs.
     :param other: the index of the run with the differences among those that A was compared with.
     :param dropped: the number of further differences.

@@ -103,7 +103,7 @@ def _split(text: str, names: list[str], *, indices: bool = False) -> str:
         names.append(f"f-{match.group()}")
         return "fact#"
 
-    # most texts have no names, which these searches find out faster than the expressions
+    # most texts have no names: these searches exclude them faster than the expressions
     if "gen" in text:
         text = _GENSYM.sub(gensym, text)
     if _UUID_WITHIN.search(text) is not None:

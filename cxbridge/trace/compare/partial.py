@@ -37,7 +37,7 @@ def compare_partial(
     The run must have the same goals, plans and statuses as each of the other runs. Of the relations between a
     goal and its parent only those are compared on which all other runs agree.
 
-    :param missing: details that do not count.
+    :param missing: the details that are not compared.
     """
     forest_a = GoalForest(a, missing)
     relations: dict[Relation, _AgreedRelation] = {}
@@ -137,9 +137,11 @@ def _renamed(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
 class _AgreedRelation:
     """The numbers of a goal's transitions before those of a plan or sub-goal.
 
-    :param outer: the goal whose transitions are counted; ``inner``: the transitions after them.
+    :param outer: the goal whose transitions are counted.
+    :param inner: the transitions of the plan or sub-goal in the first run.
+    :param counts_a: the number for each of these transitions.
+    :param inner_b: the transitions of the plan or sub-goal in the first of the other runs.
     :param counts_b: the numbers in each of the other runs.
-    :param inner_b: the transitions in the first of the other runs.
     """
 
     subject: str
@@ -186,7 +188,7 @@ def _broken_relations(relations: dict[Relation, _AgreedRelation]) -> Iterator[Di
     for relation in relations.values():
         for index, count_a in enumerate(relation.counts_a):
             counts_b = [counts[index] for counts in relation.counts_b]
-            # counts between the extremes of the other runs are as good as theirs
+            # if the other runs differ, all counts between their extremes are allowed
             agreed_count = min(max(count_a, min(counts_b)), max(counts_b))
             if count_a != agreed_count:
                 yield Difference(

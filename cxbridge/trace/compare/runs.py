@@ -34,7 +34,7 @@ def compare_runs(
     """
     if not others:
         raise ValueError("nothing to compare with")
-    # in partial order they are counted, and a count has no time
+    # in partial order, firings and changes of facts are only counted, and a count has no time
     if tolerance and order is Order.PARTIAL and view in {View.RULES, View.FACTS}:
         raise TraceError(
             f"in partial order, {view.value} have no times that could be compared",

@@ -38,8 +38,8 @@ def selectable() -> Mapping[str, Mapping[str, str]]:
 class EventPattern:
     """A pattern that selects events, or fields of events.
 
-    :param field: a glob for fields; empty selects the event.
-    :param tests: globs for fields of the event.
+    :param field: a glob for the selected fields; empty: the whole event is selected.
+    :param tests: globs that the fields of the event must match, by field.
     """
 
     text: str
@@ -70,7 +70,7 @@ def parse_pattern(text: str) -> EventPattern:
     if kind not in kinds:
         raise TraceError(f"pattern '{text}': no kind '{kind}'", hint=f"use one of {', '.join(kinds)}")
     fields = kinds[kind]
-    tests = dict(_tests(text, condition, fields))
+    tests = dict(_parse_tests(text, condition, fields))
     if kind == "interface" and not field:
         uid = tests.get("uid", "")
         uid_glob, dot, field_glob = uid.rpartition(".")
@@ -83,7 +83,7 @@ def parse_pattern(text: str) -> EventPattern:
     return EventPattern(text, kind, field, globs)
 
 
-def _tests(text: str, condition: str, fields: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+def _parse_tests(text: str, condition: str, fields: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """Yield the fields and globs of a pattern."""
     if not condition:
         return
@@ -114,13 +114,13 @@ class Selection:
         self.only = [parse_pattern(text) for text in only]
         self.ignore = [parse_pattern(text) for text in ignore]
         for pattern in self.only:
-            # the rest of another event identifies nothing without its other fields
+            # a single field of another kind of event does not tell to which goal or plan it belongs
             if pattern.field and pattern.kind != "interface":
                 raise TraceError(
                     f"--only {pattern.text}: single fields can be chosen of interfaces only",
                     hint=f"--only {pattern.kind}, and --ignore for its other fields",
                 )
-        self._used: set[str] = set()
+        self._matched: set[str] = set()
 
     def __bool__(self) -> bool:
         return bool(self.only or self.ignore)
@@ -140,11 +140,11 @@ class Selection:
     @property
     def unused(self) -> list[str]:
         """The patterns that matched no event of the runs read so far."""
-        return [pattern.text for pattern in (*self.only, *self.ignore) if pattern.text not in self._used]
+        return [pattern.text for pattern in (*self.only, *self.ignore) if pattern.text not in self._matched]
 
     def reader(self) -> EventReader:
         """Return a function for the events of one run, from its start."""
-        return _SelectionReader(self, self._used).content
+        return _SelectionReader(self, self._matched).content
 
 
 def with_content(
@@ -159,14 +159,15 @@ def with_content(
 
 
 def compared(run: Iterable[Event], view: View, selection: Selection | None = None) -> Iterator[Event]:
+    """Yield the compared content of the events of a run."""
     return (content for _, content in with_content(run, view, selection) if content is not None)
 
 
 class _SelectionReader:
     """Selects the events of one run; it stores goals and last events for patterns that need them."""
 
-    def __init__(self, selection: Selection, used: set[str]) -> None:
-        self._only, self._ignore, self._used = selection.only, selection.ignore, used
+    def __init__(self, selection: Selection, matched: set[str]) -> None:
+        self._only, self._ignore, self._matched = selection.only, selection.ignore, matched
         self._goals: dict[tuple[str, str], GoalTransition] = {}
         self._last: dict[object, Event] = {}
 
@@ -196,7 +197,7 @@ class _SelectionReader:
             goal = self._goals.get((event.env, event.goal))
             is_match = goal is not None and pattern.matches("goal", self._values(goal))
         if is_match:
-            self._used.add(pattern.text)
+            self._matched.add(pattern.text)
         return is_match
 
     def _values(self, event: Event) -> Mapping[str, str]:

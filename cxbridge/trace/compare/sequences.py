@@ -11,7 +11,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, InterfaceWrite, SkillStatus
 from cxbridge.trace.compare.align import NONE
-from cxbridge.trace.compare.checks import PartnerTimes, Tolerance, time_words
+from cxbridge.trace.compare.checks import PartnerTimes, Tolerance, lag_text
 from cxbridge.trace.compare.edits import ALONE, Alignment, Edit
 from cxbridge.trace.compare.keys import SkillerBacklog, scenario_hints, skill_scope
 from cxbridge.trace.compare.model import (
@@ -34,7 +34,7 @@ class Step(NamedTuple):
     """A step of a goal, plan, Skiller or interface.
 
     :param position: the number of its event among the compared ones, from 0.
-    :param time_us: in microseconds.
+    :param time_us: the time of the event in microseconds.
     """
 
     state: State
@@ -48,6 +48,7 @@ Rows: TypeAlias = dict[str, Callable[[], list[AlignedRow]]]
 
 
 def states_of(steps: Steps) -> tuple[State, ...]:
+    """Return the states of steps in order."""
     return tuple(step.state for step in steps)
 
 
@@ -56,8 +57,9 @@ class StepPair:
     """The steps of one goal, plan, Skiller or interface in both runs, with equal names.
 
     :param subject: the goal, plan, Skiller or interface.
-    :param steps: of both runs.
-    :param timed: whether to compare times; False if other steps have the same times.
+    :param noun: the noun for a step in reports.
+    :param steps: the steps of both runs.
+    :param timed: whether to compare times; False for details, whose transitions have the same times.
     """
 
     subject: str
@@ -71,7 +73,6 @@ class StepPair:
         :param begin: the start of each run in microseconds.
         """
         states = [states_of(steps) for steps in self.steps]
-        # details have the times of their transitions
         times = times if self.timed else None
         if states[0] == states[1] and times is None:
             return []
@@ -82,7 +83,7 @@ class StepPair:
         if times:
             differences += self._late_steps(alignment, times)
         if differences:
-            # made only for the first difference of the report
+            # rows are made only for the first difference of the report
             rows[self.subject] = lambda: alignment.rows(lambda run, index: self._line(run, index, begin))
         return differences
 
@@ -91,7 +92,7 @@ class StepPair:
             step_a, step_b = (steps[index] for steps, index in zip(self.steps, pair, strict=True))
             lag = times.lag(self.subject, step_a.time_us, step_b.time_us)
             if lag is not None:
-                position = f"its {self.noun} number {pair[0] + 1}: {time_words(lag)}"
+                position = f"its {self.noun} number {pair[0] + 1}: {lag_text(lag)}"
                 yield Difference(position, self.subject, _side(step_a), _side(step_b), DifferenceKind.TIME)
 
     def _difference(self, alignment: Alignment, edit: Edit) -> Difference:
@@ -164,7 +165,8 @@ def compare_streams(
 ) -> Comparison:
     """Compare the sequence of values of each interface or Skiller, without repetitions.
 
-    :param a: the compared events of one run; ``b``: of the other.
+    :param a: the compared events of one run.
+    :param b: the compared events of the other run.
     """
     runs = Streams(a), Streams(b)
     comparison = Comparison(view, Order.PARTIAL, runs[0].count, runs[1].count)

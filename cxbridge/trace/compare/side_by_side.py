@@ -20,10 +20,10 @@ from cxbridge.trace.compare.render.text import ComparisonReport
 from cxbridge.trace.compare.selection import Selection, compared
 from cxbridge.trace.formats.base import Run
 
-EXPLAINED: Final = 30
+MAX_EXPLAINED: Final = 30
 """The maximal number of differences with a context."""
 
-MOST_ROWS: Final = 500
+MAX_ROWS: Final = 500
 """The maximal number of displayed goals."""
 
 Bar: TypeAlias = dict[str, Any]
@@ -34,13 +34,14 @@ def page_report(
     options: Mapping[str, Any] | None = None,
     selection: Selection | None = None,
 ) -> dict[str, Any]:
-    """Return the values of :func:`plain_report` with those that only a page shows.
+    """Return the values of :func:`plain_report`, and values that only a page shows.
 
-    :returns: also ``contexts``: the causes of the first differences, in their order, by side; ``goals``: rows
-        with ``label``, ``depth`` and the bars of both sides; ``end``: the length of each side, and
-        ``start_us``: its beginning; ``unit``: ``s``, or ``steps`` when a run has no times.
+    :returns: the further values are ``contexts``, the causes of the first differences in their order, by
+        side; ``goals``, rows with ``label``, ``depth`` and the bars of both sides; ``end``, the length of
+        each side; ``start_us``, the start of each side; and ``unit``, ``s``, or ``steps`` if a run has no
+        times.
     """
-    explained = report.comparison.differences[:EXPLAINED]
+    explained = report.comparison.differences[:MAX_EXPLAINED]
     contexts: list[list[dict[str, Any]]] = []
     for run, sides in (
         (report.a, [difference.a for difference in explained]),
@@ -59,11 +60,11 @@ def page_report(
 def _goals(a: Run, b: Run) -> dict[str, Any]:
     """Return the goals of both runs in the order of their trees."""
     histories = [RunHistory.of(run, UNLIMITED, run.start_us) for run in (a, b)]
-    # a text of transitions may have no times: then the numbers of events are the axis
+    # a text of transitions may have no times: the numbers of events then replace them
     timed = all(history.end > 0 for history in histories)
     bars = [_bars(history, timed=timed) for history in histories]
     ends = [history.end / MICROSECONDS if timed else history.events for history in histories]
-    match = match_goals(GoalForest(_of_goals(a)), GoalForest(_of_goals(b)))
+    match = match_goals(GoalForest(_transitions_of(a)), GoalForest(_transitions_of(b)))
     rows: dict[str, dict[str, Any]] = {}
     for goal_a, goal_b in match.pairs:
         rows[match.labels[goal_a]] = {"a": bars[0].get(goal_a.key), "b": bars[1].get(goal_b.key)}
@@ -77,12 +78,12 @@ def _goals(a: Run, b: Run) -> dict[str, Any]:
         "start_us": {
             side: history.clock.first_us or 0 for side, history in zip("ab", histories, strict=True)
         },
-        "goals": ordered[:MOST_ROWS],
-        "more_goals": max(0, len(ordered) - MOST_ROWS),
+        "goals": ordered[:MAX_ROWS],
+        "more_goals": max(0, len(ordered) - MAX_ROWS),
     }
 
 
-def _of_goals(run: Run) -> Iterator[Event]:
+def _transitions_of(run: Run) -> Iterator[Event]:
     return compared(run, View.TRANSITIONS)
 
 
@@ -96,12 +97,12 @@ def _bars(history: RunHistory, *, timed: bool) -> dict[tuple[str, str], Bar]:
 
 
 def _bar(goal: GoalRecord, history: RunHistory, *, timed: bool) -> Bar:
-    ended = goal.ended
-    begin, end = goal.changes[0], ended or goal.changes[-1]
+    end_change = goal.end_change
+    begin, end = goal.changes[0], end_change or goal.changes[-1]
     if timed:
-        times = begin.time / MICROSECONDS, (history.end if ended is None else end.time) / MICROSECONDS
+        times = begin.time / MICROSECONDS, (history.end if end_change is None else end.time) / MICROSECONDS
     else:
-        times = begin.seq, (history.events if ended is None else end.seq)
+        times = begin.seq, (history.events if end_change is None else end.seq)
     return {
         "goal": goal.name,
         "goal_class": goal.goal_class,

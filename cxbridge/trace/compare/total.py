@@ -12,7 +12,7 @@ from typing import Final
 
 from cxbridge.event_kinds import View
 from cxbridge.trace.compare.align import NONE
-from cxbridge.trace.compare.checks import MessageIds, PartnerTimes, Tolerance, stream_of, time_words
+from cxbridge.trace.compare.checks import MessageIds, PartnerTimes, Tolerance, lag_text, stream_of
 from cxbridge.trace.compare.context import event_line
 from cxbridge.trace.compare.details import MissingDetails
 from cxbridge.trace.compare.edits import Alignment, Edit
@@ -42,7 +42,10 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.listing import describe, describe_details
 
 NOTHING = "(nothing here)"
+"""The text of a missing event."""
+
 OVER = "(the run is over)"
+"""The text of a missing event after the end of a run."""
 
 WINDOW: Final = 2000
 """The number of events before the first difference that are aligned again.
@@ -64,7 +67,7 @@ def compare_total(
     The rest is aligned, so that only events without a partner count as different. For equal runs the memory
     stays constant.
 
-    :param missing: details that do not count.
+    :param missing: the details that are not compared.
     """
     runs = (Tokens(a, view, selection, missing), Tokens(b, view, selection, missing))
     checks = _PartnerChecks(tolerance)
@@ -119,7 +122,7 @@ class _PartnerChecks:
         if self._times:
             lag = self._times.lag(token_a.thread, token_a.event.time_us, token_b.event.time_us)
             if lag is not None:
-                yield _between(token_a, token_b, DifferenceKind.TIME, time_words(lag))
+                yield _between(token_a, token_b, DifferenceKind.TIME, lag_text(lag))
 
     def gap(self, token: Token) -> None:
         """Note an event without a partner."""
@@ -146,16 +149,16 @@ class Divergence:
         self._start_us = start_us
         self._partner_names: dict[int, int] = {}  # names of B to names of A
         self._paired_names: set[int] = set()  # names of A that have a partner
-        # first without names, to learn from the paired events which name of B is which of A; then with names
+        # the first alignment ignores names: its pairs of events show which name of B is which name of A
         self._alignment = Alignment(*([token.key for token in tail] for tail in tails))
         if any(token.names for tail in tails for token in tail):
-            self._learn_names()
+            self._pair_names_by_votes()
             states = [
                 [self._key_and_names(run, index) for index in range(len(tail))]
                 for run, tail in enumerate(tails)
             ]
             self._alignment = Alignment(*states)
-            self._adopt_names()
+            self._pair_names_of_new_goals()
 
     @property
     def unpaired(self) -> int:
@@ -194,7 +197,7 @@ class Divergence:
         scopes = [{scope_of(key) for key in {token.key for token in tail}} for tail in self._tails]
         return scenario_hints(*scopes)
 
-    def _learn_names(self) -> None:
+    def _pair_names_by_votes(self) -> None:
         """Pair the names of both runs by the votes of paired events; the most votes win."""
         votes = Counter(
             pair
@@ -203,9 +206,9 @@ class Divergence:
         )
         # names are paired one to one: a pair with fewer votes is dropped if a name of it is paired already
         for pair, _ in votes.most_common():
-            self._adopt(*pair)
+            self._pair(*pair)
 
-    def _adopt_names(self) -> None:
+    def _pair_names_of_new_goals(self) -> None:
         """Pair goals that only one run has and that are in the same gap, if their kinds allow it."""
         gaps: dict[Hashable, tuple[dict[int, None], dict[int, None]]] = defaultdict(lambda: ({}, {}))
         for run in (0, 1):
@@ -215,9 +218,9 @@ class Divergence:
                     gaps[self._alignment.gap(run, index), thread_key(token.key)][run][token.names[0]] = None
         for names_a, names_b in gaps.values():
             for pair in zip(names_a, names_b, strict=False):
-                self._adopt(*pair)
+                self._pair(*pair)
 
-    def _adopt(self, name_a: int, name_b: int) -> None:
+    def _pair(self, name_a: int, name_b: int) -> None:
         """Pair two names unless one of them is paired."""
         if (
             min(name_a, name_b) >= self._shared_names

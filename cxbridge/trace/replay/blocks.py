@@ -11,7 +11,7 @@ from cxbridge.errors import InterfaceError, TraceError
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message import ClosedPort, Message
 
-_NOBODY: Final = UUID(int=0)
+_NO_SERIAL: Final = UUID(int=0)
 _HINT: Final = "its definition has changed since; --interface-dir DIR names the one of then"
 
 
@@ -21,8 +21,8 @@ class BlockMaker:
     def __init__(self, interface_class: type[Interface]) -> None:
         self._names = {field.name for field in interface_class.fields()}
         # this instance is on no blackboard; its setters check the values and place them in the block
-        port = ClosedPort(interface_class.SCHEMA.name, _NOBODY)
-        self._scratch = interface_class(port, id="", owner="", serial=_NOBODY, writer=True)
+        port = ClosedPort(interface_class.SCHEMA.name, _NO_SERIAL)
+        self._scratch = interface_class(port, id="", owner="", serial=_NO_SERIAL, writer=True)
 
     def check(self, values: Mapping[str, Any], uid: str) -> None:
         """Check that a write has the fields of the type.

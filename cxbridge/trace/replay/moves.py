@@ -20,9 +20,9 @@ OUT_OF_ORDER_US: Final = MICROSECONDS
 class ReplaySelection:
     """The selection of a replay.
 
-    :param patterns: match the interfaces; empty: all.
-    :param start_s: seconds since the first event of the run; None: from the start.
-    :param end_s: likewise; None: to the end.
+    :param patterns: the patterns of the interfaces; empty: all interfaces.
+    :param start_s: the start in seconds since the first event of the run; None: the start of the run.
+    :param end_s: the end in seconds since the first event of the run; None: the end of the run.
     :param messages: whether to send messages to other interfaces.
     """
 
@@ -39,7 +39,7 @@ class ReplaySelection:
 class ReplayMove(NamedTuple):
     """One event of a replay.
 
-    :param at_us: microseconds since the first event of the run.
+    :param at_us: the position in microseconds since the first event of the run.
     """
 
     at_us: int
@@ -74,9 +74,10 @@ class Survey:
     """An overview of a replay.
 
     :ivar writes: the number of writes by ``Type::id``.
-    :ivar messages: the number of messages by interface.
+    :ivar messages: the number of messages by ``Type::id``.
     :ivar samples: the first write of each interface.
-    :ivar first_us: the position of the first event; ``last_us``: of the last.
+    :ivar first_us: the position of the first event.
+    :ivar last_us: the position of the last event.
     :ivar unselected_writes: the number of writes of unselected interfaces.
     """
 

@@ -27,8 +27,8 @@ OWNER: Final = "cxbridge replay"
 class ReplayPlayer:
     """Writes recorded interfaces, in the thread of the caller.
 
-    :param board: not closed by the player.
-    :param restamp: give writes the present time instead of the recorded one.
+    :param board: the blackboard, not closed by the player.
+    :param restamp: whether writes get the present time instead of the recorded one.
     """
 
     def __init__(self, board: BlackBoard, log: Logger, *, restamp: bool = False) -> None:
@@ -43,8 +43,8 @@ class ReplayPlayer:
         self._restamp = restamp
         self._writers: dict[str, tuple[Interface, BlockMaker]] = {}
         self._readers: dict[str, Interface | None] = {}
-        self._data: dict[str, bytes] = {}
-        self._complained: set[str] = set()
+        self._last_data: dict[str, bytes] = {}
+        self._reported: set[str] = set()
 
     def open(self, survey: Survey) -> None:
         """Open all interfaces to write, or none.
@@ -63,8 +63,7 @@ class ReplayPlayer:
         kind, interface_id = parse_uid(uid)
         try:
             maker = BlockMaker(self._board.registry.get(kind))
-            # the first write is tried before an interface is opened: a changed definition must not leave half
-            # a replay
+            # a trial of the first write finds a changed definition before any interface is opened
             maker.make(sample.values, sample.time_us, uid)
             maker.check(sample.values, uid)
             writer = self._board.open_for_writing(kind, interface_id, owner=OWNER)
@@ -75,7 +74,7 @@ class ReplayPlayer:
                 hint="replay other interfaces only (--interface), or end its writer",
             ) from error
         writer.read()
-        self._data[uid] = writer.to_bytes()[STAMP.size :]
+        self._last_data[uid] = writer.to_bytes()[STAMP.size :]
         self._writers[uid] = writer, maker
 
     def play(
@@ -131,8 +130,8 @@ class ReplayPlayer:
         writer.msgq_flush()  # messages of other programs are not processed and would fill the queue
         writer.set_from_chunk(block)
         # readers are told whether a write changed anything besides its time stamp
-        if data != self._data[event.uid]:
-            self._data[event.uid] = data
+        if data != self._last_data[event.uid]:
+            self._last_data[event.uid] = data
             writer.mark_data_changed()
         if self._restamp:
             writer.mark_data_refreshed()
@@ -149,7 +148,7 @@ class ReplayPlayer:
         except (BlackBoardError, InterfaceError) as error:
             if not self._board.connected:
                 raise
-            self._complain(event.uid, error)
+            self._report_once(event.uid, error)
         self.undelivered += 1
 
     def _reader(self, uid: str) -> Interface | None:
@@ -159,7 +158,7 @@ class ReplayPlayer:
             self._readers[uid] = self._board.open_for_reading(*parse_uid(uid), owner=OWNER)
         return self._readers[uid]
 
-    def _complain(self, uid: str, error: CxbridgeError) -> None:
-        if uid not in self._complained:
-            self._complained.add(uid)
+    def _report_once(self, uid: str, error: CxbridgeError) -> None:
+        if uid not in self._reported:
+            self._reported.add(uid)
             self._log.warn(f"messages to {uid} cannot be sent: {error.message}")

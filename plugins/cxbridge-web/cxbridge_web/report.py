@@ -74,7 +74,7 @@ def _explanations(run: Run, history: RunHistory) -> dict[str, Any]:
             explain = explainer(run, env=env)
             agent = f"{env} " if len(envs) > 1 else ""
             goals = [goal for goal in history.goals if goal.env == env]
-            unfinished = [goal.name for goal in goals if goal.ended is None or goal.outcome == "FAILED"]
+            unfinished = [goal.name for goal in goals if goal.end_change is None or goal.outcome == "FAILED"]
             found[f"{agent}run"] = explain("run", "")["data"]
             for name in unfinished[:MOST_EXPLANATIONS]:
                 found[f"{agent}goal {name}"] = explain("goal", name)["data"]
@@ -185,7 +185,7 @@ def guessed_links(history: RunHistory) -> list[list[Any]]:
     return [
         [
             *(action.env, action.goal, action.plan, action.id),
-            *(call.skiller, call.skill_string, call.msgid, start_us + call.begin[1]),
+            *(call.skiller, call.skill_string, call.msgid, start_us + call.begin.time),
         ]
         for action, call in pairs
     ]

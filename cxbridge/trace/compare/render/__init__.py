@@ -1,1 +1,1 @@
-"""Output of comparisons: text, page, JSON and JUnit."""
+"""Output of comparisons: text, JSON and JUnit."""

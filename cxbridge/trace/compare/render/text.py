@@ -21,7 +21,7 @@ from cxbridge.trace.compare.model import (
 from cxbridge.trace.compare.selection import Selection
 from cxbridge.trace.formats.base import Run
 
-LISTED: Final = 10
+MAX_LISTED: Final = 10
 """The number of listed differences after the first."""
 
 MAX_EVENT_TEXT: Final = 400
@@ -41,8 +41,10 @@ NOUNS: Final = {
 class ComparisonReport:
     """A comparison with everything to report.
 
-    :param a: the compared run; ``b``: the other run of the result.
-    :param context_a: the causes of the first difference in A; ``context_b``: in B.
+    :param a: the compared run.
+    :param b: the run that it was compared with.
+    :param context_a: the causes of the first difference in A.
+    :param context_b: the causes of the first difference in B.
     """
 
     comparison: Comparison
@@ -60,14 +62,18 @@ class ComparisonReport:
 def make_report(
     comparison: Comparison, a: Run, others: Sequence[Run], selection: Selection | None = None
 ) -> ComparisonReport:
-    """Build the report of a comparison; the runs are read again for the context of the first difference."""
+    """Build the report of a comparison; the runs are read again for the context of the first difference.
+
+    Sets the rows of the comparison if its first difference is a message id or a time.
+    """
     b = others[comparison.other]
     first = comparison.differences[0] if comparison.differences else None
     contexts = [
         context_of(run, comparison.view, None if side is None else side.position, selection)
         for run, side in ((a, first and first.a), (b, first and first.b))
     ]
-    # at such a difference the events are partners, so that both contexts align by themselves
+    # events with different message ids or times are partners, as all events before them, so the lines of both
+    # contexts correspond one to one
     if first and first.kind in {DifferenceKind.MSGID, DifferenceKind.TIME} and not comparison.rows:
         lines = zip(contexts[0].lines, contexts[1].lines, strict=False)
         comparison.rows = [AlignedRow(line_a, line_b, not line_a.here) for line_a, line_b in lines]
@@ -117,9 +123,9 @@ def _further(comparison: Comparison) -> Iterator[str]:
         return
     yield ""
     yield "further differences:"
-    for difference in further[:LISTED]:
+    for difference in further[:MAX_LISTED]:
         yield f"  {title(difference)}: A {_side(difference.a)}; B {_side(difference.b)}"
-    unlisted = len(further) - LISTED + comparison.dropped
+    unlisted = len(further) - MAX_LISTED + comparison.dropped
     if unlisted > 0:
         yield f"  and {unlisted} more"
 

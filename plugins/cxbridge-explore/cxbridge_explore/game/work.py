@@ -48,8 +48,8 @@ class WorkCount:
         for call in self._history.calls:
             name = _name(call)
             robot = robots.get(name, name)
-            begin_s = seconds_at(start_us + call.begin[1])
-            end_s = seconds_at(start_us + (call.end[1] if call.end else end))
+            begin_s = seconds_at(start_us + call.begin.time)
+            end_s = seconds_at(start_us + (call.end.time if call.end else end))
             span = Span(begin_s, end_s, _skill(call, robot), call.status, call.error)
             spans_of_robots.setdefault(robot, []).append(span)
         return {robot: tuple(spans_of_robots[robot]) for robot in sorted(spans_of_robots)}

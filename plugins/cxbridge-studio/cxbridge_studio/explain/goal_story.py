@@ -163,13 +163,13 @@ class GoalReporter:
 
     def outcome(self, goal: GoalRecord) -> Cause:
         """Return how a goal ended, with the reasons."""
-        if goal.ended is None and goal.former_ends:
+        if goal.end_change is None and goal.former_ends:
             return Cause(self._since_text(goal))
         return Cause(self._outcome_text(goal), tuple(self._causes_of_outcome(goal, {goal.name})))
 
     def waits(self, goal: GoalRecord) -> bool:
         """Whether a goal has not ended."""
-        return goal.ended is None and not self._is_gone(goal)
+        return goal.end_change is None and not self._is_gone(goal)
 
     def _is_gone(self, goal: GoalRecord) -> bool:
         """Whether the fact of a goal is retracted, as far as facts are known."""
@@ -240,7 +240,7 @@ class GoalReporter:
         return f"{self._seconds(change):.3f} s"
 
     def _outcome_text(self, goal: GoalRecord) -> str:
-        change = goal.ended
+        change = goal.end_change
         if change is None:
             return f"{goal.title} was {goal.mode} when its fact was retracted"
         error = f", error: {change.error}" if change.error else ""
@@ -254,7 +254,7 @@ class GoalReporter:
 
     def _causes_of_outcome(self, goal: GoalRecord, reported: set[str]) -> Iterator[Cause]:
         """Yield the causes of a goal's outcome."""
-        change = goal.ended
+        change = goal.end_change
         if change is None:
             return
         if change.outcome == "COMPLETED":
@@ -266,7 +266,7 @@ class GoalReporter:
         causes = [
             Cause(self._outcome_text(culprit), self._deeper_causes(culprit, reported))
             for culprit in culprits
-            if culprit.ended
+            if culprit.end_change
         ]
         if not causes:
             causes = [self._failed_action(goal, action) for action in failed_actions(goal.last_actions)]
@@ -302,7 +302,7 @@ class GoalReporter:
         if actions:
             yield Cause(f"{len(final_actions)} of {len(actions)} actions are done")
         for child in self._goals.children(goal):
-            if child.ended is not None:
+            if child.end_change is not None:
                 yield Cause(self._outcome_text(child))
         yield self._goal_decision(change, goal)
 
@@ -374,7 +374,7 @@ class GoalReporter:
             self._levels_above -= 1
 
     def _open_child(self, child: GoalRecord, depth: int) -> Cause:
-        if child.ended is not None:
+        if child.end_change is not None:
             return Cause(f"{self._outcome_text(child)}, but it is {child.mode}, not RETRACTED")
         return Cause(self._since_text(child), tuple(self._holdups(child, depth + 1)))
 
@@ -416,7 +416,7 @@ def _skill_end_text(link: SkillLink) -> str:
 
 def _ended_badly(child: GoalRecord, end_of_parent: GoalChange) -> bool:
     """Whether a sub-goal failed before its parent ended."""
-    change = child.ended
+    change = child.end_change
     return (
         change is not None and change.outcome in ("FAILED", "REJECTED") and change.time <= end_of_parent.time
     )

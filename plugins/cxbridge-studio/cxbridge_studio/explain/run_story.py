@@ -64,7 +64,7 @@ class _StoryWriter:
 
     def story(self) -> RunStory:
         root_goals = self._root_goals
-        failed = [goal for goal in root_goals if goal.ended is not None and goal.outcome in _FAILURES]
+        failed = [goal for goal in root_goals if goal.end_change is not None and goal.outcome in _FAILURES]
         open_goals = [goal for goal in root_goals if self._reporter.waits(goal)]
         work = list(self._work_under_way())
         # A goal that waits is a problem only while nothing works for it.
@@ -105,7 +105,7 @@ class _StoryWriter:
     def _summary(self, goal: GoalRecord) -> str:
         count = self._goals.count_below(goal)
         sub_goals = f", with {count} sub-goal{'s' if count > 1 else ''}" if count else ""
-        outcome = "" if goal.ended is None else f": {goal.outcome}"
+        outcome = "" if goal.end_change is None else f": {goal.outcome}"
         return f"{goal.title}{sub_goals}{outcome}"
 
     def _work_under_way(self) -> Iterator[Cause]:
@@ -149,7 +149,7 @@ class _StoryWriter:
 
 def _has_failed(goal: GoalRecord) -> bool:
     """Whether a goal has failed, now or before it was formulated again."""
-    return bool(goal.former_ends) or (goal.ended is not None and goal.outcome in _FAILURES)
+    return bool(goal.former_ends) or (goal.end_change is not None and goal.outcome in _FAILURES)
 
 
 def _without_missing_firings(cause: Cause) -> Cause:

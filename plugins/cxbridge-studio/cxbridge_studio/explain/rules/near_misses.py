@@ -37,7 +37,7 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
     rows = [row for row in snapshot.facts if row.template == pattern.template]
     if not rows:
         return MatchFailure("pattern", pattern.text, f"there is no fact of '{pattern.template}'")
-    constraints = pattern.tested(prefix.binds)
+    constraints = pattern.restrictive_parts(prefix.binds)
     sample = _Sample(matcher, prefix, max(1, MAX_PAIRS // len(rows)))
     satisfied: dict[tuple[_Key, int], set[int]] = {
         (key, row.index): set() for key in sample.values for row in rows

@@ -73,13 +73,13 @@ def test_one_part_and_what_it_needs():
         "(a (y ?y))",
         "(a (x ?x) (z ?z&:(> ?z ?x)&~?w))",
     ]
-    assert [part.label for part in pattern.tested(foreign)] == ["x", "z"]
-    assert [part.label for part in pattern.tested(frozenset("y"))] == ["x", "y", "z"]
+    assert [part.label for part in pattern.restrictive_parts(foreign)] == ["x", "z"]
+    assert [part.label for part in pattern.restrictive_parts(frozenset("y"))] == ["x", "y", "z"]
 
 
 def test_parts_of_an_ordered_fact_are_its_fields():
     pattern = first("(o ?x b ?x)")
-    assert [part.label for part in pattern.tested(frozenset())] == ["field 2", "field 3"]
+    assert [part.label for part in pattern.restrictive_parts(frozenset())] == ["field 2", "field 3"]
     assert pattern.only(pattern.parts[1], frozenset()) == "(o ? b ?)"
     assert pattern.only(pattern.parts[2], frozenset()) == "(o ?x ? ?x)"
 
