@@ -189,7 +189,7 @@ def clips_event(time_us: int, env: str, text: str) -> Event | None:
 
 
 class FawkesLogWriter(StreamWriter):
-    """A text log as of a Fawkes with CLIPS debugging: log lines, facts and firings.
+    """A text log as Fawkes writes it with CLIPS debugging: log lines, facts and firings.
 
     Entries that are older than half a second of real time at the next write are in the file.
 
@@ -208,7 +208,7 @@ class FawkesLogWriter(StreamWriter):
         self._flushed = time.monotonic()
         self._clock = ""
 
-    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - the log has the same events at any level
         """Return log lines, firings and facts, without which the log could not be read as a run."""
         return frozenset({LogLine, RuleFired, FactChange})
 

@@ -57,7 +57,7 @@ def _errors_of(path: Path, participle: str) -> Iterator[None]:
 
 
 def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
-    r"""Yield ``(number, text, whole)`` per line; ``is_complete`` is False for a last line without line feed.
+    r"""Yield ``(number, text, is_complete)`` per line; the last one may be incomplete.
 
     Only line feeds end lines. Bytes that are not UTF-8 become ``\xNN``.
 

@@ -49,7 +49,9 @@ class BBLoggerWriter(RunWriter):
         self._utc = utc
         self._files: dict[str, _InterfaceFile] = {}
         if self.folder.exists() and not self.folder.is_dir():
-            raise TraceError("this is not a folder", file=folder, hint="bblogger writes a file an interface")
+            raise TraceError(
+                "this is not a folder", file=folder, hint="bblogger writes one file per interface"
+            )
         with writing(self.folder):
             self.folder.mkdir(parents=True, exist_ok=True)
             for path in self._files_of_earlier_run():
@@ -67,7 +69,7 @@ class BBLoggerWriter(RunWriter):
         with path.open("rb") as file:
             return is_header_of(file.read(HEADER_SIZE), self._scenario)
 
-    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - bblogger has all writes at any level
         return frozenset({BlockWrite})
 
     def write(self, event: Event) -> None:

@@ -1,4 +1,4 @@
-"""Writer of interfaces as CSV, byte for byte as ``ffbblog convert``; see docs/formats.md."""
+"""Writer of interfaces as CSV, byte for byte as ``ffbblog convert`` writes it; see docs/formats.md."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class CsvWriter(RunWriter):
         """Notes for the user about interfaces that were left out."""
         return [f"{uid}: left out: {reason}" for uid, reason in self._left_out.items()]
 
-    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - CSV has only interface writes at any level
         return frozenset({InterfaceWrite})
 
     def describe(self, metadata: Mapping[str, str]) -> None:
@@ -206,7 +206,9 @@ def _make_folder(path: Path) -> None:
     """Create a folder unless it exists."""
     if path.exists() and not path.is_dir():
         raise TraceError(
-            "this is not a folder", file=path, hint="a run of several interfaces becomes a file an interface"
+            "this is not a folder",
+            file=path,
+            hint="a run with several interfaces is written as a folder with one file per interface",
         )
     with writing(path):
         path.mkdir(exist_ok=True)

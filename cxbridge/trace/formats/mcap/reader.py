@@ -47,7 +47,7 @@ class McapRun(Run):
             for block in self._blocks(file):
                 offset, end = 0, len(block)
                 while offset + size_of_head <= end:
-                    # with the channel, so that the messages of other types are skipped without a further look
+                    # with the channel, so that the messages of other types are skipped at once
                     kind, size, channel = unpack(block, offset)
                     start = offset + mcap.HEAD.size
                     offset = start + size
@@ -154,7 +154,7 @@ class McapRun(Run):
 
     @contextmanager
     def _noting_damage(self) -> Iterator[None]:
-        """Record a damage as a note and continue."""
+        """Note damage for the user and continue."""
         try:
             yield
         except DamageError as error:

@@ -42,7 +42,7 @@ HEAD: Final = struct.Struct("<BQ")
 """The start of every record: its kind and the length of its content."""
 
 _CRC: Final = struct.Struct("<I")
-_LONGEST_NAMES: Final = 64 * 1024  # bytes that contain the names of an attachment, without its data
+_MAX_NAMES_SIZE: Final = 64 * 1024  # bytes that contain the names of an attachment, without its data
 
 
 class DamageError(ValueError):
@@ -177,7 +177,7 @@ def attachment_at(file: IO[bytes], record: Record) -> StoredAttachment:
     :raises DamageError: if a field is invalid.
     """
     file.seek(record.start)
-    fields = Fields(file.read(min(record.size, _LONGEST_NAMES)))
+    fields = Fields(file.read(min(record.size, _MAX_NAMES_SIZE)))
     time_ns, _ = fields.long(), fields.long()
     name, media_type, size = fields.text(), fields.text(), fields.long()
     start = record.start + fields.offset

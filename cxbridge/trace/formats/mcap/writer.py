@@ -23,7 +23,7 @@ from cxbridge.trace.formats.mcap.records import METADATA_NAME, PROFILE, SOURCE_N
 from cxbridge.trace.sourcing import SourceNamer
 
 _FLUSH_SECONDS = 0.5  # real time
-_MOST_PENDING = 512  # events whose writing together is cheaper
+_MAX_PENDING = 512  # events whose writing together is cheaper
 
 
 class McapWriter(RunWriter):
@@ -72,7 +72,7 @@ class McapWriter(RunWriter):
         """Queue an event for the next write."""
         # writing many events in a row costs a third of writing single ones
         self._pending.append(event)
-        if len(self._pending) >= _MOST_PENDING:
+        if len(self._pending) >= _MAX_PENDING:
             self._write_pending()
         if time.monotonic() - self._flushed > _FLUSH_SECONDS:
             self.flush()
