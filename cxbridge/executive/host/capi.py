@@ -20,7 +20,8 @@ CData = Any
 
 NULL = ffi.NULL
 
-# the owners of hooks: the events of the environment, and the search for endless rules, which comes and goes
+# the owners of hooks: the events of the environment, and the search for endless rules, which has hooks only
+# during a part of a run
 _HOOK = b"cxbridge"
 _TRACE = b"cxbridge-trace"
 _TEXT_TARGET = b"cxbridge-text"
@@ -114,7 +115,7 @@ class ClipsApi:
 
     def __init__(self, environment: CData) -> None:
         self._env = environment
-        self._builder = lib.CreateStringBuilder(environment, 512)
+        self._builder = lib.CreateStringBuilder(environment, 512)  # grows if necessary
         EXTRA.OpenStringBuilderDestination(environment, _TEXT_TARGET, self._builder)
 
     def remove_udf(self, name: str) -> None:
@@ -129,23 +130,23 @@ class ClipsApi:
             getattr(EXTRA, f"Add{event}Function")(self._env, owner, call, 0, NULL)
 
     def on_assert(self, call: CData | None) -> None:
-        """Call ``void call(Environment *, Fact *, void *)`` after each assertion; None: stop."""
+        """Call ``void call(Environment *, Fact *, void *)`` after each assertion; None removes it."""
         self._hook("Assert", call)
 
     def on_retract(self, call: CData | None) -> None:
-        """Call ``void call(Environment *, Fact *, void *)`` before each retraction; None: stop."""
+        """Call ``void call(Environment *, Fact *, void *)`` before each retraction; None removes it."""
         self._hook("Retract", call)
 
     def on_fire(self, call: CData | None) -> None:
-        """Call ``void call(Environment *, Activation *, void *)`` before each firing; None: stop."""
+        """Call ``void call(Environment *, Activation *, void *)`` before each firing; None removes it."""
         self._hook("BeforeRuleFires", call)
 
     def after_fire(self, call: CData | None) -> None:
-        """Call ``void call(Environment *, Activation *, void *)`` after each firing; None: stop."""
+        """Call ``void call(Environment *, Activation *, void *)`` after each firing; None removes it."""
         self._hook("AfterRuleFires", call)
 
     def trace(self, fired: CData | None, asserted: CData | None) -> None:
-        """Add further functions like those of :meth:`on_fire` and :meth:`on_assert`; None: stop."""
+        """Add further hooks like those of :meth:`on_fire` and :meth:`on_assert`; None removes them."""
         self._hook("BeforeRuleFires", fired, _TRACE)
         self._hook("Assert", asserted, _TRACE)
 

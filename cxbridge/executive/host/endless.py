@@ -57,8 +57,8 @@ class EndlessRules:
     ) -> None:
         self._api, self._basis_of, self._place_of, self._log = api, basis_of, place_of, log
         self._hooks = (
-            callback("void(Environment *, Activation *, void *)", self._note_firing),
-            callback("void(Environment *, Fact *, void *)", self._note_fact),
+            callback("void(Environment *, Activation *, void *)", self._record_firing),
+            callback("void(Environment *, Fact *, void *)", self._record_fact),
         )
         self._is_tracing = False
         self.begin()
@@ -66,7 +66,7 @@ class EndlessRules:
     @property
     def text(self) -> str:
         """A description of the endless rules in this run; empty without any."""
-        return self._text() if self._is_closed else ""
+        return self._describe_ring() if self._is_closed else ""
 
     def begin(self) -> None:
         """Start watching a run."""
@@ -79,7 +79,10 @@ class EndlessRules:
         """The number of firings until the next check."""
         self._began_s = self._checked_s = self._since_s = time.monotonic()
         self._since_fired = 0
-        self._is_closed = self._has_warned = False
+        self._is_closed = (
+            False  # whether the firings of the last window used no older fact for the first time
+        )
+        self._has_warned = False
         self._window = _FIRST_WINDOW
 
     def end(self) -> None:
@@ -104,24 +107,25 @@ class EndlessRules:
         if self._is_tracing:
             self._evaluate_window(now_s)
         elif now_s - self._since_s >= _TRACE_AFTER_S:
-            self._start(now_s)
-        if self.fired >= MAX_FIRINGS or self._has_no_end(now_s):
-            self._log.error(f"{self._text()}, ended after {self._figures(now_s)}")
-            return self._text()
+            self._start_tracing(now_s)
+        if self.fired >= MAX_FIRINGS or self._is_endless(now_s):
+            self._log.error(f"{self._describe_ring()}, ended after {self._figures(now_s)}")
+            return self._describe_ring()
         return ""
 
-    def _has_no_end(self, now_s: float) -> bool:
+    def _is_endless(self, now_s: float) -> bool:
+        """Return whether the run is endless; warn of a run that may be."""
         if not self._is_closed:
             return False
         fired, seconds = self.fired - self._since_fired, now_s - self._since_s
-        if any(fired >= most and seconds >= most_s for most, most_s in ENDLESS):
+        if any(fired >= max_fired and seconds >= max_s for max_fired, max_s in ENDLESS):
             return True
         if not self._has_warned and now_s - self._began_s >= WARN_AFTER_S:
             self._has_warned = True
-            self._log.warn(f"{self._text()}, {self._figures(now_s)} so far")
+            self._log.warn(f"{self._describe_ring()}, {self._figures(now_s)} so far")
         return False
 
-    def _text(self) -> str:
+    def _describe_ring(self) -> str:
         """Return the rules of the ring with file and line as text."""
         names = []
         for rule in self.ring[:_MAX_NAMES]:
@@ -134,7 +138,7 @@ class EndlessRules:
     def _figures(self, now_s: float) -> str:
         return f"{self.fired:,} firings in {now_s - self._began_s:.1f} s"
 
-    def _start(self, now_s: float) -> None:
+    def _start_tracing(self, now_s: float) -> None:
         self._is_tracing = True
         self._since_s, self._since_fired = now_s, self.fired
         self._clear(now_s)
@@ -143,21 +147,21 @@ class EndlessRules:
     def _clear(self, now_s: float) -> None:
         self._window_s = now_s
         self._firings: list[tuple[str, str]] = []
-        self._first_new: int | None = None
+        self._first_new_index: int | None = None
 
-    def _note_firing(self, _env: CData, activation: CData, _context: CData) -> None:
+    def _record_firing(self, _env: CData, activation: CData, _context: CData) -> None:
         self._firings.append((decode(lib.ActivationRuleName(activation)), self._basis_of(activation)))
 
-    def _note_fact(self, _env: CData, fact: CData, _context: CData) -> None:
-        if self._first_new is None:
-            self._first_new = int(lib.FactIndex(fact))
+    def _record_fact(self, _env: CData, fact: CData, _context: CData) -> None:
+        if self._first_new_index is None:
+            self._first_new_index = int(lib.FactIndex(fact))
 
     def _evaluate_window(self, now_s: float) -> None:
         count = len(self._firings)
         if count < self._window and (count < _MIN_WINDOW or now_s - self._window_s < _WINDOW_S):
             return
         self.ring = ring_of([rule for rule, _ in self._firings[count // 2 :]])
-        self._is_closed = not _consumes_older_facts(self._firings, self._first_new)
+        self._is_closed = not _consumes_older_facts(self._firings, self._first_new_index)
         if self._is_closed:
             self._clear(now_s)
         else:
@@ -166,17 +170,17 @@ class EndlessRules:
             self._window = min(2 * self._window, _MAX_WINDOW)
 
 
-def _consumes_older_facts(firings: Sequence[tuple[str, str]], first_new: int | None) -> bool:
+def _consumes_older_facts(firings: Sequence[tuple[str, str]], first_new_index: int | None) -> bool:
     """Return whether rules in the second half of a window use older facts for the first time.
 
     :param firings: rule and facts of each firing: ``f-1,*,f-2``.
-    :param first_new: the first index of facts made in the window; None without any.
+    :param first_new_index: the first index of facts made in the window; None without any.
     """
     # only the second half counts: a ring, too, uses older facts when the window begins
     half, used = len(firings) // 2, set()
     for number, (rule, basis) in enumerate(firings):
         facts = (fact for fact in basis.split(",") if fact.startswith("f-"))  # * is a negated pattern
-        older = tuple(fact for fact in facts if first_new is None or int(fact[2:]) < first_new)
+        older = tuple(fact for fact in facts if first_new_index is None or int(fact[2:]) < first_new_index)
         if older and (rule, older) not in used:
             if number >= half:
                 return True

@@ -73,7 +73,7 @@ class ClipsEnvironment:
         self.output = self.output_router(self.env, self.loggers.log)
         self.watcher = Watcher(self.env, self.api, self.output, bus, name)
         self.loader = ClipsLoader(self.env, self.output, self.log, self._is_core_file, name)
-        self.udfs = UdfTable(self.env, self._failed)
+        self.udfs = UdfTable(self.env, self._record_failure)
         self._calls = lib.CreateFunctionCallBuilder(self.env, 8)
         self._alive = True
         self.life = threading.Lock()
@@ -102,7 +102,7 @@ class ClipsEnvironment:
         define("cx-unwatch", self.watcher.unwatch_early, 2, types="y")
         define(MODIFY_FUNCTION, Modify(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         define(DUPLICATE_FUNCTION, Duplicate(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
-        self.udfs.define_c(GUARD_FUNCTION, make_guard(self._recursion_ended), 1, 1, "y")
+        self.udfs.define_c(GUARD_FUNCTION, make_guard(self._report_recursion), 1, 1, "y")
         self._by_index = FactsByIndex(self.env)
         self.udfs.define_c(EXISTS_FUNCTION, self._by_index.function, 1, 1, "*;fl")
         define(DATA_FUNCTION, lambda text: assert_data(self.env, text), 1, types="s")
@@ -130,10 +130,12 @@ class ClipsEnvironment:
         """Make a Python function callable from CLIPS, see :meth:`UdfTable.define`."""
         self.udfs.define(name, function, minimum, maximum, types)
         if self.bus.wants(SourceRead):
-            most = str(minimum if maximum is None else maximum)
-            self.bus.emit_source("function", self.name, name, minimum=str(minimum), maximum=most, types=types)
+            limit = str(minimum if maximum is None else maximum)
+            self.bus.emit_source(
+                "function", self.name, name, minimum=str(minimum), maximum=limit, types=types
+            )
 
-    def _failed(self, function: str, error: BaseException) -> None:
+    def _record_failure(self, function: str, error: BaseException) -> None:
         """Record an exception of a Python function. CLIPS has received an error instead."""
         text = f"function '{function}' failed: {type(error).__name__}: {error}"
         if isinstance(error, ClipsError):
@@ -142,7 +144,7 @@ class ClipsEnvironment:
             self.faults.append(text)
         self.log.error(text)
 
-    def _recursion_ended(self, function: str) -> None:
+    def _report_recursion(self, function: str) -> None:
         """Report a construct that recursed until the stack was nearly exhausted."""
         # CLIPS would report an error for each level of the recursion
         self.output.quiet = True
@@ -388,6 +390,7 @@ class ClipsEnvironment:
                     break
             elif done < chunk or self._is_halted:
                 break
+            # a limited run ends by itself, unless it is a part of a run without limit
             if (why := self.endless.check(done)) and (limit < 0 or before):
                 self.end_for_good(why)
                 self.api.clear_halt()  # the interruption must not stop CLIPS' next function

@@ -25,7 +25,9 @@ from cxbridge.executive.host.source import ClipsSource, find_excess, prepare, pr
 
 _MESSAGE = re.compile(r"\[([A-Z]+\d+)\] (?:(?P<file>[^\n]*?), Line (?P<line>\d+): )?(?P<text>[^\n]*)")
 _BROKEN = re.compile(r"ERROR:\n\((def\w+) (?:\w+::)?([^\s()]+)")
+# the host builds these deffacts again for each feature, which is no redefinition by the agent
 _DEFFACTS_OF_FEATURES = "ff-features-"
+# a command at the start of a line: all constructs have names that begin with def
 _COMMAND = re.compile(r"^\((?!def)", re.MULTILINE)
 _FUNCTION_KINDS = ("deffunction", "defgeneric", "defmethod")
 
@@ -103,13 +105,13 @@ class ClipsLoader:
 
     def load(self, file: str) -> bool:
         """Load the constructs of a file; return whether all are valid."""
-        return self._run(file, batch=False)
+        return self._load_file(file, batch=False)
 
     def batch(self, file: str) -> bool:
         """Execute the commands and constructs of a file; return whether it is readable."""
-        return self._run(file, batch=True)
+        return self._load_file(file, batch=True)
 
-    def _run(self, file: str, *, batch: bool) -> bool:
+    def _load_file(self, file: str, *, batch: bool) -> bool:
         path = Path(file)
         try:
             if not path.is_file() and path.exists() and not path.is_dir():
@@ -135,7 +137,7 @@ class ClipsLoader:
             source = replace(source, text=self.rewrite(file, source.text), changed=True)
         self.files.append(path)
         if not native:
-            give_way(self._env, (c.name for c in source.constructs if c.kind in _FUNCTION_KINDS))
+            give_way(self._env, (item.name for item in source.constructs if item.kind in _FUNCTION_KINDS))
         if self.warn_redefinitions:
             self._warn_of_redefinitions(source)
         self._emit_source(file, data, batch=batch, native=native)
@@ -144,17 +146,22 @@ class ClipsLoader:
             # load and batch have equal results for constructs, but CLIPS finds the end of a command slowly
             has_commands = batch and not (native and _COMMAND.search(text) is None)
             load = (self._batch_parts if native else lib.BatchStar) if has_commands else lib.Load
-            fine = self._call(file, source, load)
-            fine = fine or batch != has_commands  # a batch continues after a broken construct
+            is_loaded = self._call(file, source, load)
+            is_loaded = is_loaded or batch != has_commands  # a batch continues after a broken construct
         finally:
             self._loading.pop()
         if source.unclosed_line is not None:
             text = "a parenthesis opens here that never closes: what follows it in the file is lost"
             construct = next(
-                (f"{c.kind} {c.name}" for c in source.constructs if c.line == source.unclosed_line), ""
+                (
+                    f"{item.kind} {item.name}"
+                    for item in source.constructs
+                    if item.line == source.unclosed_line
+                ),
+                "",
             )
             self._report(Diagnostic(file, source.unclosed_line, construct, UNCLOSED, text), Level.WARN)
-        return bool(fine)
+        return bool(is_loaded)
 
     def _emit_source(self, file: str, data: bytes, *, batch: bool, native: bool) -> None:
         """Emit a file as a source of the run before it is loaded."""
@@ -178,7 +185,7 @@ class ClipsLoader:
 
     @property
     def within(self) -> str:
-        """The file being loaded, or empty."""
+        """The file that is being loaded; empty if no file is."""
         return self._loading[-1] if self._loading else ""
 
     def not_found(self, file: str) -> None:

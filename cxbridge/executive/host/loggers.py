@@ -28,10 +28,10 @@ DEFAULT_PRIORITY: Final = 30
 ABOVE: Final = 40
 """The default priority of further loggers, above the first one."""
 
-MOST_LOGGERS: Final = 16
+MAX_LOGGERS: Final = 16
 """The maximum number of loggers in an environment."""
 
-MOST_PRIORITY: Final = 2000
+MAX_PRIORITY: Final = 2000
 """The limit of priorities, as for routers in CLIPS."""
 
 ORDER: Final = tuple(Level)
@@ -97,12 +97,12 @@ class LoggerStack:
         """
         if any(existing.name == logger.name for existing in self._loggers):
             raise ClipsError(f"there is a logger '{logger.name}' already")
-        if len(self._loggers) >= MOST_LOGGERS:
-            raise ClipsError(f"an environment cannot have more than {MOST_LOGGERS} loggers")
-        if abs(logger.priority) > MOST_PRIORITY:
+        if len(self._loggers) >= MAX_LOGGERS:
+            raise ClipsError(f"an environment cannot have more than {MAX_LOGGERS} loggers")
+        if abs(logger.priority) > MAX_PRIORITY:
             raise ClipsError(
                 f"a logger cannot have the priority {logger.priority}",
-                hint=f"use {-MOST_PRIORITY} to {MOST_PRIORITY}; the first logger has {DEFAULT_PRIORITY}",
+                hint=f"use {-MAX_PRIORITY} to {MAX_PRIORITY}; the first logger has {DEFAULT_PRIORITY}",
             )
         # a stable sort: among equal priorities, the latest logger is called first
         self._loggers = tuple(sorted((logger, *self._loggers), key=lambda item: -item.priority))

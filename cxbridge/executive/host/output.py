@@ -46,7 +46,7 @@ _LEVELS = {
 
 _LIMIT_REACHED = "rule firing limit reached\n"
 _ROUTER = b"cxbridge-log"
-_PRIORITY = 40
+_PRIORITY = 40  # above the priority of CLIPS' router for the standard streams
 
 
 class OutputRouter:
@@ -64,7 +64,7 @@ class OutputRouter:
         """Whether the host runs the agenda in chunks. CLIPS' message at the end of a chunk is dropped."""
         self.quiet = False
         """Whether CLIPS' error messages are dropped."""
-        self._last: str | None = None
+        self._last_message: str | None = None  # the text of the last permitted message, None without a limit
         self._env = env
         self._sink = sink
         self._open: dict[bytes, str] = {}
@@ -111,25 +111,25 @@ class OutputRouter:
 
     def hush(self) -> None:
         """Drop error messages after the next one. Further calls change nothing."""
-        if self._last is None:
-            self._last = ""
+        if self._last_message is None:
+            self._last_message = ""
 
     def speak(self) -> None:
         """Stop dropping error messages."""
-        self.quiet, self._last = False, None
+        self.quiet, self._last_message = False, None
 
     def _count_message(self, piece: str) -> None:
         """Start dropping if this piece completes the last permitted message."""
-        if self._last is not None:
-            self._last += piece
-            if "\n" in self._last.lstrip():
-                self.quiet, self._last = True, None
+        if self._last_message is not None:
+            self._last_message += piece
+            if "\n" in self._last_message.lstrip():
+                self.quiet, self._last_message = True, None
 
     def redirect(self, sink: LineSink) -> LineSink:
         """Change the sink; return the former one. Unfinished lines are flushed."""
         self.flush()
-        before, self._sink = self._sink, sink
-        return before
+        previous, self._sink = self._sink, sink
+        return previous
 
     def end_run(self) -> None:
         """Reset after a run of the rules: flush unfinished lines and stop dropping."""

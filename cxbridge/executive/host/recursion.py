@@ -26,7 +26,7 @@ GUARD_FUNCTION = "cx-guard-recursion"
 _RESERVE = 2 * 1024 * 1024
 
 # The maximum number of stack bytes for CLIPS.
-_MOST = 256 * 1024 * 1024
+_MAX_STACK = 256 * 1024 * 1024
 
 _FUNCTION = re.compile(r"\(\s*(?:deffunction|defmethod)\s+([^\s()]+)(?:\s+\d+)?\s*")
 _HANDLER = re.compile(
@@ -57,7 +57,7 @@ def guards_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) 
     :param code: the text with strings and comments blanked (:func:`~cxbridge.clipstext.syntax.blank`), so
         that an example in a documentation string does not look like a call.
     :param start: the position of the construct's opening parenthesis.
-    :param end: the position behind its closing parenthesis.
+    :param end: the position after its closing parenthesis.
     :param is_known: returns whether a function exists.
     """
     handler = _HANDLER.match(code, start, end)
@@ -129,7 +129,7 @@ def _stack_floor() -> int:
     finally:
         library.pthread_attr_destroy(attributes)
     top = (low.value or 0) + size.value
-    return max(top - size.value + min(_RESERVE, size.value // 4), top - _MOST)
+    return max(top - size.value + min(_RESERVE, size.value // 4), top - _MAX_STACK)
 
 
 def make_guard(failed: Callable[[str], None]) -> CData:

@@ -15,9 +15,9 @@ from typing import Final
 from cxbridge.clipstext.syntax import SyntaxNode, read
 
 _QUERIES: Final = frozenset({"do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts"})
-_ENDS: Final = frozenset({"retract", "modify"})
+_RETRACTING: Final = frozenset({"retract", "modify"})
 _LIKELY: Final = re.compile(r"do-for-(?:all-)?facts?\b(?=.*\(\s*(?:retract|modify)\b.*:)", re.DOTALL)
-_LEAST_ARGUMENTS: Final = 3
+_MIN_ARGUMENTS: Final = 3  # the variables, the condition and one action
 
 Edit = tuple[int, int, str]
 """Start, end and replacement."""
@@ -41,7 +41,7 @@ def slot_edits(code: str, start: int, end: int) -> list[Edit]:
 
 def _edits(query: SyntaxNode) -> Iterator[Edit]:
     arguments = query.arguments
-    if len(arguments) < _LEAST_ARGUMENTS:
+    if len(arguments) < _MIN_ARGUMENTS:
         return
     variables = [item.head for item in arguments[0].items or ()]
     body = arguments[2:]
@@ -61,7 +61,7 @@ def _edits(query: SyntaxNode) -> Iterator[Edit]:
 
 def _end_of(variable: str, body: tuple[SyntaxNode, ...]) -> int | None:
     """Return the end of the first call that retracts a variable's fact, or None."""
-    calls = (node for action in body for node in action.walk() if node.head in _ENDS)
+    calls = (node for action in body for node in action.walk() if node.head in _RETRACTING)
     return next(
         (call.end for call in calls if any(argument.text == variable for argument in call.arguments)), None
     )

@@ -101,6 +101,7 @@ def _to_integer(name: str) -> str:
     return f"(if (floatp {name}) then (integer {name}) else {name})"
 
 
+# the arguments ?i and ?j of the functions below
 _I, _J = _to_integer("?i"), _to_integer("?j")
 _SWITCHES = ("auto-float-dividend", "incremental-reset", "static-constraint-checking")
 _LENGTH = (
@@ -179,7 +180,7 @@ FUNCTIONS = (
         for switch in _SWITCHES
     ),
 )
-"""Deffunctions that implement functions of 6.30. :func:`_stand_in` gives their names in CLIPS."""
+"""Deffunctions that implement functions of 6.30. :class:`OldFunctions` defines them."""
 
 _FUNCTION: Final = re.compile(r"\(deffunction (\S+) \(([^)]*)\)")
 
@@ -232,7 +233,9 @@ class OldFunctions:
             return NULL
         _type_of(top)[0], _value_of(top)[0] = self._type, function
         if EXTRA.GetSequenceOperatorRecognition(env):
-            call, expand = (EXTRA.FindFunction(env, each) for each in (b"(expansion-call)", b"expand$"))
+            call, expand = (
+                EXTRA.FindFunction(env, operator) for operator in (b"(expansion-call)", b"expand$")
+            )
             failed = EXTRA.ReplaceSequenceExpansionOps(env, _arguments_of(top)[0], top, call, expand)
         else:
             count = EXTRA.CountArguments(_arguments_of(top)[0])
@@ -243,7 +246,7 @@ class OldFunctions:
         return top
 
 
-_HIDDEN: Final = "cx-6.30-function"
+_HIDDEN: Final = "cx-6.30-function"  # a UDF's name while a deffunction of its name is defined
 _PARSER: Final = "void *(Environment *, void *, char *)"
 
 
@@ -275,8 +278,8 @@ def round_half_down(value: Value) -> int:
 
 def make_room(env: CData, udfs: UdfTable) -> None:
     """Remove changed built-ins, and keep the needed ones under other names."""
-    for name, (function, least, most, types) in _KEPT.items():
-        udfs.define_c(f"cx-{name}", getattr(EXTRA, function), least, most, types)
+    for name, (function, minimum, maximum, types) in _KEPT.items():
+        udfs.define_c(f"cx-{name}", getattr(EXTRA, function), minimum, maximum, types)
     for name in REMOVED:
         EXTRA.RemoveUDF(env, encode(name))
     udfs.define("round", round_half_down, 1, types="*;ld")

@@ -28,7 +28,7 @@ from cxbridge.executive.host.retracted import slot_edits
 
 _REWRITTEN = re.compile(r"\(\s*(modify|duplicate|cx-modify-goal)(?=[\s(])")
 _REWRITTEN_IN_CORE = re.compile(r"\(\s*(cx-modify-goal)(?=[\s(])")
-_IN_CORE = re.compile(rf"^{CONSTRUCT.pattern}", re.MULTILINE)
+_CONSTRUCT_IN_CORE = re.compile(rf"^{CONSTRUCT.pattern}", re.MULTILINE)
 _FIRST_ARGUMENT = re.compile(r"\(\s*(?:modify|duplicate|cx-modify-goal)\s+\Z")
 _GLOBAL = re.compile(r"(\?\*[^\s()&|~]+\*)\s*=")
 _SLOT = re.compile(r"\(\s*([^\s()\";]+)")
@@ -49,9 +49,10 @@ _FORMAT = re.compile(r'\(\s*format\s+[^\s()";]+\s+"((?:[^"\\]|\\.)*)"')
 # A field of 200 characters or more, which overflows CLIPS' buffer.
 _WIDE_FIELD = re.compile(r"(?:^|[^%])(?:%%)*%-?(?:\d*\.)?(?:[2-9]\d\d|\d{4})")
 
-_LONGEST_GAP = 1000
+_MAX_GAP = 1000  # characters between the name `modify` and its first argument
 _FUNCTIONS = ("deffunction", "defmethod")
-_OF_ANY_SIZE = ("deffacts", "definstances")
+# CLIPS does not count the parts of these constructs
+_UNLIMITED_KINDS = ("deffacts", "definstances")
 
 MODIFY_FUNCTION = "cx-modify"
 """The host's replacement of `modify`."""
@@ -59,7 +60,11 @@ MODIFY_FUNCTION = "cx-modify"
 DUPLICATE_FUNCTION = "cx-duplicate"
 """The host's replacement of `duplicate`."""
 
-_BECOMES = {"modify": MODIFY_FUNCTION, "duplicate": DUPLICATE_FUNCTION, "cx-modify-goal": MODIFY_FUNCTION}
+_REPLACEMENTS = {
+    "modify": MODIFY_FUNCTION,
+    "duplicate": DUPLICATE_FUNCTION,
+    "cx-modify-goal": MODIFY_FUNCTION,
+}
 
 
 class SourceConstruct(Struct, frozen=True):
@@ -155,26 +160,26 @@ def prepare_core(text: str) -> ClipsSource:
     """Prepare a file of the core faster than :func:`prepare`, since its constructs start at line starts."""
     # cached, because a process that loads many agents loads the same core each time
     code = blank(text) if _REWRITTEN_IN_CORE.search(text) or "(defglobal" in text else text
-    found = list(_IN_CORE.finditer(code))
-    ends = [*(match.start() for match in found[1:]), len(text)]
+    heads = list(_CONSTRUCT_IN_CORE.finditer(code))
+    ends = [*(head.start() for head in heads[1:]), len(text)]
     lines = Lines(text)
     constructs: list[SourceConstruct] = []
     edits: list[tuple[int, int, str]] = []
-    for match, end in zip(found, ends, strict=False):
-        _rewrite(code, (match.start(), end), _REWRITTEN_IN_CORE, edits)
-        constructs += _constructs(match, code, end, lines)
+    for head, end in zip(heads, ends, strict=False):
+        _rewrite(code, (head.start(), end), _REWRITTEN_IN_CORE, edits)
+        constructs += _constructs(head, code, end, lines)
     return ClipsSource(_apply(text, sorted(edits)) if edits else text, bool(edits), tuple(constructs), None)
 
 
-def _constructs(found: re.Match[str], code: str, end: int | None, lines: Lines) -> list[SourceConstruct]:
-    """Return the construct at a match; for a closed defglobal, each of its variables."""
-    variables = _GLOBAL.finditer(code, found.start(), end) if found[1] == "defglobal" and end else ()
+def _constructs(head: re.Match[str], code: str, end: int | None, lines: Lines) -> list[SourceConstruct]:
+    """Return the construct with a head; for a closed defglobal, each of its variables."""
+    variables = _GLOBAL.finditer(code, head.start(), end) if head[1] == "defglobal" and end else ()
     return [SourceConstruct("defglobal", match[1], lines.at(match.start())) for match in variables] or [
         SourceConstruct(
-            found[1],
-            found[2],
-            lines.at(found.start()),
-            found[1] == "deffunction" and is_declaration(code[found.start() : end]),
+            head[1],
+            head[2],
+            lines.at(head.start()),
+            head[1] == "deffunction" and is_declaration(code[head.start() : end]),
         )
     ]
 
@@ -218,7 +223,7 @@ def find_excess(text: str) -> Excess | None:
         depth += 1
         if depth == 1:
             kind = CONSTRUCT.match(code, at)
-            parts, limited = 0, kind is not None and kind[1] not in _OF_ANY_SIZE
+            parts, limited = 0, kind is not None and kind[1] not in _UNLIMITED_KINDS
         elif depth == 2 and limited:  # noqa: PLR2004  right below the construct
             parts += 1
         message = _opening_excess(text, at, depth, parts)
@@ -258,12 +263,12 @@ def _rewrite(
         depth += 1
         call = rewritten.match(code, at)
         if call:
-            edits.append((at + 1, call.end(), _line_ends(call) + _BECOMES[call[1]]))
+            edits.append((at + 1, call.end(), _line_ends(call) + _REPLACEMENTS[call[1]]))
             modify_depths.append(depth)
         elif depth == modify_depths[-1] + 1 and modify_depths[-1] > 0:
             slot = _SLOT.match(code, at)
             # the first argument of modify is the fact, which may be an expression
-            if slot and not _FIRST_ARGUMENT.search(code, max(0, at - _LONGEST_GAP), at):
+            if slot and not _FIRST_ARGUMENT.search(code, max(0, at - _MAX_GAP), at):
                 edits.append((at, slot.end(), f"{_line_ends(slot)} {slot[1]} (create$"))
 
 
@@ -275,8 +280,8 @@ def _line_ends(match: re.Match[str]) -> str:
 def _apply(text: str, edits: list[tuple[int, int, str]]) -> str:
     parts: list[str] = []
     position = 0
-    for start, end, new in edits:
-        parts += (text[position:start], new)
+    for start, end, replacement in edits:
+        parts += (text[position:start], replacement)
         position = end
     parts.append(text[position:])
     return "".join(parts)

@@ -68,6 +68,7 @@ class UdfTable:
     def __init__(self, env: CData, failed: Failure) -> None:
         self._env = env
         self._failed = failed
+        # texts and callbacks, which must live as long as CLIPS may use them
         self._alive: dict[str, tuple[Any, ...]] = {}
         self._functions: dict[str, tuple[int, int, str, list[Function]]] = {}
         self._revoked: set[str] = set()
@@ -110,27 +111,27 @@ class UdfTable:
         """Make ``function`` callable from CLIPS as ``name``.
 
         :param minimum: the minimum number of arguments.
-        :param maximum: the maximum number of arguments; None: ``minimum``.
+        :param maximum: the maximum number of arguments, by default ``minimum``.
         :param types: type letters of the Advanced Programming Guide. ``"*;sy;l"``: any type by default,
             STRING or SYMBOL for the first argument, INTEGER for the second.
         :raises ClipsError: if a revoked function had other parameters.
         """
-        most = minimum if maximum is None else maximum
+        limit = minimum if maximum is None else maximum
         if name in self._revoked:
-            self._define_again(name, function, (minimum, most, types))
+            self._define_again(name, function, (minimum, limit, types))
             return
         cell = [function]
         c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
         call = callback(
-            "void(Environment *, UDFContext *, UDFValue *)", self._wrap(name, cell, minimum, most, types)
+            "void(Environment *, UDFContext *, UDFValue *)", self._wrap(name, cell, minimum, limit, types)
         )
-        self._add(c_name, c_types, minimum, most, call)
+        self._add(c_name, c_types, minimum, limit, call)
         self._alive[name] = (c_name, c_types, call)
-        self._functions[name] = (minimum, most, types, cell)
+        self._functions[name] = (minimum, limit, types, cell)
 
     def _define_again(self, name: str, function: Function, arguments: tuple[int, int, str]) -> None:
-        *before, cell = self._functions[name]
-        if tuple(before) != arguments:
+        *signature, cell = self._functions[name]
+        if tuple(signature) != arguments:
             raise ClipsError(f"the function '{name}' took other arguments before it was revoked")
         cell[0] = function
         self._revoked.discard(name)
@@ -157,7 +158,7 @@ class UdfTable:
         failed, first, following = self._failed, lib.UDFFirstArgument, lib.UDFNextArgument
         has_next, throw, convert = lib.UDFHasNextArgument, lib.UDFThrowError, TO_PYTHON
         void = lib.VoidConstant(self._env)
-        reads, is_open = (first, *[following] * (minimum - 1))[:minimum], minimum < maximum
+        reads, has_optional = (first, *[following] * (minimum - 1))[:minimum], minimum < maximum
         # shared by all calls: an argument is converted before any other call can begin
         value = ffi.new("UDFValue *")
 
@@ -168,7 +169,7 @@ class UdfTable:
                     if not read(context, _ALL_BITS, value):
                         return
                     arguments.append(convert[value.header.type](value))
-                while is_open and has_next(context):
+                while has_optional and has_next(context):
                     read = following if arguments else first
                     if not read(context, _ALL_BITS, value):
                         return

@@ -185,7 +185,7 @@ def _printed_fields(value: CData) -> str:
     return " ".join([printed(contents + index) for index in range(value.multifieldValue.length)])
 
 
-# Printers by CLIPS' type code, like :data:`TO_PYTHON`. Other codes use the slow way.
+# Printers by CLIPS' type code, like :data:`TO_PYTHON`. Values with other codes are converted to Python first.
 _PRINTED: tuple[Callable[[CData], str], ...] = (
     lambda value: float_text(value.floatValue.contents),
     lambda value: str(value.integerValue.contents),

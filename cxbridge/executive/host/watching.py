@@ -100,9 +100,9 @@ class Watcher:
         self._emits_facts = False
         self._texts: dict[int, str] = {}  # texts of emitted facts by index, for their retraction
         self._hooks = (
-            callback("void(Environment *, Fact *, void *)", self._asserted),
-            callback("void(Environment *, Fact *, void *)", self._retracted),
-            callback("void(Environment *, Activation *, void *)", self._fired),
+            callback("void(Environment *, Fact *, void *)", self._handle_assertion),
+            callback("void(Environment *, Fact *, void *)", self._handle_retraction),
+            callback("void(Environment *, Activation *, void *)", self._handle_firing),
         )
 
     def watch(self, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:
@@ -154,7 +154,7 @@ class Watcher:
         self._ignored.clear()
         self._texts.clear()
         asserted, retracted, fired = self._hooks
-        # CLIPS calls a hook for every fact: without listeners there is none
+        # a hook costs time for every fact: without listeners there is no hook
         has_listeners = self._emits_facts or self._on_change
         self._api.on_assert(asserted if has_listeners or self._assert_followers else None)
         self._api.on_retract(retracted if has_listeners or self._retract_followers else None)
@@ -165,19 +165,19 @@ class Watcher:
         self._names.clear()
         self._ignored.clear()
 
-    # called for every fact, mostly without a follower: check that first
+    # CLIPS calls the hooks for every fact: facts without a listener must cost little
 
-    def _asserted(self, _env: CData, fact: CData, _context: CData) -> None:
+    def _handle_assertion(self, _env: CData, fact: CData, _context: CData) -> None:
         template = lib.FactDeftemplate(fact)
         if template not in self._ignored:
-            self._changed(fact, template, self._assert_followers, asserted=True)
+            self._handle_change(fact, template, self._assert_followers, asserted=True)
 
-    def _retracted(self, _env: CData, fact: CData, _context: CData) -> None:
+    def _handle_retraction(self, _env: CData, fact: CData, _context: CData) -> None:
         template = lib.FactDeftemplate(fact)
         if template not in self._ignored:
-            self._changed(fact, template, self._retract_followers, asserted=False)
+            self._handle_change(fact, template, self._retract_followers, asserted=False)
 
-    def _changed(
+    def _handle_change(
         self, fact: CData, pointer: CData, followers: dict[str, _Followers], *, asserted: bool
     ) -> None:
         template = self._names.get(pointer)
@@ -202,7 +202,7 @@ class Watcher:
         ):
             self._ignored.add(pointer)
 
-    def _fired(self, _env: CData, activation: CData, _context: CData) -> None:
+    def _handle_firing(self, _env: CData, activation: CData, _context: CData) -> None:
         self.firings += 1
         rule = decode(lib.ActivationRuleName(activation))
         if rule in self.rules:

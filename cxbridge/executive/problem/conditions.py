@@ -22,7 +22,7 @@ from cxbridge.executive.pddl.facts import EQUALITY
 if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
 
-_PAIR: Final = 2
+_EQUALITY_TERMS: Final = 2
 # The maximum depth, because an agent's facts may be part of each other.
 _MAX_DEPTH: Final = 50
 
@@ -50,16 +50,16 @@ class Conditions:
         parts = self._parts_of(operator, ())
         return parts[0] if len(parts) == 1 else And(tuple(parts)) if parts else None
 
-    def _parts_of(self, parent: str, above: tuple[str, ...]) -> list[Formula]:
+    def _parts_of(self, parent: str, ancestors: tuple[str, ...]) -> list[Formula]:
         """Return the formulas and atoms that are part of a parent, without cycles."""
         atoms = [atom_of(slots) for slots in self._atoms.get(parent, ())]
-        if parent in above or len(above) > _MAX_DEPTH:
+        if parent in ancestors or len(ancestors) > _MAX_DEPTH:
             return [*atoms]
-        inner = (*above, parent)
+        inner = (*ancestors, parent)
         return [*atoms, *(self._formula(slots, inner) for slots in self._formulas.get(parent, ()))]
 
-    def _formula(self, slots: Slots, above: tuple[str, ...]) -> Formula:
-        parts, kind = self._parts_of(text_in(slots, "id"), above), text_in(slots, "type")
+    def _formula(self, slots: Slots, ancestors: tuple[str, ...]) -> Formula:
+        parts, kind = self._parts_of(text_in(slots, "id"), ancestors), text_in(slots, "type")
         if kind == "negation" and parts:
             return Not(parts[0] if len(parts) == 1 else And(tuple(parts)))
         if kind == "disjunction":
@@ -75,7 +75,7 @@ def atom_of(slots: Slots) -> Formula:
         for name, constant in zip(names, constants_of(names, constants), strict=True)
     ]
     predicate = text_in(slots, "predicate")
-    if predicate == EQUALITY and len(terms) == _PAIR:
+    if predicate == EQUALITY and len(terms) == _EQUALITY_TERMS:
         return TermComparison("=", terms[0], terms[1])
     return Atom(predicate, tuple(terms))
 

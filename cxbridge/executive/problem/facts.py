@@ -41,19 +41,20 @@ def put_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
 
 def numbers_in(env: ClipsEnvironment) -> dict[Ground, float]:
     """Return the function values of an environment."""
-    found = {}
+    numbers = {}
     for _, _, slots in env.facts(FUNCTION):
         value = slots["value"]
-        found[ground_in(slots)] = float(value) if isinstance(value, int | float) else 0.0
-    return found
+        # rules can store a value of another type: CLIPS does not check the types of slots during a run
+        numbers[ground_in(slots)] = float(value) if isinstance(value, int | float) else 0.0
+    return numbers
 
 
 def slots_of(ground: Ground) -> dict[str, Value]:
-    """Return the slots of a fact or function value."""
+    """Return the slots of the fact about a ground predicate or function."""
     return {"name": Symbol(ground[0]), "param-values": tuple(map(clips_scalar, ground[1]))}
 
 
 def ground_in(slots: Slots) -> Ground:
-    """Return the fact or function of slots."""
+    """Return the ground predicate or function in a fact's slots."""
     values = slots["param-values"]
     return str(slots["name"]), tuple(map(str, values)) if isinstance(values, tuple) else (str(values),)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _RULES: Final = CORE_DIR / "features" / "domain-numbers.clp"
 _FUNCTIONS: Final = CORE_DIR / "features" / "functions.clp"
+# the templates of a core with numbers; Fawkes' core has neither
 _NEEDED: Final = ("grounded-pddl-comparison", "domain-numbers-due")
 
 
@@ -28,14 +29,15 @@ class PddlNumbers:
     """Computes with function values that are facts.
 
     :param domain_of: returns the last domain parsed in the environment.
+    :param log_error: gets the errors of numeric effects.
     """
 
     def __init__(
-        self, env: ClipsEnvironment, domain_of: Callable[[], Domain | None], error: Callable[[str], None]
+        self, env: ClipsEnvironment, domain_of: Callable[[], Domain | None], log_error: Callable[[str], None]
     ) -> None:
         self._env = env
         self._domain_of = domain_of
-        self._error = error
+        self._log_error = log_error
         self._formulas: dict[str, Formula] = {}
         self._loaded = False
         load_functions(env)
@@ -50,7 +52,7 @@ class PddlNumbers:
 
     def holds(self, text: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> Value:
         """Return TRUE or FALSE for a numeric comparison."""
-        from cxbridge.executive.pddl import parse_formula  # noqa: PLC0415 - only domains with numbers pay
+        from cxbridge.executive.pddl import parse_formula  # noqa: PLC0415  slow: most domains have no numbers
         from cxbridge.executive.problem.truth import KnownState  # noqa: PLC0415
 
         if text not in self._formulas:
@@ -66,17 +68,18 @@ class PddlNumbers:
 
         domain = self._domain_of()
         actions = () if domain is None else domain.actions
-        action = next((each for each in actions if each.name == operator), None)
+        action = next((action for action in actions if action.name == operator), None)
         if action is None:
             return
         try:
             changed = numbers_after(action.effect, _bound(names, values), numbers_in(self._env), duration)
         except CxbridgeError as error:
-            self._error(f"The effects of action {operator} on numbers cannot be applied: {error}")
+            self._log_error(f"The effects of action {operator} on numbers cannot be applied: {error}")
             return
         for ground, value in changed.items():
             put_number(self._env, ground, value)
 
 
 def _bound(names: tuple[Value, ...], values: tuple[Value, ...]) -> dict[str, str]:
+    """Return the objects of an action's parameters."""
     return dict(zip(map(str, names), map(str, values), strict=False))

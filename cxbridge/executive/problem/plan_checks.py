@@ -27,7 +27,8 @@ _NOT_BEGUN: Final = frozenset({"FORMULATED", "PENDING", "WAITING"})
 # states in which an action's effects are not applied yet, so the facts are inconsistent
 _SETTLING: Final = frozenset({"EXECUTION-SUCCEEDED", "SENSED-EFFECTS-WAIT", "SENSED-EFFECTS-HOLD"})
 
-_OVER: Final = frozenset({"EXECUTION-FAILED", "FAILED"})
+# states after which a plan is not checked again: the agent reacts to the failure
+_FAILED: Final = frozenset({"EXECUTION-FAILED", "FAILED"})
 
 
 @dataclass(slots=True)
@@ -35,7 +36,7 @@ class _CheckedPlan:
     """A checked plan.
 
     :param problem: the problem; only its goal counts, since present facts replace the initial state.
-    :param only: the objects of a partial problem; None: all.
+    :param only: the objects of a partial problem; None stands for all objects.
     :param checked_at: the count of changes at the last check.
     :param failure: the failure of the last check; empty if the plan was valid.
     :param objects: the objects, with the count of object changes they are valid for.
@@ -87,7 +88,7 @@ class PlanChecks:
         """Check the remaining actions of a plan and update its fact."""
         plan = self._plans.get(plan_id)
         if plan is None:
-            self._warn(f"plan '{plan_id}' is not one that is checked")
+            self._warn(f"plan '{plan_id}' is not a checked plan")
             return FALSE
         if plan.checked_at != self._changes.total():
             plan.checked_at = self._changes.total()
@@ -114,7 +115,7 @@ class PlanChecks:
                 pending.append(_planned(slots))
             elif state == "RUNNING":
                 running.append(_planned(slots))
-            is_settled = is_settled and state not in _SETTLING and state not in _OVER
+            is_settled = is_settled and state not in _SETTLING and state not in _FAILED
         return running, pending, is_settled
 
     def _failure(
@@ -140,7 +141,7 @@ class PlanChecks:
 
     def _objects(self, plan: _CheckedPlan) -> ObjectTable:
         """Return the present objects, cached until their facts change."""
-        from msgspec.structs import replace  # noqa: PLC0415 - only agents that plan pay
+        from msgspec.structs import replace  # noqa: PLC0415  slow: most agents do not plan
 
         from cxbridge.executive.pddl.ast import TypedNames, names_of  # noqa: PLC0415
         from cxbridge.executive.pddl.types import ObjectTable  # noqa: PLC0415

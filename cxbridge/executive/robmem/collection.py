@@ -11,11 +11,11 @@ from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
 from cxbridge.executive.robmem.query import compile_query, equalities, leaves, order_of, sort_key
 from cxbridge.executive.robmem.values import Document, Key, key, to_ms
 
-# A scan of this many documents is faster than an index.
-_SCANNED = 32
+# The maximum number of documents for a scan, which is faster than an index of few documents.
+_MAX_SCANNED = 32
 
 # Limit of automatic indexes, because each index slows down writes.
-_MOST_INDEXES = 16
+_MAX_INDEXES = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +101,7 @@ class Collection:
             if path == "_id":
                 document = self._documents.get(key(value))
                 return () if document is None else (document,)
-        if len(self._documents) <= _SCANNED:
+        if len(self._documents) <= _MAX_SCANNED:
             return self._documents.values()
         indexed = [
             index.get(key(value), {}) for path, value in required if (index := self._index(path)) is not None
@@ -113,7 +113,7 @@ class Collection:
     def _index(self, path: str) -> dict[Hashable, dict[Hashable, None]] | None:
         """Return the index of a path, made if necessary; None if there are too many indexes."""
         index = self._indexes.get(path)
-        if index is None and len(self._indexes) < _MOST_INDEXES:
+        if index is None and len(self._indexes) < _MAX_INDEXES:
             index = self._indexes[path] = {}
             for identity, document in self._documents.items():
                 for value in _leaf_keys(document, path):
@@ -175,17 +175,17 @@ class Collection:
 
     def expired(self, now_ms: int) -> list[Document]:
         """Return the expired documents. In an array of times, the first counts."""
-        limits_ms = {
-            leaves(spec.paths[0]): now_ms - spec.expire_after_s * 1000
+        limits_ms = [
+            (leaves(spec.paths[0]), now_ms - spec.expire_after_s * 1000)
             for spec in self._specs.values()
             if spec.expire_after_s is not None
-        }
+        ]
         return [
             document
             for document in self._documents.values()
             if any(
                 isinstance(time, datetime) and to_ms(time) < limit_ms
-                for times, limit_ms in limits_ms.items()
+                for times, limit_ms in limits_ms
                 for time in times(document)
             )
         ]

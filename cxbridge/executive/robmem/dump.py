@@ -21,6 +21,7 @@ def dump_collection(store: Store, collection: str, folder: Path) -> Path:
     """
     file = _file(collection, folder)
     data = _bsonvalues(file).dumped(store.find(collection))
+    # mongorestore expects this description beside the documents
     description = json.dumps(
         {"indexes": [], "collectionName": split_name(collection)[1], "type": "collection"}
     )
@@ -51,16 +52,16 @@ def restore_collection(store: Store, collection: str, folder: Path, target: str 
         documents = _bsonvalues(file).restored(data)
     except QueryError as error:
         raise RobotMemoryError(f"this is not a dump of a collection: {error}", file=file) from None
-    into = target or collection
-    store.drop(into)
+    destination = target or collection
+    store.drop(destination)
     for document in documents:
-        store.insert(into, document)
+        store.insert(destination, document)
     return len(documents)
 
 
 def _bsonvalues(file: Path) -> ModuleType:
     try:
-        from cxbridge.executive.robmem.mongodb import bsonvalues  # noqa: PLC0415 - an extra
+        from cxbridge.executive.robmem.mongodb import bsonvalues  # noqa: PLC0415  an optional dependency
     except ModuleNotFoundError:
         raise RobotMemoryError(
             "files of mongodump need the package pymongo",
@@ -78,7 +79,7 @@ def _file(collection: str, folder: Path) -> Path:
 
 
 def _replace(file: Path, data: bytes) -> None:
-    with replacing(file) as fresh, fresh.open("wb") as stream:
+    with replacing(file) as new_file, new_file.open("wb") as stream:
         stream.write(data)
         stream.flush()
         os.fsync(stream.fileno())

@@ -28,6 +28,8 @@ _SWEEP_US = 60_000_000
 
 
 class _LocalWatch(Watch):
+    """A subscription to the changes of this process."""
+
     def __init__(self, fits: Test, on_change: OnChange, closed: Callable[[_LocalWatch], None]) -> None:
         self.fits = fits
         self.on_change = on_change
@@ -42,7 +44,7 @@ class EmbeddedStore(Store):
 
     :param clock: the source of dates, ``_id`` and ``clusterTime``, which makes runs on a virtual clock
         reproducible.
-    :param file: the file of a persistent store; None: memory only.
+    :param file: the file of a persistent store; None keeps the documents in memory only.
     :raises RobotMemoryError: if the file cannot be used.
     """
 

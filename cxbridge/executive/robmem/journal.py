@@ -44,7 +44,7 @@ class Journal:
             file.parent.mkdir(parents=True, exist_ok=True)
             self._db = sqlite3.connect(file, isolation_level=None, check_same_thread=False, timeout=0)
         except (OSError, sqlite3.Error) as error:
-            raise self._refused(error) from None
+            raise self._refusal(error) from None
         try:
             # with an exclusive lock from the first access, WAL needs no shared memory file
             self._db.execute("PRAGMA locking_mode = EXCLUSIVE")
@@ -59,7 +59,7 @@ class Journal:
             )
         except sqlite3.Error as error:
             self._db.close()
-            raise self._refused(error) from None
+            raise self._refusal(error) from None
 
     def _check_owner(self) -> None:
         (owner,) = self._db.execute("PRAGMA application_id").fetchone()
@@ -78,7 +78,7 @@ class Journal:
                 hint="dump its collections with that version (robmem-dump-collection) and restore them here",
             )
 
-    def _refused(self, error: Exception) -> RobotMemoryError:
+    def _refusal(self, error: Exception) -> RobotMemoryError:
         hint = "another process has it open" if "locked" in str(error) else "name another file"
         return RobotMemoryError(f"cannot keep the robot memory here: {error}", file=self._file, hint=hint)
 
@@ -91,7 +91,7 @@ class Journal:
         for collection, identity, data in self._db.execute(query):
             document = _decode(data)
             split_name(collection)
-            if _id(document["_id"]) != identity:
+            if _encoded_id(document["_id"]) != identity:
                 raise self._damaged("a document has another '_id' than its row")
             yield collection, document
 
@@ -144,7 +144,7 @@ class Journal:
         self._write(
             "INSERT INTO documents (collection, id, document) VALUES (?, ?, ?) "
             "ON CONFLICT (collection, id) DO UPDATE SET document = excluded.document",
-            (collection, _id(document["_id"]), _encode(document)),
+            (collection, _encoded_id(document["_id"]), _encode(document)),
         )
 
     def delete(self, collection: str, identity: Any) -> None:
@@ -152,7 +152,9 @@ class Journal:
 
         :raises RobotMemoryError: as in :meth:`put`.
         """
-        self._write("DELETE FROM documents WHERE collection = ? AND id = ?", (collection, _id(identity)))
+        self._write(
+            "DELETE FROM documents WHERE collection = ? AND id = ?", (collection, _encoded_id(identity))
+        )
 
     def drop(self, collection: str) -> None:
         """Delete a collection.
@@ -173,7 +175,7 @@ class Journal:
         self._db.close()
 
 
-def _id(identity: Any) -> bytes:
+def _encoded_id(identity: Any) -> bytes:
     return _encode({"_id": identity})
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.values import Document, ObjectId, Regex, Timestamp, copy, from_ms, to_ms
 
+# extended JSON of values that the embedded store lacks
 _MONGODB_ONLY = {
     "$numberDecimal",
     "$minKey",
@@ -101,6 +102,7 @@ def _double(value: float) -> str:
     return repr(value) if math.isfinite(value) else f'{{ "$numberDouble" : "{value}" }}'
 
 
+# tried in order: bool must come before int, whose subclass it is
 _TEXTS: tuple[tuple[type, Callable[[Any], str]], ...] = (
     (str, _quoted),
     (bool, lambda value: "true" if value else "false"),

@@ -30,7 +30,7 @@ class RobotMemory:
     """The robot memory of one application, opened on first use.
 
     :param board: receives the interfaces about replica sets.
-    :param embedded: makes the embedded store, of which a team shares parts; None: an unshared one.
+    :param embedded: makes the embedded store, of which a team shares parts; by default the store is unshared.
     """
 
     def __init__(

@@ -21,12 +21,13 @@ class Settings(Struct, frozen=True):
     """Settings of the robot memory.
 
     :param backend: ``embedded`` or ``mongodb``.
-    :param file: the file of a persistent embedded store; None: memory only.
+    :param file: the file of a persistent embedded store; None keeps the documents in memory only.
     :param uri: the URI of this robot's MongoDB.
-    :param distributed_uri: the URI of the shared MongoDB; empty: the same.
+    :param distributed_uri: the URI of the MongoDB that robots share; empty if it is this robot's.
     :param database: the database of undistributed documents.
-    :param distributed: databases in the shared set.
-    :param sets: ids of the interfaces about replica sets.
+    :param distributed: the databases in the shared replica set.
+    :param mutexes: the collection of the mutexes.
+    :param sets: the ids of the interfaces about replica sets.
     """
 
     backend: str = "embedded"
@@ -73,7 +74,7 @@ class Settings(Struct, frozen=True):
             backend=backend,
             file=config.get_file(f"{_OURS}/file"),
             uri=uri or client_uri(config, "robot-memory-local"),
-            # one URI of cxbridge's stands for both of Fawkes' clients
+            # a URI in cxbridge's own key replaces both of Fawkes' clients
             distributed_uri="" if uri or not shared else client_uri(config, "robot-memory-distributed"),
             database=config.get_str(f"{_FAWKES}/database", default=standard.database),
             distributed=tuple(distributed),

@@ -13,10 +13,11 @@ from cxbridge.executive.robmem.values import Document
 
 
 class SplitStore(Store):
-    """Passes each call to the store of the database.
+    """Passes each call to the store of the collection's database.
 
     :param own: the agent's store, closed with this one.
     :param common: the shared store, which stays open.
+    :param shared: the names of the databases in the shared store.
     """
 
     is_local = True
@@ -26,21 +27,21 @@ class SplitStore(Store):
         self._common = common
         self._shared = frozenset(shared)
 
-    def _of(self, collection: str) -> Store:
+    def _store_of(self, collection: str) -> Store:
         return self._common if split_name(collection)[0] in self._shared else self._own
 
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
-        return self._of(collection).insert(collection, document)
+        return self._store_of(collection).insert(collection, document)
 
     def update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> int:
-        return self._of(collection).update(collection, query, changes, upsert=upsert)
+        return self._store_of(collection).update(collection, query, changes, upsert=upsert)
 
     def find_one_and_update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
-        return self._of(collection).find_one_and_update(collection, query, changes, upsert=upsert)
+        return self._store_of(collection).find_one_and_update(collection, query, changes, upsert=upsert)
 
     def find(
         self,
@@ -50,13 +51,13 @@ class SplitStore(Store):
         sort: Mapping[str, int] | None = None,
         limit: int = 0,
     ) -> list[Document]:
-        return self._of(collection).find(collection, query, sort=sort, limit=limit)
+        return self._store_of(collection).find(collection, query, sort=sort, limit=limit)
 
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
-        return self._of(collection).remove(collection, query)
+        return self._store_of(collection).remove(collection, query)
 
     def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
-        return self._of(collection).watch(collection, query, on_change)
+        return self._store_of(collection).watch(collection, query, on_change)
 
     def create_index(
         self,
@@ -66,10 +67,12 @@ class SplitStore(Store):
         unique: bool = False,
         expire_after_s: float | None = None,
     ) -> None:
-        self._of(collection).create_index(collection, keys, unique=unique, expire_after_s=expire_after_s)
+        self._store_of(collection).create_index(
+            collection, keys, unique=unique, expire_after_s=expire_after_s
+        )
 
     def drop(self, collection: str) -> None:
-        self._of(collection).drop(collection)
+        self._store_of(collection).drop(collection)
 
     def collections(self) -> list[str]:
         return sorted({*self._own.collections(), *self._common.collections()})

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.robmem.store import Store
 
 _PERIOD_S = 1.0
-_LONGEST_TEXT = 1023  # characters of the interface's field without its NUL
+_MAX_TEXT = 1023  # characters of the interface's field without its NUL
 
 
 class StatusWriter:
@@ -49,7 +49,7 @@ class StatusWriter:
         self._written = status
         self._set("member_status", status.member)
         self._set("primary_status", status.primary)
-        self._interface.set("error_msg", status.error[:_LONGEST_TEXT])
+        self._interface.set("error_msg", status.error[:_MAX_TEXT])
         self._interface.write()
 
     def _set(self, name: str, item: str) -> None:

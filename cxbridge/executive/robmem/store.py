@@ -110,10 +110,10 @@ class Store(ABC):
         sort: Mapping[str, int] | None = None,
         limit: int = 0,
     ) -> list[Document]:
-        """Return the matching documents; without query, all.
+        """Return the matching documents; without a query, all documents.
 
         :param sort: paths with 1 (ascending) or -1; without it the order is unspecified.
-        :param limit: the maximum number; 0: all.
+        :param limit: the maximum number of documents; 0 for no limit.
         """
 
     @abstractmethod

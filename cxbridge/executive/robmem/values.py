@@ -1,6 +1,7 @@
 """Equality and order of document values, as in MongoDB.
 
-The values 1 and 1.0 are equal, True is different. Types have an order. Documents contain None, bool, 64-bit
+The values 1 and 1.0 are equal, True is different. Values of different types are ordered by their types.
+Documents contain None, bool, 64-bit
 int, float, str, bytes, datetime, lists, dicts, and the three types below. Further types need a MongoDB.
 """
 
@@ -56,6 +57,7 @@ class _MissingField:
 
 
 MISSING = _MissingField()
+"""The value of a field that a document lacks."""
 
 _SCALARS = frozenset({type(None), bool, float, str, bytes, ObjectId, Timestamp, Regex})
 
@@ -124,6 +126,7 @@ Key = tuple[int, Any]
 """A key for comparison and lookup: the position of the type, and the position within the type."""
 
 NUMBERS = 10
+"""The position of numbers in the order of types, which integers and doubles share."""
 
 NAN: Key = (NUMBERS - 1, 0)
 """The key of NaN: below all numbers, equal to itself, and excluded from ``$lt`` and similar operators."""
@@ -135,7 +138,8 @@ def _object_key(items: Iterable[tuple[str, Any]]) -> tuple[Any, ...]:
     return tuple((NUMBERS if item == NAN else item[0], name, item) for name, item in keyed)
 
 
-# MongoDB's order of types; only the order of the numbers counts
+# each type's position in MongoDB's order of types, and its order within the type; the positions have gaps,
+# because only their order counts
 _ORDER: dict[type, tuple[int, Callable[[Any], Any]]] = {
     type(None): (5, lambda _value: 0),
     _MissingField: (5, lambda _value: 0),

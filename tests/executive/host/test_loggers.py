@@ -7,7 +7,7 @@ import pytest
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.loggers import MOST_LOGGERS, ClipsLogger, LoggerStack
+from cxbridge.executive.host.loggers import MAX_LOGGERS, ClipsLogger, LoggerStack
 
 
 @pytest.fixture(name="lines")
@@ -65,7 +65,7 @@ def test_a_level_is_that_of_one_logger(stack, lines):
 
 
 def test_what_makes_no_sense_is_refused(stack, lines):
-    for number in range(MOST_LOGGERS - 1):
+    for number in range(MAX_LOGGERS - 1):
         stack.add(logger(lines, f"n{number}"))
     with pytest.raises(ClipsError, match="more than 16"):
         stack.add(logger(lines, "one too many"))

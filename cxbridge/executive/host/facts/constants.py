@@ -62,12 +62,12 @@ def constant_fact(text: str) -> ConstantFact:
     if "(" not in inner:
         return ConstantFact(name, (), f"({' '.join([name, *_constants(inner, text)])})")
     if inner[-1] != ")":
-        raise _no_constant(text)
+        raise _refusal(text)
     slots, names, start = [], [], 0
     while start < len(inner):
         end = inner.index(")", start)
         if inner[start] != "(" or end < start + 2 or not _SYMBOL.fullmatch(inner[start + 1]):
-            raise _no_constant(text)
+            raise _refusal(text)
         names.append(inner[start + 1])
         # a nested parenthesis is no constant, so that no slot holds a function call
         slots.append(f"({' '.join([inner[start + 1], *_constants(inner[start + 2 : end], text)])})")
@@ -78,7 +78,7 @@ def constant_fact(text: str) -> ConstantFact:
 def _tokens(text: str) -> Iterator[str]:
     for match in TOKEN.finditer(text):
         if match.lastgroup == "unclosed" or "\0" in match[0]:
-            raise _no_constant(text)
+            raise _refusal(text)
         if not match[0].isspace():
             yield match[0]
 
@@ -91,19 +91,20 @@ def _constants(tokens: list[str], text: str) -> list[str]:
         elif _NUMBER.fullmatch(token) or (_SYMBOL.fullmatch(token) and token.isprintable()):
             constants.append(token)
         else:
-            raise _no_constant(text)
+            raise _refusal(text)
     return constants
 
 
-def _no_constant(text: str) -> ClipsError:
+def _refusal(text: str) -> ClipsError:
     return ClipsError(
         f"refused: {text} has more than constants", hint="only numbers, symbols and texts are taken here"
     )
 
 
 def assert_data(env: CData, text: str) -> Value:
-    """Assert a fact given as data, without evaluating any part of it. FALSE if CLIPS refuses it.
+    """Assert a fact given as data, without evaluating any part of the text.
 
+    :returns: the fact; FALSE if CLIPS refuses it.
     :raises ClipsError: if the fact contains anything except constants.
     """
     fact = lib.AssertString(env, encode(constant_text(env, text)))

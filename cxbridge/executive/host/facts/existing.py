@@ -19,7 +19,7 @@ _INTEGER: Final = 1
 _FACT_ADDRESS: Final = 6  # CLIPS' type code of fact addresses
 _ALL_BITS: Final = (1 << 10) - 1  # accept arguments of any type
 # the maximum number of retained facts
-_MOST: Final = 4096
+_MAX_HELD: Final = 4096
 
 
 class FactsByIndex:
@@ -46,7 +46,7 @@ class FactsByIndex:
         fact = EXTRA.FindIndexedFact(self._env, index)
         if fact == NULL:
             return False
-        if len(self._held) >= _MOST:
+        if len(self._held) >= _MAX_HELD:
             self.forget()
         lib.RetainFact(fact)
         self._held[index] = fact

@@ -33,7 +33,7 @@ def to_bson(value: Any) -> Any:
     return value
 
 
-def from_bson(value: Any) -> Any:  # noqa: PLR0911 - a type a line
+def from_bson(value: Any) -> Any:  # noqa: PLR0911  one return for each type
     """Return a document's value for a value of the driver. Types specific to MongoDB stay unchanged."""
     match value:
         case dict():

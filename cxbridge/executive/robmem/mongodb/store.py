@@ -36,7 +36,7 @@ _SOCKET_MS = 10_000
 _PAUSE_S = 1.0
 
 _DUPLICATE_KEY = 11000  # MongoDB's code of the error
-_SYSTEM = {"admin", "local", "config"}
+_SYSTEM_DATABASES = {"admin", "local", "config"}
 
 
 def connect(uri: str) -> Client:
@@ -153,7 +153,7 @@ class MongoStore(Store):
         for client in {self._local, self._distributed}:
             with self._guarded(client):
                 for database in client.list_database_names():
-                    if database not in _SYSTEM and client is self._client(database):
+                    if database not in _SYSTEM_DATABASES and client is self._client(database):
                         names |= {f"{database}.{name}" for name in client[database].list_collection_names()}
         return sorted(names)
 
@@ -197,6 +197,7 @@ class MongoStore(Store):
 
     @contextmanager
     def _guarded(self, client: Client) -> Iterator[None]:
+        """Convert errors of the driver. Fail immediately for some time after a failed connection."""
         if time.monotonic() < self._away_until.get(id(client), 0.0):
             raise AwayError("the database cannot be reached")
         try:
