@@ -36,7 +36,7 @@ def __getattr__(name: str) -> Any:
         return import_module("cxbridge.resources").VERSION
     if name == "run":  # the package of runs, which is callable
         return import_module(f"{__name__}.{name}")
-    if name == "Skill":
+    if name == "Skill":  # the short name in agents, see docs/api.md
         name = "SkillExecutor"
     if name in _NAMES:
         return getattr(import_module(_NAMES[name]), name)

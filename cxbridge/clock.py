@@ -15,6 +15,7 @@ from functools import cached_property
 from cxbridge.errors import ConfigError
 
 MICROSECONDS = 1_000_000
+"""The microseconds of a second."""
 
 _MAX_US = 2**63 - 1  # the range of 64 bit time stamps
 
@@ -37,7 +38,7 @@ def join_us(seconds: int, microseconds: int) -> int:
 
 
 class Clock(ABC):
-    """Returns the time and waits for times."""
+    """A source of time that can also wait for a time."""
 
     name: str
     """The name on the command line: ``virtual``, ``real``, ``scaled:N`` or ``ros2``."""
@@ -63,7 +64,7 @@ class Clock(ABC):
         """Whether time passes only in :meth:`sleep_until`."""
         return False
 
-    def close(self) -> None:  # noqa: B027  most have nothing
+    def close(self) -> None:  # noqa: B027 - most clocks hold no resources
         """Release the clock's resources."""
 
 
@@ -141,7 +142,7 @@ class VirtualClock(Clock):
 def make_clock(spec: str) -> Clock:
     """Return a clock by its name on the command line: ``virtual``, ``real`` or ``scaled:N``.
 
-    :raises ConfigError: if the name is different.
+    :raises ConfigError: if the name is unknown, or the factor is out of range.
     """
     if spec == "virtual":
         return VirtualClock()

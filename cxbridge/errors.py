@@ -3,7 +3,7 @@
 ::
 
     CxbridgeError
-    ├── ConfigError              a configuration file is wrong, or a value is missing or of another type
+    ├── ConfigError              a configuration file is wrong, or a value is missing or has the wrong type
     ├── InterfaceError
     │    └── InterfaceDefinitionError   an interface XML file is wrong
     ├── BlackBoardError          an operation the blackboard refuses (blackboard.errors refines it)
@@ -11,13 +11,14 @@
     ├── ExecutiveError
     │    ├── ClipsError          CLIPS refused a construct, a command or a value
     │    ├── PddlError           a PDDL text does not parse or does not make sense
-    │    └── ProtobufError       a protobuf message, frame or type is wrong, or what handles it is missing
+    │    └── ProtobufError       a protobuf message, frame or type is wrong, or the package for it is missing
     ├── SkillerError
     │    ├── ActionMappingError  an action cannot be mapped to a skill string
     │    └── SkillError          a skill cannot be loaded or run
     ├── TransformError           the transform between two frames is unknown (tf.errors refines it)
     ├── NavGraphError            a navigation graph cannot be read, or lacks a node or an edge
-    └── TraceError               a recorded run cannot be read
+    ├── Ros2Error                a definition, a message or a peer of ROS 2 is wrong
+    └── TraceError               a recorded run cannot be read or written
 
 All mistakes of users are such errors: the command line prints them without traceback and exits with
 :attr:`CxbridgeError.exit_status`.
@@ -34,9 +35,10 @@ class CxbridgeError(Exception):
     """Base of all errors of cxbridge.
 
     :param message: the mistake in one sentence.
-    :param line: in that file, from 1.
-    :param column: in that line, from 1.
-    :param hint: how to correct it.
+    :param file: the file with the mistake.
+    :param line: the line in the file, from 1.
+    :param column: the column in the line, from 1.
+    :param hint: the remedy.
     """
 
     exit_status = 2
@@ -71,7 +73,7 @@ class CxbridgeError(Exception):
 
 
 class ConfigError(CxbridgeError):
-    """A configuration file is wrong, or a value is missing or of another type."""
+    """A configuration file is wrong, or a value is missing or has the wrong type."""
 
 
 class InterfaceError(CxbridgeError):
@@ -93,8 +95,9 @@ class ExecutiveError(CxbridgeError):
 class BrokenAgentError(CxbridgeError):
     """An agent has mistakes, and was not started, or was ended while loading a file.
 
-    The text contains all mistakes with their locations, and the message with their number.
+    ``str()`` lists all mistakes with their locations; :attr:`message` only counts them.
 
+    :param mistakes: at least one mistake; the first provides the location of this error.
     :param started: whether the agent had been started.
     """
 
@@ -108,7 +111,7 @@ class BrokenAgentError(CxbridgeError):
         self.started = started
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return the arguments for unpickling, which are not those of Exception."""
+        """Return the function and the arguments for unpickling, because `started` is keyword-only."""
         return _restore, (self.mistakes, self.started)
 
     def __str__(self) -> str:

@@ -46,11 +46,12 @@ class View(Enum):
 class EventDescription(Struct, frozen=True):
     """The properties of a kind of event.
 
-    :param name: in files, options and streams, e.g. ``rule``; empty for events that stay in the process.
-    :param topic: of its messages in mcap files.
+    :param name: the name in files, options and streams, e.g. ``rule``; empty for events that stay in the
+        process.
+    :param topic: the topic of its messages in mcap files.
     :param topic_field: the field at the end of the topic, as in ``/bb/Type/id``; empty for a single topic.
-    :param patterns: the fields for selection by their names in patterns; a bare pattern applies to the first.
-        The selection provides the value of an empty field.
+    :param patterns: the fields for selection by their names in patterns; a pattern without
+        a name applies to the first. An empty field means that the selection computes the value.
     :param subject: the fields that identify the subject of a state; empty for events without state.
     :param details: fields that some recordings lack; empty if not recorded.
     :param on_demand: whether the event is expensive, so that streams listen only while a client wants it.
@@ -72,7 +73,7 @@ EVENT_TYPES: Final[dict[str, type[Event]]] = {}
 
 
 def pattern_fields(text: str) -> dict[str, str]:
-    """Return fields by their names in patterns from words ``NAME=FIELD``, or ``NAME`` for both."""
+    """Return fields by their names in patterns, from words ``NAME=FIELD``, or ``NAME`` if both are equal."""
     pairs = (word.partition("=") for word in text.split())
     return {name: field_name if equals else name for name, equals, field_name in pairs}
 

@@ -61,7 +61,7 @@ class RuleFired(Event, frozen=True):
     """A rule fired.
 
     :param env: the name of the CLIPS environment.
-    :param number: in this ``run``, from 1, as CLIPS prints it.
+    :param number: the number of the firing in this ``(run)`` of CLIPS, from 1, as CLIPS prints it.
     :param basis: the matched facts as CLIPS prints them, e.g. ``f-8,f-86,*``.
     """
 
@@ -110,8 +110,10 @@ class GoalTransition(Event, frozen=True):
     """A goal is new, or its mode, outcome, parent or error changed.
 
     :param params: the slot ``params`` in parentheses as CLIPS prints it, ``(max-tries 3)``; empty if not
-        recorded. Likewise ``meta`` and ``resources``, the required ones.
-    :param priority: as CLIPS prints it; empty if not recorded.
+        recorded.
+    :param meta: the slot ``meta`` in the same form; empty if not recorded.
+    :param priority: the slot ``priority`` as CLIPS prints it; empty if not recorded.
+    :param resources: the slot ``required-resources`` in the same form; empty if not recorded.
     :param is_new: whether the goal is new, as the id of a retracted goal may be reused; False if not
         recorded.
     :param slots: the other slots of the deftemplate as CLIPS prints them, without those with default values.
@@ -211,7 +213,7 @@ class Publication(Event, frozen=True):
 class InterfaceWrite(Publication, frozen=True):
     """The values of a written interface.
 
-    :param values: by field name, in the order of declaration.
+    :param values: the values by field name, in the order of declaration.
     """
 
     KIND = EventDescription(
@@ -232,10 +234,10 @@ class InterfaceMessage(Event, frozen=True):
 
     :param uid: ``Type::id`` of the interface.
     :param message: the message's type, e.g. ``ExecSkillMessage``.
-    :param msgid: assigned by the sender.
+    :param msgid: the id that the sender has assigned.
     :param sender: the owner of the sending instance, empty if unknown.
     :param outcome: ``queued``, ``handled``, ``refused`` or ``sent``; see docs/formats.md#events.
-    :param values: by field name, in the order of declaration.
+    :param values: the values by field name, in the order of declaration.
     """
 
     KIND = EventDescription("message", "/messages/", "uid")
@@ -254,15 +256,16 @@ class PlannerCall(Event, frozen=True):
     :param env: the name of the CLIPS environment.
     :param call: the id of the call, equal in both events; empty if the call failed.
     :param goal: the id of the goal, ``nil`` for none.
-    :param planner: the name; ``auto`` before a choice.
+    :param planner: the name of the planner; ``auto`` before cxbridge has chosen a planner.
     :param domain: the name of the PDDL domain, empty without one.
     :param problem: the goal formula.
     :param status: ``started``, ``found``, ``none``, ``failed``, ``cancelled`` or ``timeout``.
     :param duration_us: the real time since the call.
     :param actions: the length of the plan.
     :param reason: why there is no plan.
-    :param plan: an action per line: ``START: (NAME ARGUMENT...) [DURATION]``, without times for a mere order.
-    :param why: the reason for the choice of the planner: those that did not fit or failed.
+    :param plan: an action per line: ``START: (NAME ARGUMENT...) [DURATION]``;
+        without times if the plan only orders its actions.
+    :param why: the reason for the choice of the planner: the planners that did not fit or failed.
     """
 
     KIND = EventDescription("planner", "/planner")
@@ -284,9 +287,9 @@ class PlannerCall(Event, frozen=True):
 class NavGraphRead(Event, frozen=True):
     """A navigation graph was loaded.
 
-    :param graph: the name.
-    :param nodes: by name: ``x`` and ``y`` in metres, ``unconnected``, ``properties``.
-    :param edges: ``from``, ``to``, ``directed``.
+    :param graph: the name of the graph.
+    :param nodes: the nodes by name, each with ``x`` and ``y`` in metres, ``unconnected``, ``properties``.
+    :param edges: the edges, each with ``from``, ``to``, ``directed``.
     """
 
     KIND = EventDescription("navgraph", "/navgraph", patterns=pattern_fields("graph"), subject=("graph",))
@@ -351,7 +354,7 @@ class EventBus:
     clock: Clock
     _sinks: list[tuple[frozenset[type[Event]], Sink]] = field(default_factory=list)
     _subscribed: set[type] = field(default_factory=set)
-    _takers: dict[type[Event], tuple[Sink, ...]] = field(default_factory=dict)
+    _sinks_by_type: dict[type[Event], tuple[Sink, ...]] = field(default_factory=dict)
     _lock: threading.Lock = field(default_factory=threading.Lock, repr=False, compare=False)
 
     def subscribe(self, sink: Sink, *event_types: type[Event]) -> None:
@@ -364,7 +367,7 @@ class EventBus:
     def unsubscribe(self, sink: Sink) -> None:
         """Stop passing events to ``sink``."""
         with self._lock:
-            self._sinks = [row for row in self._sinks if row[1] != sink]
+            self._sinks = [(types, other) for types, other in self._sinks if other != sink]
             self._index_sinks()
 
     def _index_sinks(self) -> None:
@@ -372,7 +375,7 @@ class EventBus:
         types = (event_type for types, _ in self._sinks for event_type in types)
         self._subscribed = {kind for event_type in types for kind in event_type.__mro__}
         # a dictionary by exact type, because every rule firing and every fact passes here
-        self._takers = {
+        self._sinks_by_type = {
             kind: tuple(sink for types, sink in self._sinks if kind in types)
             for kind in frozenset().union(*(types for types, _ in self._sinks))
         }
@@ -383,7 +386,8 @@ class EventBus:
 
     def emit(self, event: Event) -> None:
         """Pass an event to the sinks of its type."""
-        for sink in self._takers.get(type(event), ()):
+        # without the lock: a subscription replaces the dictionary and never changes it
+        for sink in self._sinks_by_type.get(type(event), ()):
             sink(event)
 
     def emit_source(

@@ -13,7 +13,7 @@ from typing import Final
 from cxbridge.errors import CxbridgeError
 
 CORE: Final = "cxbridge"
-_DEVELOPERS = "dev"
+_DEVELOPERS = "dev"  # the extra for work on cxbridge, which no command suggests to users
 PURPOSES: Final[Mapping[str, str]] = {
     "test": "pytest, which the plug-in for tests needs; `make run` installs it",
     "planners": "temporal and other planners by unified-planning; the scenario `temporal`",
@@ -23,8 +23,10 @@ PURPOSES: Final[Mapping[str, str]] = {
     _DEVELOPERS: "everything that the tests and the manual need",
 }
 """The purposes of the core's extras for docs/installing.md and `cxbridge doctor`."""
+# The extra in the marker of a requirement: extra == "mongodb".
 _EXTRA = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
 _NAME = re.compile(r"[\w.-]+")
+# An extra that requires an extra of a plug-in: cxbridge-explore[dask].
 _PLUGIN_EXTRA = re.compile(rf"({CORE}-[\w-]+)\[([\w-]+)\]")
 # The modules of packages with other names.
 _MODULES = {"eclipse-zenoh": "zenoh"}
@@ -53,7 +55,7 @@ def extras(package: str = CORE) -> Mapping[str, Sequence[str]]:
     return by_extra
 
 
-def missing(extra: str, package: str = CORE) -> list[str]:
+def missing_requirements(extra: str, package: str = CORE) -> list[str]:
     """Return the requirements of an extra that are not installed."""
     return [requirement for requirement in extras(package).get(extra, ()) if not _installed(requirement)]
 
@@ -62,7 +64,7 @@ def install_command(extra: str, package: str = CORE) -> str:
     """Return the shell command that installs an extra.
 
     cxbridge is on no package index, so a checkout is installed with the extra; otherwise the command lists
-    the packages of the extra.
+    the packages of the extra, because pip would not find cxbridge itself.
     """
     if folder := _checkout_of(package):
         # pip keeps an editable installation only if the folder is named in the command
@@ -86,7 +88,7 @@ def _checkout_of(package: str) -> str:
 def missing_package(error: ModuleNotFoundError) -> CxbridgeError | None:
     """Return the error for a missing package of cxbridge or a plug-in; None for other packages.
 
-    :param error: of the import.
+    :param error: the error of the failed import.
     """
     from importlib import metadata  # noqa: PLC0415 - as above
 
@@ -98,8 +100,8 @@ def missing_package(error: ModuleNotFoundError) -> CxbridgeError | None:
         for requirement in metadata.requires(package) or []:
             text, _, marker = requirement.partition(";")
             name, extra = _NAME.match(text), _EXTRA.search(marker)
-            is_meant = name is not None and module and _module(name[0]) == module.lower()
-            if is_meant and (extra is None or extra[1] != _DEVELOPERS):
+            is_match = name is not None and module and _module(name[0]) == module.lower()
+            if is_match and (extra is None or extra[1] != _DEVELOPERS):
                 hint = plugin_command(package) if extra is None else install_command(extra[1], package)
                 return CxbridgeError(f"the package '{module}' is not there", hint=hint)
     return None
@@ -125,7 +127,7 @@ def _installed(requirement: str) -> bool:
         metadata.version(name[0] if name else requirement)
     except metadata.PackageNotFoundError:
         return False
-    return of_plugin is None or not missing(of_plugin[2], of_plugin[1])
+    return of_plugin is None or not missing_requirements(of_plugin[2], of_plugin[1])
 
 
 def _pip(*arguments: str) -> str:

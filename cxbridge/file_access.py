@@ -15,7 +15,7 @@ from typing import Final
 from cxbridge.errors import CxbridgeError
 
 ABSENT: Final = "is not there"
-"""The reason if nothing exists at a path."""
+"""The phrase of :func:`why_unreadable` for a path at which nothing exists."""
 
 _NOTHING_THERE: Final = frozenset({errno.ENOENT, errno.ENOTDIR, errno.ELOOP})
 
@@ -24,7 +24,7 @@ _NOTHING_THERE: Final = frozenset({errno.ENOENT, errno.ENOTDIR, errno.ELOOP})
 def file_errors() -> Iterator[None]:
     """Raise an error with the file instead of an OSError.
 
-    It is for processes that send their errors to another process; the command line handles an OSError in the
+    Processes that send their errors to another process use it; the command line handles an OSError in the
     same way.
 
     :raises CxbridgeError: instead of an OSError with a file.
@@ -45,7 +45,7 @@ def is_readable_file(path: str | Path) -> bool:
 def why_unreadable(path: str | Path) -> str:
     """Return why a path is not a readable file, as a phrase after its name; empty if it is.
 
-    A parent folder that must not be searched is a reason, because its content is unknown.
+    A parent folder without permission to search is a reason, too, because its content is unknown.
     """
     path = Path(path)
     try:
@@ -63,32 +63,32 @@ def why_unreadable(path: str | Path) -> str:
 def replacing(path: str | Path) -> Iterator[Path]:
     """Yield a path for writing a file or folder that finally replaces ``path``.
 
-    After an error, the new file is removed and ``path`` is unchanged. The yielded path has the same name. An
-    existing file or folder is initially an empty file or folder; new files go into the old folder. Devices
-    and pipes are written directly, as are files in folders that allow no new files.
+    After an error, the new file is removed and ``path`` is unchanged. The yielded path has the same name. If
+    ``path`` exists, the yielded path exists, too, but is empty. The new files of a folder are moved into the
+    old folder. Devices and pipes are written directly, as are files in folders that allow no new files.
 
     :raises CxbridgeError: instead of an OSError of this file; errors of the block name ``path``.
     """
     path = Path(path)
-    real = path
+    target = path
     try:
-        real = Path(os.path.realpath(path))
-        folder = _temporary_folder(real)
+        target = Path(os.path.realpath(path))
+        folder = _temporary_folder(target)
         if folder is None:
             yield path
             return
-        fresh = folder / real.name
+        new_path = folder / target.name
         try:
-            _make_like(fresh, real)
-            yield fresh
-            _put_in_place(fresh, real)
+            _make_like(new_path, target)
+            yield new_path
+            _put_in_place(new_path, target)
         except (CxbridgeError, OSError) as error:
-            _rename_in(error, fresh, path)
+            _rename_in(error, new_path, path)
             raise
         finally:
             shutil.rmtree(folder, ignore_errors=True)
     except OSError as error:
-        if error.filename is not None and Path(error.filename) not in (path, real):
+        if error.filename is not None and Path(error.filename) not in (path, target):
             raise
         raise CxbridgeError(f"cannot be written: {error.strerror}", file=path) from error
 
@@ -100,51 +100,51 @@ def write_file(path: str | Path, content: str | bytes) -> None:
     :raises CxbridgeError: if the file cannot be written.
     """
     data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
-    with replacing(path) as fresh:
-        fresh.write_bytes(data)
+    with replacing(path) as new_path:
+        new_path.write_bytes(data)
 
 
-def _temporary_folder(real: Path) -> Path | None:
+def _temporary_folder(target: Path) -> Path | None:
     """Create a temporary folder next to a file or within a folder; None to write directly."""
-    if real.exists() and not real.is_file() and not real.is_dir():
+    if target.exists() and not target.is_file() and not target.is_dir():
         return None
     try:
-        return Path(tempfile.mkdtemp(prefix=".cxbridge-", dir=real if real.is_dir() else real.parent))
+        return Path(tempfile.mkdtemp(prefix=".cxbridge-", dir=target if target.is_dir() else target.parent))
     except OSError as error:
-        if real.is_file():  # the folder takes no new files, but the file itself may be writable
+        if target.is_file():  # the folder takes no new files, but the file itself may be writable
             return None
-        raise OSError(error.errno, error.strerror, str(real)) from error
+        raise OSError(error.errno, error.strerror, str(target)) from error
 
 
-def _make_like(fresh: Path, real: Path) -> None:
+def _make_like(new_path: Path, target: Path) -> None:
     """Create an empty file or folder of the same kind as the existing one, if any."""
-    if real.is_dir():
-        fresh.mkdir()
-    elif real.exists():
-        fresh.touch()
+    if target.is_dir():
+        new_path.mkdir()
+    elif target.exists():
+        new_path.touch()
         # writable even if the old file is not, because the new content must be written
-        fresh.chmod(stat.S_IMODE(real.stat().st_mode) | stat.S_IWUSR)
+        new_path.chmod(stat.S_IMODE(target.stat().st_mode) | stat.S_IWUSR)
 
 
-def _put_in_place(fresh: Path, real: Path) -> None:
-    """Move a file or folder to its final place."""
-    if real.is_dir():
-        for file in sorted(fresh.iterdir()):
-            file.replace(real / file.name)
+def _put_in_place(new_path: Path, target: Path) -> None:
+    """Move the new file, or the files of the new folder, to their final place."""
+    if target.is_dir():
+        for file in sorted(new_path.iterdir()):
+            file.replace(target / file.name)
     else:
-        fresh.replace(real)
+        new_path.replace(target)
 
 
-def _rename_in(error: CxbridgeError | OSError, fresh: Path, path: Path) -> None:
-    """Make an error name the path that the user has given."""
+def _rename_in(error: CxbridgeError | OSError, new_path: Path, path: Path) -> None:
+    """Replace the temporary path in an error by the path that the user has given."""
     file = error.filename if isinstance(error, OSError) else error.file
-    if file is None or not Path(file).is_relative_to(fresh):
+    if file is None or not Path(file).is_relative_to(new_path):
         return
-    user_file = str(path / Path(file).relative_to(fresh))
+    user_file = str(path / Path(file).relative_to(new_path))
     if isinstance(error, OSError):
         error.filename = user_file
     else:
-        error.file, error.message = user_file, error.message.replace(str(fresh), str(path))
+        error.file, error.message = user_file, error.message.replace(str(new_path), str(path))
         error.args = (error.message,)
 
 
@@ -152,9 +152,9 @@ def walk(root: Path) -> Iterator[tuple[str, list[str], list[str]]]:
     """Walk through folders like :func:`os.walk`, following links, but visiting each folder once."""
     visited: set[str] = set()
     for folder, subfolders, files in os.walk(root, followlinks=True):
-        real = os.path.realpath(folder)
-        if real in visited:
+        target = os.path.realpath(folder)
+        if target in visited:
             subfolders.clear()  # os.walk then does not enter them
         else:
-            visited.add(real)
+            visited.add(target)
             yield folder, subfolders, files

@@ -3,7 +3,7 @@
 A handler only records its signal, because exceptions cannot pass through C, and a handler must not take locks
 that the interrupted code may hold. A second thread also waits for signals, on the socket of
 :func:`signal.set_wakeup_fd` to which C writes. The thread requests the end of the work and soon forces it,
-    for example by interrupting rules in ``(while TRUE ...)``.
+for example by interrupting rules in ``(while TRUE ...)``.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Interrupt:
     :param service: whether the process serves clients until a signal.
     """
 
-    _entered: ClassVar[list[Interrupt]] = []
+    _entered: ClassVar[list[Interrupt]] = []  # from the outermost to the innermost instance
 
     def __init__(
         self,
@@ -120,6 +120,7 @@ class Interrupt:
     def _hand_over(receiver: Interrupt) -> None:
         """Pass a signal to another instance."""
         receiver.received = True
+        # any handled number wakes the thread like the signal itself
         if receiver._pair is not None:
             with contextlib.suppress(BlockingIOError):  # full of signals, so the thread is awake
                 receiver._pair[1].send(bytes(receiver._numbers[:1]))
@@ -146,7 +147,7 @@ class Interrupt:
                     self._force_at_s = max(self._force_at_s, time.monotonic() + GRACE_S)
                 count += new_signals
             if count >= _FATAL_SIGNALS:
-                os.write(2, b"cxbridge: it does not react, it is ended on the spot\n")
+                os.write(2, b"cxbridge: the process does not stop: the third signal ends it at once\n")
                 os._exit(_INTERRUPTED)
             if count:
                 self.received = True

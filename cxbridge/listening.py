@@ -21,11 +21,15 @@ LOCAL_NAMES: Final = frozenset({"localhost", LOOPBACK, "::1"})
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether a host is only reachable from this machine; other names than ``localhost`` are not."""
+    """Return whether a host is only reachable from this machine.
+
+    ``localhost`` is the only such name, because a resolver may give any address to other names.
+    """
     try:
         address = ipaddress.ip_address(host.strip("[]").partition("%")[0])
     except ValueError:
         return host == "localhost"
+    # an IPv4 address in an IPv6 address, such as ::ffff:127.0.0.1
     mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
     return (mapped or address).is_loopback
 
@@ -40,6 +44,7 @@ def is_private(endpoint: str) -> bool:
     if not endpoint.startswith("tcp://"):
         return not is_abstract(endpoint)
     try:
+        # ZeroMQ's `*` for any free port is no port of a URL
         return is_loopback(urlsplit(endpoint.replace(":*", ":0")).hostname or "")
     except ValueError:
         return False
@@ -76,7 +81,7 @@ def is_own_page(origin: str, scheme: str, host: str, allowed: Collection[str]) -
     """Return whether a request comes from our page, an allowed page, or not from a browser's page.
 
     :param origin: the header ``Origin``, empty without one.
-    :param scheme: of the request.
+    :param scheme: the scheme of the request, ``http`` or ``https``.
     :param host: the header ``Host``.
     :param allowed: origins of other pages; ``*`` allows all.
     """

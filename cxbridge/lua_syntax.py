@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from typing import Any, Final
 
-_LINE: Final = re.compile(r"\]:(\d+): (.*)")
+_LINE: Final = re.compile(r"\]:(\d+): (.*)")  # [string "..."]:3: unexpected symbol near ...
 _PRECOMPILED: Final = b"\x1b"  # Lua does not check bytecode, which may crash the process
 
 
 class LuaCompiler:
     """Compiles Lua without executing it.
 
-    The messages of Lua quote the text, and may cut characters.
+    The messages of Lua quote the text, and may cut it within a character.
     """
 
     def __init__(self) -> None:

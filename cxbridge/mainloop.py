@@ -37,7 +37,7 @@ class MainLoop:
 
     :param clock: each cycle starts a period after the previous one, or immediately if that took longer. Lost
         time is not made up for, as in Fawkes.
-    :param period_us: in microseconds.
+    :param period_us: the period in microseconds.
     """
 
     def __init__(self, clock: Clock, period_us: int = DEFAULT_PERIOD_US) -> None:

@@ -57,7 +57,7 @@ _OWN_HOOKS: Final = "HOOKS"
 # The names in capitals of a plug-in's module that are no tables.
 _NO_TABLES: Final = frozenset({"API", _OWN_HOOKS})
 
-_GROUP: Final = re.compile(r"^\[([^\]\n]+)\]", re.MULTILINE)
+_HEADING: Final = re.compile(r"^\[([^\]\n]+)\]", re.MULTILINE)
 
 T = TypeVar("T")
 
@@ -136,9 +136,9 @@ def is_module(loaded: object) -> bool:
 class Plugin(Struct, frozen=True, eq=False):
     """An installed plug-in.
 
-    :param name: of the entry point.
-    :param package: distribution and version, e.g. ``cxbridge-ros2 0.2.0``.
-    :param rows: by the table's name.
+    :param name: the name of the entry point.
+    :param package: the distribution and its version, e.g. ``cxbridge-ros2 0.2.0``.
+    :param rows: the rows by the name of their table.
     :param error: why the plug-in cannot be used, if it cannot.
     """
 
@@ -161,7 +161,7 @@ class Table(Generic[T]):
         self.hook = hook
         self._accepts = accepts
         self._kind = kind
-        self._own = rows
+        self._own_rows = rows
 
     @property
     def rows(self) -> tuple[Row, ...]:
@@ -169,7 +169,7 @@ class Table(Generic[T]):
 
         :raises PluginError: if a plug-in's row has the name of another row.
         """
-        return _merged(self.hook, self._own, installed_plugins())
+        return _merge_rows(self.hook, self._own_rows, installed_plugins())
 
     def find(self, name: str) -> Row:
         """Return a row by name.
@@ -207,18 +207,18 @@ def _hint(origin: str) -> str:
 
 
 @lru_cache(maxsize=64)
-def _merged(hook: str, own: tuple[Row, ...], plugins: tuple[Plugin, ...]) -> tuple[Row, ...]:
+def _merge_rows(hook: str, own: tuple[Row, ...], plugins: tuple[Plugin, ...]) -> tuple[Row, ...]:
     merged = [*own]
     for plugin in plugins:
         for row in plugin.rows.get(hook, ()):
             for earlier in merged:
                 if earlier.name == row.name:
-                    raise two_of_a_name(hook, earlier, row)
+                    raise duplicate_error(hook, earlier, row)
             merged.append(row)
     return tuple(merged)
 
 
-def two_of_a_name(hook: str, first: Row, second: Row) -> PluginError:
+def duplicate_error(hook: str, first: Row, second: Row) -> PluginError:
     """Return the error for two conflicting rows of the same name."""
     kind = _singular(hook)
     return PluginError(
@@ -289,7 +289,7 @@ def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
     imported = {name: _import(name, entries[name]) for name in sorted(entries)}
     # all modules before the first table, because a plug-in may declare the hook of another one
     hooks = HOOKS.union(*(getattr(module, _OWN_HOOKS, ()) for _, module in imported.values()))
-    return tuple(_read(name, package, module, hooks) for name, (package, module) in imported.items())
+    return tuple(_make_plugin(name, package, module, hooks) for name, (package, module) in imported.items())
 
 
 def _import(name: str, entries: list[tuple[str, str]]) -> tuple[str, ModuleType | PluginError]:
@@ -306,16 +306,18 @@ def _import(name: str, entries: list[tuple[str, str]]) -> tuple[str, ModuleType 
         return package, PluginError(message, hint=_hint(name))
 
 
-def _read(name: str, package: str, module: ModuleType | PluginError, hooks: frozenset[str]) -> Plugin:
+def _make_plugin(name: str, package: str, module: ModuleType | PluginError, hooks: frozenset[str]) -> Plugin:
     if isinstance(module, PluginError):
         return Plugin(name, package, error=module)
     try:
-        return Plugin(name, package, _tables(name, package, module, hooks))
+        return Plugin(name, package, _rows_by_table(name, package, module, hooks))
     except PluginError as error:
         return Plugin(name, package, error=error)
 
 
-def _tables(name: str, package: str, module: Any, hooks: frozenset[str]) -> Mapping[str, tuple[Row, ...]]:
+def _rows_by_table(
+    name: str, package: str, module: Any, hooks: frozenset[str]
+) -> Mapping[str, tuple[Row, ...]]:
     """Return the tables of a plug-in's module."""
     api = getattr(module, "API", None)
     if api != API:
@@ -328,7 +330,7 @@ def _tables(name: str, package: str, module: Any, hooks: frozenset[str]) -> Mapp
         hook: value for hook, value in vars(module).items() if hook.isupper() and hook not in _NO_TABLES
     }
     for hook, rows in tables.items():
-        if hook.startswith("_"):
+        if hook.startswith("_"):  # a private constant of the plug-in
             continue
         if hook not in hooks:
             raise PluginError(
@@ -353,8 +355,8 @@ def _folders_with_plugins() -> Iterator[tuple[str, int]]:
     """Yield the folders of ``sys.path`` with plug-ins, and their times of change."""
     for folder in sys.path:
         with suppress(OSError):
-            changed_ns = os.stat(folder or ".").st_mtime_ns  # noqa: PTH116 - in each run; pathlib takes long
-            path = os.path.abspath(folder)  # noqa: PTH100
+            changed_ns = os.stat(folder or ".").st_mtime_ns  # noqa: PTH116 - each run pays, and pathlib is slow
+            path = os.path.abspath(folder)  # noqa: PTH100 - as above
             if _entries_in(path, changed_ns):
                 yield path, changed_ns
 
@@ -363,8 +365,8 @@ def _folders_with_plugins() -> Iterator[tuple[str, int]]:
 def _entries_in(folder: str, changed_ns: int) -> tuple[tuple[str, str, str], ...]:  # noqa: ARG001
     """Return the entry points of our group in a folder: name, module, folder with metadata.
 
-    ``importlib.metadata`` is slow to import and reads hundreds of files. An installation changes the folder
-    and thus the cache key.
+    ``importlib.metadata`` is slow to import and reads hundreds of files; `os.path` is faster than pathlib. An
+    installation changes the folder and thus the cache key.
     """
     entries: list[tuple[str, str, str]] = []
     with suppress(OSError):
@@ -381,7 +383,7 @@ def _entries(text: str) -> Iterator[tuple[str, str]]:
     """Yield name and module of each entry point of our group."""
     group = ""
     for line in text.splitlines():
-        if head := _GROUP.match(line):
+        if head := _HEADING.match(line):
             group = head[1]
         elif group == GROUP and "=" in line and not line.startswith("#"):
             name, _, module = line.partition("=")

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import IO, Any, Final
 
 _SURROGATES: Final = range(0xD800, 0xE000)
-# Bytes of Latin-1 letters, which Python's surrogateescape reads as lone surrogates.
+# The surrogates by which Python (surrogateescape) represents the bytes 0xA0 to 0xFF, letters in Latin-1.
 _LATIN_1: Final = range(0xDCA0, 0xDD00)
 
 UNSAFE: Final = (
@@ -32,13 +32,13 @@ UNSAFE: Final = (
 """Code points never printed; line feeds are printed in texts of several lines."""
 
 
-def numbered(code: int) -> str:
+def escaped(code: int) -> str:
     r"""Return a code point of the basic plane as a number: ``\u001b``."""
     return f"\\u{code:04x}"
 
 
-_VISIBLE: Final[Mapping[int, str]] = {code: numbered(code) for code in UNSAFE}
-_ONE_LINE: Final[Mapping[int, str]] = {**_VISIBLE, 0x0A: numbered(0x0A)}
+_VISIBLE: Final[Mapping[int, str]] = {code: escaped(code) for code in UNSAFE}
+_ONE_LINE: Final[Mapping[int, str]] = {**_VISIBLE, 0x0A: escaped(0x0A)}
 _IN_FILE: Final[Mapping[int, str]] = {code: text for code, text in _ONE_LINE.items() if code not in _LATIN_1}
 _DANGEROUS: Final = re.compile(f"[{''.join(map(chr, UNSAFE))}]")
 _LOOKS_ESCAPED: Final = re.compile(r"\\(?=u[0-9a-f]{4})")
@@ -75,7 +75,7 @@ def to_record(text: str) -> str:
     """
     if text.isprintable() and "\\u" not in text:
         return text
-    return _LOOKS_ESCAPED.sub(lambda _: numbered(_BACKSLASH), text).translate(_IN_FILE)
+    return _LOOKS_ESCAPED.sub(lambda _: escaped(_BACKSLASH), text).translate(_IN_FILE)
 
 
 def to_entry(text: str) -> str:
@@ -96,14 +96,16 @@ def from_record(text: str) -> str:
 
 
 def _character(match: re.Match[str]) -> str:
+    """Return the character of an escaped number, unless :func:`to_record` would have kept the character."""
     code = int(match.group(1), 16)
     return chr(code) if code in _ONE_LINE or code == _BACKSLASH else match.group()
 
 
 class VisibleStream:
-    """A text stream that filters control sequences, in case a printer forgets it.
+    """A text stream that filters control sequences, in case a printer forgets to filter them.
 
-    Other attributes are those of the stream. The program's escape sequences use `terminal`.
+    Other attributes are those of the stream. The program writes its colours and cursor movements to
+    `terminal`.
 
     :param stream: e.g. ``sys.stdout``.
     """

@@ -20,7 +20,7 @@ _FAILED: pytest.StashKey[bool] = pytest.StashKey()
 _SCRIPTED = "scripted"
 Paths = str | Path | tuple[str | Path, ...]
 """One path, or several."""
-# The names of modules of cxbridge and its plug-ins.
+# Matches the names of modules of cxbridge and its plug-ins.
 _LIBRARY = re.compile(r"cxbridge(_\w+)?(\.|$)")
 
 
@@ -37,8 +37,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 class Bench:
     """The value of the fixtures, which makes runs for one test, or for all tests of a module.
 
-    :param file: of the test.
-    :param test: the name, empty for a module.
+    :param file: the file of the test.
+    :param test: the name of the test; empty if all tests of a module share the runs.
     :param root: pytest's root folder.
     """
 
@@ -105,9 +105,9 @@ class Bench:
 
     def __getattr__(self, name: str) -> Any:
         """Return a member of a plug-in, e.g. ``cx.explore`` of cxbridge-explore."""
-        if name.startswith("_"):
+        if name.startswith("_"):  # tools such as copy and pickle probe objects for special methods
             raise AttributeError(name)
-        from cxbridge.testing.members import find_member  # noqa: PLC0415  as in run
+        from cxbridge.testing.members import find_member  # noqa: PLC0415 - on first use, as in run
 
         return find_member("cx", self, name)
 
@@ -133,7 +133,7 @@ class Bench:
         self.runs.clear()
 
 
-def _benches(request: pytest.FixtureRequest, test: str) -> Iterator[Bench]:
+def _open_bench(request: pytest.FixtureRequest, test: str) -> Iterator[Bench]:
     """Yield a bench, and close its runs afterwards."""
     config = request.config
     artifacts = config.getoption("--cx-artifacts")
@@ -148,7 +148,7 @@ def _benches(request: pytest.FixtureRequest, test: str) -> Iterator[Bench]:
     yield bench
     failed = request.node.stash.get(_FAILED, False)
     try:
-        if not (test or failed):
+        if not (test or failed):  # a bench of one test was checked by pytest_runtest_call
             bench.check_skills()
     finally:
         bench.close(failed=failed)
@@ -157,13 +157,13 @@ def _benches(request: pytest.FixtureRequest, test: str) -> Iterator[Bench]:
 @pytest.fixture
 def cx(request: pytest.FixtureRequest) -> Iterator[Bench]:
     """Make runs of agents: ``run = cx.run("scenarios/courier")``."""
-    yield from _benches(request, request.node.name)
+    yield from _open_bench(request, request.node.name)
 
 
 @pytest.fixture(scope="module")
 def cx_module(request: pytest.FixtureRequest) -> Iterator[Bench]:
     """Make runs shared by all tests of a module, for fixtures of scope ``module``."""
-    yield from _benches(request, "")
+    yield from _open_bench(request, "")
 
 
 @pytest.hookimpl(wrapper=True)
@@ -208,7 +208,7 @@ def _hide_library(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
     foreign = [frame for frame in frames if not _LIBRARY.match(frame.tb_frame.f_globals.get("__name__", ""))]
     if len(foreign) == len(frames):
         return
-    from cxbridge.errors import CxbridgeError  # noqa: PLC0415  as above
+    from cxbridge.errors import CxbridgeError  # noqa: PLC0415 - on first use, as in run
 
     if foreign and foreign[0] is frames[0] and excinfo.errisinstance((AssertionError, CxbridgeError)):
         # pytest filters the original chain, so a copy would have no effect

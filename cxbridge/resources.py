@@ -21,7 +21,7 @@ def shipped_dir(name: str) -> Path:
 
     :raises CxbridgeError: if the installation is incomplete.
     """
-    # inside the package first, because next to an installed package are those of others
+    # inside the package first, because the folders next to an installed package belong to other packages
     for candidate in (_PACKAGE / "share" / name, _PACKAGE.parent / name):
         if candidate.is_dir():
             return candidate
@@ -34,17 +34,17 @@ def shipped_scenarios(incomplete: str = "") -> list[str]:
     """Return the shipped scenarios whose names start with a text; empty if the installation is incomplete."""
     return [
         name
-        for file in _shipped("scenarios", "*/scenario.yaml")
+        for file in _shipped_files("scenarios", "*/scenario.yaml")
         if (name := file.parent.name).startswith(incomplete)
     ]
 
 
 def shipped_interfaces(incomplete: str = "") -> list[str]:
     """Return the shipped interface types whose names start with a text; empty if incomplete."""
-    return [file.stem for file in _shipped("interfaces", "*.xml") if file.stem.startswith(incomplete)]
+    return [file.stem for file in _shipped_files("interfaces", "*.xml") if file.stem.startswith(incomplete)]
 
 
-def _shipped(folder: str, pattern: str) -> list[Path]:
+def _shipped_files(folder: str, pattern: str) -> list[Path]:
     try:
         return sorted(shipped_dir(folder).glob(pattern))
     except CxbridgeError:  # `doctor` reports it

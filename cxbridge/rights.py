@@ -1,4 +1,4 @@
-"""The rights of clients, and those required by messages on the blackboard and frames of its protocols.
+"""The rights of clients, and the rights that messages on the blackboard and frames of protocols require.
 
 Each operation (:mod:`cxbridge.daemon.operations`) and each endpoint over HTTP names its :class:`Right`.
 Messages and endpoints without an entry require more than the right to look, so that an addition with a
@@ -26,7 +26,7 @@ class Right(IntEnum):
 
 
 class RefusedError(CxbridgeError):
-    """Clients have no right to an operation."""
+    """Clients do not have the right to an operation."""
 
 
 EXEC_SKILL: Final = ("SkillerInterface", "ExecSkillMessage")
@@ -51,7 +51,7 @@ class Rights:
         return right is Right.LOOK or (self.control and (right is Right.CONTROL or self.programs))
 
     def why_not(self, right: Right) -> str:
-        """Return the setting that withholds a right."""
+        """Return a hint that names the setting which withholds a right."""
         name = "remote-programs" if self.control and right is Right.PROGRAMS else "remote-control"
         return f"cxbridge/{name} of the daemon is off"
 
@@ -59,7 +59,7 @@ class Rights:
         """Raise an error if clients do not have a right.
 
         :param action: the operation, for the error.
-        :raises RefusedError: if they do not.
+        :raises RefusedError: if clients do not have the right.
         """
         if not self.allow(right):
             raise RefusedError(f"refused: {action}", hint=self.why_not(right))
@@ -71,9 +71,9 @@ class Rights:
         return right_of_message(interface_type, message_type)
 
     def check_message(self, interface_type: str, message_type: str) -> None:
-        """Raise an error for a message that clients must not send.
+        """Raise an error for a message that clients may not send.
 
-        :raises RefusedError: if they must not.
+        :raises RefusedError: if clients do not have the right that the message requires.
         """
         right = self.of_message(interface_type, message_type)
         self.check(right, f"{message_type} to {interface_type}")
@@ -81,7 +81,7 @@ class Rights:
     def check_writer(self, uid: str) -> None:
         """Raise an error for a writer unless clients may change something.
 
-        :raises RefusedError: if they must not.
+        :raises RefusedError: if clients do not have :attr:`Right.CONTROL`.
         """
         self.check(Right.CONTROL, f"to write {uid}")
 
@@ -104,7 +104,7 @@ FRAMES: Final = {
         **dict.fromkeys(("credit", "delivered"), Right.LOOK),
         "open": Right.LOOK,  # see check_writer for writers
         "send": Right.LOOK,  # see check_message
-        "write": Right.CONTROL,  # of an open writer
+        "write": Right.CONTROL,  # by an open writer
     },
     "fawkes-blackboard": {
         **dict.fromkeys(("LIST_ALL", "LIST", "OPEN_FOR_READING", "CLOSE"), Right.LOOK),

@@ -23,25 +23,25 @@ def python_command(*arguments: str) -> list[str]:
 def spawning() -> Iterator[SpawnContext]:
     """Yield a context of multiprocessing without the working directory on the path of its processes.
 
-    It applies to processes that start before the context is left.
+    The setting applies to processes that start before the context is left.
     """
     setting = os.environ.get(_SAFE_PATH)
     os.environ[_SAFE_PATH] = "1"
     try:
         yield multiprocessing.get_context("spawn")
     finally:
-        _restore(setting)
+        _restore_setting(setting)
 
 
 @contextmanager
 def spawned_pool(processes: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool of such processes, whose own child processes have the user's path."""
+    """Yield a pool of such processes, whose own child processes have the user's path again."""
     setting = os.environ.get(_SAFE_PATH)
-    with spawning() as context, ProcessPoolExecutor(processes, context, _restore, (setting,)) as pool:
+    with spawning() as context, ProcessPoolExecutor(processes, context, _restore_setting, (setting,)) as pool:
         yield pool
 
 
-def _restore(setting: str | None) -> None:
+def _restore_setting(setting: str | None) -> None:
     os.environ.pop(_SAFE_PATH, None)
     if setting is not None:
         os.environ[_SAFE_PATH] = setting

@@ -7,15 +7,15 @@ from difflib import SequenceMatcher
 from itertools import takewhile
 from typing import Final
 
-LIKE: Final = 0.6
+MIN_LIKENESS: Final = 0.6
 """The minimal similarity, from 0 to 1, for a suggestion."""
 
 _MAX_SUGGESTIONS: Final = 3
-_WEIGHT_OF_ENDS: Final = 0.2  # of equal ends, added to the similarity
+_WEIGHT_OF_ENDS: Final = 0.2  # the weight of equal ends of names, added to the similarity
 _MARGIN: Final = 0.05  # names that are less similar than the nearest one by this margin are not suggested
 _MAX_COMPARED: Final = 300  # comparing is slow, and hostile files may have many long names
-_LONGEST: Final = 200
-_SHORTEST_PART: Final = 3  # shorter names are part of too many longer ones
+_MAX_LENGTH: Final = 200  # comparing longer texts takes too long
+_MIN_PART_LENGTH: Final = 3  # shorter names are part of too many longer ones
 
 
 def likeness(a: str, b: str) -> float:
@@ -23,7 +23,7 @@ def likeness(a: str, b: str) -> float:
     return SequenceMatcher(None, a.lower(), b.lower()).ratio()
 
 
-def nearest(name: str, known: Iterable[str], cutoff: float = LIKE) -> list[str]:
+def nearest(name: str, known: Iterable[str], cutoff: float = MIN_LIKENESS) -> list[str]:
     """Return at most three known names similar to an unknown one, the nearest first.
 
     Case is ignored. Without similar names, the names that contain it are returned.
@@ -31,19 +31,19 @@ def nearest(name: str, known: Iterable[str], cutoff: float = LIKE) -> list[str]:
     :param cutoff: the minimal similarity; higher for paths, which often start equally.
     """
     candidates = set(known)
-    if not name or not candidates or len(name) > _LONGEST:
+    if not name or not candidates or len(name) > _MAX_LENGTH:
         return []
     similar = _similar(name, candidates, cutoff)
-    if not similar and len(name) >= _SHORTEST_PART:
+    if not similar and len(name) >= _MIN_PART_LENGTH:
         similar = sorted(candidate for candidate in candidates if name.lower() in candidate.lower())
     return similar[:_MAX_SUGGESTIONS]
 
 
-def did_you_mean(name: str, known: Iterable[str], otherwise: str = "", cutoff: float = LIKE) -> str:
+def did_you_mean(name: str, known: Iterable[str], otherwise: str = "", cutoff: float = MIN_LIKENESS) -> str:
     """Return a hint with the likely meanings of an unknown name.
 
     :param otherwise: the hint if there are none.
-    :param cutoff: as for :func:`nearest`.
+    :param cutoff: the minimal similarity, as for :func:`nearest`.
     """
     suggestions = nearest(name, known, cutoff)
     return f"did you mean {' or '.join(suggestions)}?" if suggestions else otherwise

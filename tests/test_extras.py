@@ -45,8 +45,8 @@ def test_extras_are_those_of_users(installed):
 
 
 def test_what_is_missing(installed):
-    assert extras.missing("packed") == []
-    assert extras.missing("planners") == ["up-aries<1,>=0.4", "no-such-package>=1"]
+    assert extras.missing_requirements("packed") == []
+    assert extras.missing_requirements("planners") == ["up-aries<1,>=0.4", "no-such-package>=1"]
 
 
 def test_a_checkout_is_installed_with_its_extra(monkeypatch, tmp_path):

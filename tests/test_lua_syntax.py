@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.blackboard.stale_errors import OwnError, syntax_error
+from cxbridge.blackboard.stale_errors import ErrorTracker, syntax_error
 from cxbridge.lua_syntax import LuaCompiler
 from tests.support import module_files
 
@@ -28,7 +28,7 @@ def test_a_message_that_cuts_a_character_in_two_is_readable(length: int):
 def test_every_text_is_lua_or_has_a_reason(text: str):
     data = text.encode("utf-8", "surrogatepass")
     skill_string = data.decode("utf-8", "surrogateescape")
-    told = OwnError(1, "the error before").of(2, skill_string, "the error before", failed=True)
+    told = ErrorTracker(1, "the error before").current_error(2, skill_string, "the error before", failed=True)
     told.encode()
     assert bool(syntax_error(skill_string)) == (LuaCompiler().problem(data) is not None)
     assert told == (syntax_error(skill_string) or "the error before")

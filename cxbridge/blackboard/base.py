@@ -1,7 +1,7 @@
 """The base class of local and remote blackboards.
 
-It checks names, finds the classes of types, and keeps the observers. Each transport opens, closes and lists
-interfaces in its own way.
+The base class checks names, finds the classes of types, and keeps the observers. Each transport opens, closes
+and lists interfaces in its own way.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class OpenRequest(Struct, frozen=True):
     """A request to open an interface, with checked names.
 
     :param owner: the opener's name, for lists and messages.
-    :param queue_limit: the maximum number of a writer's queued messages; None: 1,024.
+    :param queue_limit: the maximum number of a writer's queued messages, by default 1,024.
     :param listen: called with the instance before other code can access it.
     """
 
@@ -101,13 +101,13 @@ class Registry(Protocol):
 
 
 class BlackBoard(ABC):
-    """Opens, lists and watches interfaces. Transports derive from it. A context manager shuts it down.
+    """Opens, lists and watches interfaces; each transport has a subclass. A context manager shuts it down.
 
     :cvar reports_writes: whether the bus gets every write of the open interfaces; otherwise each listener
         reads the block of its write.
     :param registry: the classes of types given by name.
     :param clock: the source of time stamps.
-    :param bus: gets log lines and writes; None: errors of listeners go to :mod:`logging`.
+    :param bus: gets log lines and writes; without it, errors of listeners go to :mod:`logging`.
     """
 
     reports_writes: ClassVar[bool] = True
@@ -194,7 +194,7 @@ class BlackBoard(ABC):
 
         :param interface: the class or the type's name.
         :param owner: the opener's name, for lists and messages.
-        :param queue_limit: the maximum number of queued messages; None: 1,024.
+        :param queue_limit: the maximum number of queued messages, by default 1,024.
         :param listen: registers a listener before any event of the instance, see :func:`listening`.
         :raises WriterActiveError: if the interface has a writer.
         :raises InvalidNameError: if the type or the id is empty or too long.
@@ -207,7 +207,9 @@ class BlackBoard(ABC):
     def open_multiple_for_reading(
         self, type_glob: str, id_glob: str = "*", *, owner: str = ""
     ) -> Sequence[Interface]:
-        """Open all existing interfaces that match the patterns, see :meth:`list`. All or none.
+        """Open all existing interfaces that match the patterns, see :meth:`list`.
+
+        If an opening fails, no interface is opened.
 
         :raises BlackBoardError: if an interface cannot be opened.
         """
@@ -268,7 +270,7 @@ class BlackBoard(ABC):
         """Whether the interfaces are reachable. A local blackboard is always connected."""
         return True
 
-    def on_connection(self, callback: Callable[[bool], None]) -> None:  # noqa: B027 - optional
+    def on_connection(self, callback: Callable[[bool], None]) -> None:  # noqa: B027 - a transport need not override it
         """Register a callback for the connection.
 
         The argument is False when the connection is lost, True when all interfaces are open again. Called in
@@ -280,10 +282,10 @@ class BlackBoard(ABC):
         """The number of updates replaced by newer ones before delivery, as far as known."""
         return 0
 
-    def flush(self, timeout: float | None = None) -> None:  # noqa: B027 - optional
+    def flush(self, timeout: float | None = None) -> None:  # noqa: B027 - as above
         """Wait until all earlier calls have arrived and listeners have handled all earlier events.
 
-        :param timeout: seconds; None: the limit of requests.
+        :param timeout: the limit in seconds, by default that of requests.
         :raises BlackBoardError: after the timeout.
         """
 
@@ -326,7 +328,10 @@ class BlackBoard(ABC):
         raise NoWriterError(sender.uid)
 
     def report_fault(self, operation: str, error: Exception) -> None:
-        """Report an error of a listener."""
+        """Report an error of a listener or an observer.
+
+        :param operation: the call that failed.
+        """
         if self._log is None:
             import logging  # noqa: PLC0415 - slow to import, rarely needed
 
@@ -335,5 +340,6 @@ class BlackBoard(ABC):
             self._log.error(f"{operation} failed: {type(error).__name__}: {error}")
 
     def warn(self, text: str) -> None:
+        """Log a warning if the blackboard has a bus."""
         if self._log is not None:
             self._log.warn(text)

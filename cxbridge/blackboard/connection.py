@@ -1,4 +1,4 @@
-"""Connections to the blackboard of a daemon or a Fawkes."""
+"""Connections to the blackboard of a daemon or of Fawkes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def connect(url: str = DAEMON_URL, *, interface_dirs: Sequence[str | Path] = ())
             battery.read()
             print(battery.voltage)
 
-    :param url: ``tcp://HOST:PORT`` or ``ipc://FILE`` of a daemon, ``fawkes://HOST[:PORT]`` of a Fawkes, or
+    :param url: ``tcp://HOST:PORT`` or ``ipc://FILE`` of a daemon, ``fawkes://HOST[:PORT]`` of Fawkes, or
         ``local:`` for a blackboard of this program; by default the daemon of this machine.
     :param interface_dirs: folders with interface definitions, searched first.
     :raises BadUrlError: if the URL is invalid.

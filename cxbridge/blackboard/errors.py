@@ -1,4 +1,4 @@
-"""The tree of a blackboard's errors. Texts are Fawkes', where Fawkes has them.
+"""The tree of a blackboard's errors. The texts are those of Fawkes, if Fawkes has the error.
 
 ::
 

@@ -6,10 +6,10 @@ executes, and the outcome. Two of these can go stale:
 - Readers keep the last block of a lost writer. Without a final block, a killed Skiller would appear to run
   its skill, with its controller in control, forever (:func:`write_farewell`).
 
-- A Fawkes numbers the messages of each sender from 1. The next message may therefore get the id that the
+- Fawkes numbers the messages of each sender from 1. The next message may therefore get the id that the
   interface already shows for another sender, and the sender would take the result of the earlier message for
   the result of the new one. It may also get 0, which means no message. The blackboards of cxbridge leave out
-  both ids, see :mod:`~cxbridge.interfaces.message_ids`; for a Fawkes, :func:`skip_stale_ids` uses them up.
+  both ids, see :mod:`~cxbridge.interfaces.message_ids`; with Fawkes, :func:`skip_stale_ids` uses them up.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _FAILED: Final = "S_FAILED"
 def name_controller(instance: Interface, serial: str) -> str:
     """Return the controller as text: its owner, if known, and its serial.
 
-    :param serial: the published serial; empty without controller.
+    :param serial: the published serial of the controller; empty without a controller.
     """
     if not serial:
         return "nobody"
@@ -76,11 +76,11 @@ def skip_stale_ids(instance: Interface, *, controls: bool) -> int:
     :returns: the number of messages sent.
     :raises BlackBoardError: if they cannot be sent.
     """
-    spare = ACQUIRE if controls else RELEASE
-    if spare not in instance.MESSAGES:
+    harmless = ACQUIRE if controls else RELEASE
+    if harmless not in instance.MESSAGES:
         return 0
     sent = 0
     while instance.next_id_is_stale:
-        instance.msgq_enqueue(instance.create_message(spare))
+        instance.msgq_enqueue(instance.create_message(harmless))
         sent += 1
     return sent

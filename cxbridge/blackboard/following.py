@@ -1,7 +1,7 @@
 """Waiting for events of interfaces in a command's thread.
 
-Listeners run in the thread of the event, a command works in its own. A feed queues the events with the values
-that the interface had, for commands such as ``bb watch``.
+Listeners run in the thread of the event, but a command waits in the main thread. A feed queues the events
+with the values that the interface had, for commands such as ``bb watch``.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class InterfaceChange:
 class Deadline:
     """A point in real time.
 
-    :param seconds: the seconds from now; None: never.
+    :param seconds: the seconds from now; None for a deadline that never comes.
     """
 
     def __init__(self, seconds: float | None) -> None:
@@ -142,7 +142,7 @@ class Feed(Listener, Observer, Closing):
             try:
                 interface.read()
             except BlackBoardError:
-                return  # it was closed just now
+                return  # the interface was closed after the check
             self._events.put(
                 InterfaceChange(interface.uid, kind, interface.timestamp_us, interface.as_dict())
             )

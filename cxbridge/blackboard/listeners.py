@@ -1,7 +1,8 @@
 """Listeners of interfaces and observers of a blackboard, and the tables that notify them.
 
-A blackboard calls them in the thread of the event without a lock, so a listener may use the blackboard.
-Tables replace their tuples of registrations: registrations do not disturb a notification that has begun.
+A blackboard calls listeners and observers in the thread of the event without a lock, so a listener may use
+the blackboard. Tables replace their tuples of registrations: registrations do not disturb a notification that
+has begun.
 """
 
 from __future__ import annotations
@@ -54,45 +55,51 @@ class ObserverTable:
     :param report: called with the operation and error of a failed observer.
     """
 
-    __slots__ = ("_lock", "_report", "_watches")
+    __slots__ = ("_lock", "_registrations", "_report")
 
     def __init__(self, report: Report) -> None:
         self._report: Final = report
         self._lock = threading.Lock()
-        self._watches: tuple[_ObserverRegistration, ...] = ()
+        self._registrations: tuple[_ObserverRegistration, ...] = ()
 
     def register(self, observer: Observer, type_glob: str, id_glob: str) -> None:
         """Notify ``observer`` of interfaces that match both shell patterns."""
         with self._lock:
-            self._watches = (*self._watches, _ObserverRegistration(observer, type_glob, id_glob))
+            self._registrations = (*self._registrations, _ObserverRegistration(observer, type_glob, id_glob))
 
     def unregister(self, observer: Observer) -> None:
         with self._lock:
-            for watch in self._watches:
+            for registration in self._registrations:
                 # a notification in another thread may still hold the registration
-                watch.active &= watch.observer is not observer
-            self._watches = tuple(watch for watch in self._watches if watch.active)
+                registration.active &= registration.observer is not observer
+            self._registrations = tuple(
+                registration for registration in self._registrations if registration.active
+            )
 
-    def created(self, interface_type: str, interface_id: str) -> None:
+    def notify_created(self, interface_type: str, interface_id: str) -> None:
         """Notify the observers of a new interface."""
-        for watch in self._selected(interface_type, interface_id):
-            self._deliver(watch, watch.observer.interface_created, interface_type, interface_id)
+        for registration in self._select(interface_type, interface_id):
+            self._deliver(registration, registration.observer.interface_created, interface_type, interface_id)
 
-    def destroyed(self, interface_type: str, interface_id: str) -> None:
+    def notify_destroyed(self, interface_type: str, interface_id: str) -> None:
         """Notify the observers of a destroyed interface."""
-        for watch in self._selected(interface_type, interface_id):
-            self._deliver(watch, watch.observer.interface_destroyed, interface_type, interface_id)
+        for registration in self._select(interface_type, interface_id):
+            self._deliver(
+                registration, registration.observer.interface_destroyed, interface_type, interface_id
+            )
 
-    def _selected(self, interface_type: str, interface_id: str) -> list[_ObserverRegistration]:
+    def _select(self, interface_type: str, interface_id: str) -> list[_ObserverRegistration]:
         """Return one registration per observer, even if several of its patterns match."""
         selected: dict[int, _ObserverRegistration] = {}
-        for watch in self._watches:
-            if matches(interface_type, interface_id, watch.type_glob, watch.id_glob):
-                selected.setdefault(id(watch.observer), watch)
+        for registration in self._registrations:
+            if matches(interface_type, interface_id, registration.type_glob, registration.id_glob):
+                selected.setdefault(id(registration.observer), registration)
         return list(selected.values())
 
-    def _deliver(self, watch: _ObserverRegistration, call: Callable[[str, str], None], *names: str) -> None:
-        if watch.active:
+    def _deliver(
+        self, registration: _ObserverRegistration, call: Callable[[str, str], None], *names: str
+    ) -> None:
+        if registration.active:
             try:
                 call(*names)
             except Exception as error:  # noqa: BLE001 - an observer's fault is not the caller's
@@ -124,7 +131,7 @@ class Listener:
     def data_changed(self, interface: Interface) -> None:
         """Handle a write that changed data."""
 
-    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - for heirs
+    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - for subclasses
         """Handle a message before it is queued.
 
         :returns: whether the message goes to the next listener, and finally into the writer's queue.
@@ -178,6 +185,7 @@ MEMBERSHIP_KINDS: Final = (
 
 def membership_kind(*, writer: bool, added: bool) -> EventKind:
     """Return the event of an opened (``added``) or closed instance."""
+    # MEMBERSHIP_KINDS lists the readers first, and the opening before the closing
     return MEMBERSHIP_KINDS[2 * writer + (not added)]
 
 

@@ -214,7 +214,7 @@ class LocalBlackBoard(BlackBoard):
             self._memories[key] = memory  # only now: a refused opening creates no interface
         # observers and listeners are called without the lock, because they may use the blackboard
         if existing is None:
-            self._observers.created(*key)
+            self._observers.notify_created(*key)
         memory.listeners.notify(membership_kind(writer=request.writer, added=True), instance.serial)
         return instance
 
@@ -234,7 +234,7 @@ class LocalBlackBoard(BlackBoard):
         memory.listeners.notify(membership_kind(writer=instance.is_writer, added=False), instance.serial)
         memory.listeners.unregister(None, instance)
         if destroyed:
-            self._observers.destroyed(*key)
+            self._observers.notify_destroyed(*key)
 
     def _write_farewell(self, writer: Interface) -> None:
         """Write the last block of a writer.

@@ -1,7 +1,7 @@
 """The base of ports, which connect the instances of one interface to its blackboard.
 
-A port has the data, the message ids and the listeners of the interface. A transport derives its port, and
-makes the messages that it receives by :func:`receive_message`.
+A port has the data, the message ids and the listeners of the interface. Each transport has a subclass, and
+makes the received messages by :func:`receive_message`.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class BoardPort:
         self.close: Final[Callable[[Interface], None]] = board.close
         self.now_us: Final[Callable[[], int]] = board.clock.now_us
         self._lock: Final = threading.Lock()
-        self._id_at: Final = id_offset(schema)
+        self._id_offset: Final = id_offset(schema)
         self._snapshot = Snapshot(0, 0, 0, bytes(self.size))
 
     @property
@@ -83,7 +83,7 @@ class BoardPort:
     def _store(self, block: bytes, stamped: bool | None, changed: bool) -> Snapshot:
         """Replace the data by those of a write; the caller holds the lock.
 
-        :param stamped: whether the time stamp is new; None: to be found by comparison.
+        :param stamped: whether the time stamp is new; None if only a comparison of the blocks can tell.
         """
         previous = self._snapshot
         version = previous.version + 1
@@ -106,9 +106,9 @@ class BoardPort:
 
     def next_id(self, last: int) -> int:
         """Return the id after ``last`` that the interface does not show at present."""
-        return next_id(last, id_in(self._snapshot.block, self._id_at))
+        return next_id(last, id_in(self._snapshot.block, self._id_offset))
 
-    def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - subclasses of Fawkes need it
+    def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - the port to Fawkes needs it
         """Return False: the ids that this port gives are never stale."""
         return False
 

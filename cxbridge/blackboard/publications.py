@@ -1,6 +1,7 @@
-"""Emits writes and messages of interfaces on the event bus; outcomes: docs/formats.md#events.
+"""Functions that emit writes and messages of interfaces on the event bus.
 
 The values of a block are read only if a listener of the bus takes them, because most writes have none.
+docs/formats.md#events describes the outcomes of messages.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ def emit_write(
 ) -> None:
     """Emit a write in the forms that listeners of the bus take.
 
-    :param hash_: the version of the type.
+    :param hash_: the 16 byte hash of the type's definition, by which Fawkes tells versions apart.
     :param values: returns the values of the block.
     """
     if bus.wants(InterfaceWrite):
@@ -43,7 +44,7 @@ def emit_message(
 
     :param uid: the interface that receives the message.
     :param sender: the owner of the sending instance.
-    :param outcome: empty: ``queued`` or ``handled``, by the state of the message.
+    :param outcome: by default ``queued`` or ``handled``, depending on whether the message is in a queue.
     """
     if bus is not None and bus.wants(InterfaceMessage):
         outcome = outcome or (QUEUED if message.enqueued else HANDLED)

@@ -1,7 +1,7 @@
 """The error of a skill string, distinguished from that of the previous skill string.
 
-A Fawkes that cannot compile a skill string shows S_FAILED together with the error of the previous skill
-string.
+A Skiller of Fawkes that cannot compile a skill string shows S_FAILED together with the error of the previous
+skill string.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from functools import cache
 from cxbridge.lua_syntax import LuaCompiler
 
 
-class OwnError:
+class ErrorTracker:
     """Tracks the message ids and errors that a Skiller shows.
 
     :param msgid: the id of the message whose skill string is shown first.
@@ -23,7 +23,7 @@ class OwnError:
         self._error = error
         self._previous_error = ""
 
-    def of(self, msgid: int, skill_string: str, error: str, *, failed: bool) -> str:
+    def current_error(self, msgid: int, skill_string: str, error: str, *, failed: bool) -> str:
         """Return the shown error, or the syntax error if the shown error is the previous one.
 
         :param failed: whether S_FAILED is shown.
@@ -45,5 +45,5 @@ def syntax_error(chunk: str) -> str:
 
 @cache
 def _compiler() -> LuaCompiler:
-    """Return the compiler of this process, made with the first failure: it loads Lua."""
+    """Return the compiler of this process, made at the first failure, because it loads Lua."""
     return LuaCompiler()

@@ -1,4 +1,4 @@
-"""Opening of a blackboard by its URL: local, over ZeroMQ, or of a Fawkes."""
+"""Opening of a blackboard by its URL: a local blackboard, that of a daemon over ZeroMQ, or that of Fawkes."""
 
 from __future__ import annotations
 

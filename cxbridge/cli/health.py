@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cxbridge.extras import CORE, PURPOSES, extras, install_command, missing
+from cxbridge.extras import CORE, PURPOSES, extras, install_command, missing_requirements
 from cxbridge.plugins import Plugin, installed_plugins
 from cxbridge.resources import VERSION
 
@@ -90,7 +90,7 @@ def _package(name: str) -> HealthCheck:
 
 
 def _extra(name: str, package: str = CORE) -> HealthCheck:
-    absent = missing(name, package)
+    absent = missing_requirements(name, package)
     purpose = f"{PURPOSES[name]}; " if package == CORE and name in PURPOSES else ""
     return HealthCheck(
         f"extra {name}" if package == CORE else f"extra {name} of {package}",

@@ -26,7 +26,7 @@ class ConfigMissingError(ConfigError):
 
 
 class ConfigTypeError(ConfigError):
-    """The value at the path has another type."""
+    """The value at the path has the wrong type."""
 
 
 class _Missing:
@@ -34,7 +34,7 @@ class _Missing:
 
 
 _MISSING = _Missing()
-_LIKE_PATHS = 0.75  # the minimal similarity for a suggestion; high, because many paths begin equally
+_MIN_PATH_LIKENESS = 0.75  # the minimal similarity for a suggestion; high, because many paths begin equally
 
 
 class Configuration:
@@ -60,10 +60,12 @@ class Configuration:
     def load(
         cls, path: str | Path, *, host: str | None = None, confdir: str | Path | None = None
     ) -> Configuration:
-        """Read a configuration file with its includes; in a folder ``config.yaml``, else all files.
+        """Read a configuration file with its includes.
 
-        :param host: replaces ``$host`` in includes; None: the name of the machine.
-        :param confdir: the base folder of relative includes; None: the file's folder.
+        Of a folder, read ``config.yaml`` with its includes; without this file, read all files of the folder.
+
+        :param host: the text for ``$host`` in includes; by default the name of the machine.
+        :param confdir: the base folder of relative includes; by default the file's folder.
         :raises ConfigError: if a file cannot be read, or a value is invalid.
         """
         path = Path(path)
@@ -132,7 +134,7 @@ class Configuration:
         """
         node = self._root.find(path)
         if node is None or node.children:
-            raise self._missing(path, node)
+            raise self._missing_error(path, node)
         return _value(path, node)
 
     def error(self, path: str, message: str, hint: str | None = None) -> ConfigError:
@@ -208,16 +210,16 @@ class Configuration:
         """Return the converted text of a single value, or the default.
 
         :param convert: returns None for a text of another type.
-        :param expected: the type for errors.
+        :param expected: the type in words, for errors.
         """
         if not isinstance(default, _Missing) and self._root.find(path) is None:
             return default
         value = self.get(path)
         if value.is_list:
-            raise _wrong_type(value, f"must be {expected}, but is a list")
+            raise _type_error(value, f"must be {expected}, but is a list")
         scalar = convert(value.text)
         if scalar is None:
-            raise _wrong_type(value, f"must be {expected}, but is {_quoted(value)}")
+            raise _type_error(value, f"must be {expected}, but is {_quoted(value)}")
         return scalar
 
     def _list(
@@ -228,21 +230,25 @@ class Configuration:
             return default
         value = self.get(path)
         if not value.is_list:
-            raise _wrong_type(
+            raise _type_error(
                 value, f"must be a list, but is {_quoted(value)}", f"write [{mask(path, value.text)}]"
             )
         elements: list[T] = []
         for index, text in enumerate(value.items):
             element = convert(text)
             if element is None:
-                raise _wrong_type(
+                raise _type_error(
                     value,
                     f"must be a list, each element {expected}, but element {index} is '{mask(path, text)}'",
                 )
             elements.append(element)
         return elements
 
-    def _missing(self, path: str, node: ConfigNode | None) -> ConfigMissingError:
+    def _missing_error(self, path: str, node: ConfigNode | None) -> ConfigMissingError:
+        """Return the error for a path without a value.
+
+        :param node: the map or the list of maps at the path, if any.
+        """
         path = "/" + "/".join(split_path(path))
         if node is not None:
             return ConfigMissingError(
@@ -250,8 +256,8 @@ class Configuration:
                 line=node.mark.line or None, hint=f"below it are: {', '.join(list(node.children)[:8])}",
             )  # fmt: skip
         paths = [leaf for leaf, _ in self._root.leaves("")]
-        hint = self._hint_of_hosts(path) or did_you_mean(path, paths, cutoff=_LIKE_PATHS) or None
-        mark = self._nearest(path)
+        hint = self._hint_of_hosts(path) or did_you_mean(path, paths, cutoff=_MIN_PATH_LIKENESS) or None
+        mark = self._nearest_mark(path)
         return ConfigMissingError(
             f"there is no configuration value {path}",
             file=mark.file or (self.files[0] if self.files else None),
@@ -259,7 +265,7 @@ class Configuration:
             hint=hint,
         )
 
-    def _nearest(self, path: str) -> Mark:
+    def _nearest_mark(self, path: str) -> Mark:
         """Return the place of the nearest existing map above a path."""
         elements = split_path(path)
         for end in range(len(elements) - 1, 0, -1):
@@ -312,7 +318,7 @@ class Configuration:
         :raises ConfigError: if the path leads through a value, or to a map.
         """
         elements = split_path(path)
-        if len(elements) > MAX_DEPTH:
+        if len(elements) > MAX_DEPTH:  # the path may come from the network: quote only its beginning
             raise ConfigError(f"cannot set {path[:40]}...: it is more than {MAX_DEPTH} deep")
         node = self._root
         for element in elements:
@@ -354,7 +360,7 @@ class Configuration:
             del node.children[element]
             if node.children or node is self._root:
                 return
-            if node.mark.file:  # empty in the file
+            if node.mark.file:  # the file has this map without values, which is null
                 node.kind = NodeKind.NULL
                 return
 
@@ -369,7 +375,7 @@ class Configuration:
     def overlay(self, over: Configuration) -> None:
         """Lay another configuration over this one; its values take precedence.
 
-        :raises ConfigError: if a value would replace one of another kind, such as a list a scalar.
+        :raises ConfigError: if a value would replace one of another kind, such as a scalar by a list.
         """
         overlay(self._root, over._root)
         self.files += over.files
@@ -391,7 +397,7 @@ def _text(value: Scalar) -> str:
     return str(value)
 
 
-def _wrong_type(value: ConfigValue, problem: str, hint: str | None = None) -> ConfigTypeError:
+def _type_error(value: ConfigValue, problem: str, hint: str | None = None) -> ConfigTypeError:
     path = "/" + "/".join(split_path(value.path))
     mark = value.mark
     return ConfigTypeError(

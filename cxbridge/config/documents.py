@@ -42,9 +42,12 @@ class Mark(NamedTuple):
 
 
 class YamlScalar(NamedTuple):
-    """A scalar: text, whether YAML reads it as null, and its tag without prefix.
+    """A scalar.
 
-    ``plain``: whether it is not quoted, so that its text may be a number or a bool.
+    :param tag: the tag as the files spell it, without the exclamation mark; empty without a tag.
+    :param text: the text without quotes.
+    :param null: whether YAML reads the scalar as null.
+    :param plain: whether the scalar is not quoted, so that its text may be a number or a bool.
     """
 
     mark: Mark
@@ -127,7 +130,8 @@ class _Composer:
     def __init__(self, events: Iterator[Any], name: str) -> None:
         self._events = events
         self._name = name
-        self._anchors: dict[str, tuple[YamlNode, int] | None] = {}  # node and its number of nodes
+        self._anchors: dict[str, tuple[YamlNode, int] | None] = {}
+        """The node of each anchor and its number of nodes; None while the node is incomplete."""
         self._budget = MAX_NODES
 
     def documents(self) -> Iterator[YamlNode]:
@@ -155,7 +159,7 @@ class _Composer:
         budget = self._budget
         self._spend(1, event)
         if event.anchor:
-            self._anchors[event.anchor] = None  # under construction
+            self._anchors[event.anchor] = None
         node: YamlNode
         if isinstance(event, yaml.ScalarEvent):
             node = self._scalar(event)
@@ -205,8 +209,8 @@ class _Composer:
         """Return the tag in the spelling of the files, without the exclamation mark.
 
         %TAG is valid for a single document, but yaml-cpp applies it to the next one. Tags with Fawkes' prefix
-        and bare tags are therefore equal here. YAML's own tags only repeat the kind of the node and are
-        dropped.
+        and tags without a prefix are therefore equal here. YAML's own tags only repeat the kind of the node
+        and are dropped.
         """
         tag: str | None = event.tag
         if tag is None or tag == "!":
@@ -217,7 +221,7 @@ class _Composer:
             return tag[1:]
         kind = tag.removeprefix(_YAML_TAG)
         if isinstance(event, yaml.ScalarEvent):
-            plain = kind in {"str", "int", "float", "bool", "null"}
+            is_redundant = kind in {"str", "int", "float", "bool", "null"}
         else:
-            plain = kind == ("seq" if isinstance(event, yaml.SequenceStartEvent) else "map")
-        return "" if plain else tag
+            is_redundant = kind == ("seq" if isinstance(event, yaml.SequenceStartEvent) else "map")
+        return "" if is_redundant else tag

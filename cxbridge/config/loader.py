@@ -21,7 +21,7 @@ from cxbridge.config.tags import INCLUDE_TAGS, unknown_tag
 from cxbridge.config.tree import ConfigNode, NodeKind, TreeBuilder, overlay
 from cxbridge.errors import ConfigError
 
-# files of a folder may include the folder of the next link, endlessly; robots have less than a hundred files
+# files of a folder may include the folder of the next link, endlessly; robots have fewer than a hundred files
 MAX_FILES: Final = 1000
 _FILE_IN_FOLDER: Final = re.compile(r"[a-zA-Z0-9_-]+\.yaml")
 
@@ -39,7 +39,7 @@ class ConfigLoader:
     """Reads a configuration into ``root``.
 
     :param confdir: the base folder of relative includes.
-    :param host: replaces ``$host`` in includes; None: the name of the machine.
+    :param host: the text for ``$host`` in includes; by default the name of the machine.
     """
 
     def __init__(self, confdir: Path, host: str | None = None) -> None:
@@ -61,19 +61,19 @@ class ConfigLoader:
     def load_file(self, file: Path) -> None:
         """Read a file and its includes."""
         self._queue.append(_FileToRead(file, Mark()))
-        self._run()
+        self._load_queue()
 
     def load_folder(self, folder: Path) -> None:
         """Read all configuration files of a folder and their includes."""
         self._queue.extend(_FileToRead(file, Mark()) for file in files_of(folder))
-        self._run()
+        self._load_queue()
 
     def load_text(self, text: str | bytes, name: str) -> None:
         """Read a text and its includes."""
         self._read(text, _FileToRead(Path(name), Mark()), name)
-        self._run()
+        self._load_queue()
 
-    def _run(self) -> None:
+    def _load_queue(self) -> None:
         while self._queue:
             self._load(self._queue.popleft())
         host_entry = self._host_file
@@ -111,7 +111,7 @@ class ConfigLoader:
             self._queue_includes(document, entry)
         tree = self._builder.build(values)
         if tree.kind is NodeKind.NULL:
-            return  # a file of comments
+            return  # the file has only comments
         if tree.kind is not NodeKind.MAP:
             raise tree.mark.error(
                 f"the configuration must be a map of names to values, but this is {tree.kind.value}",
@@ -127,9 +127,9 @@ class ConfigLoader:
             raise document.mark.error("the first of two documents must be a map, e.g. with 'include:'")
         for key, value in document.pairs:
             if isinstance(key, YamlScalar) and key.text == "include":
-                self._includes(value, entry)
+                self._queue_list(value, entry)
 
-    def _includes(self, value: YamlNode, entry: _FileToRead) -> None:
+    def _queue_list(self, value: YamlNode, entry: _FileToRead) -> None:
         if isinstance(value, YamlScalar) and value.null:
             return
         if not isinstance(value, YamlList):
@@ -143,11 +143,11 @@ class ConfigLoader:
                 raise unknown_tag(item.tag, item.mark)
             if not item.text or item.null or "\0" in item.text:
                 raise item.mark.error("this include names nothing", "name a file or a folder")
-            self._include(item, entry)
+            self._queue_include(item, entry)
 
-    def _include(self, item: YamlScalar, entry: _FileToRead) -> None:
+    def _queue_include(self, item: YamlScalar, entry: _FileToRead) -> None:
         name = item.text
-        if "$host" in Path(name).name:  # in a folder's name it cannot be searched for other hosts
+        if "$host" in Path(name).name:  # the files of other hosts are searched only in one folder
             self.host_includes.append(Path(os.path.normpath(self._confdir / name)))
         if "$host" in name:
             name = name.replace("$host", self._host or socket.gethostname(), 1)
@@ -163,11 +163,11 @@ class ConfigLoader:
             return
         optional = item.tag == "ignore-missing"
         if name.endswith("/"):
-            self._include_folder(path, item.mark, chain, optional=optional)
+            self._queue_folder(path, item.mark, chain, optional=optional)
         else:
             self._enqueue(_FileToRead(path, item.mark, chain, optional))
 
-    def _include_folder(self, folder: Path, mark: Mark, chain: tuple[Path, ...], *, optional: bool) -> None:
+    def _queue_folder(self, folder: Path, mark: Mark, chain: tuple[Path, ...], *, optional: bool) -> None:
         try:
             files = files_of(folder)
         except OSError as error:

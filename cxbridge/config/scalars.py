@@ -103,7 +103,10 @@ def to_float(text: str) -> float | None:
 
 
 def to_bool(text: str) -> bool | None:
-    """Return ``text`` as a truth value (y, yes, true, on; lower, UPPER or Capitalised), or None."""
+    """Return ``text`` as a truth value, or None.
+
+    The words are y, yes, true, on, n, no, false, off; each in lower case, upper case or capitalised.
+    """
     if text in (text.lower(), text.upper(), text.capitalize()):
         return _BOOLS.get(text.lower())
     return None

@@ -19,8 +19,9 @@ from cxbridge.config.tree import ConfigValue
 from cxbridge.errors import ConfigError
 
 HIDDEN: Final = "(not told)"
-"""Replaces a secret."""
+"""The text in place of a secret."""
 
+# The words of a name: api and Key in apiKey, API and Key in APIKey.
 _WORD: Final = re.compile(r"[A-Z]?[a-z0-9]+|[A-Z0-9]+(?![a-z])")
 _ENDINGS: Final = tuple(
     name + plural
@@ -31,11 +32,14 @@ _ENDINGS: Final = tuple(
 _KEYS: Final = ("encryption", "crypto", "private", "api", "access", "shared", "auth", "signing")
 _KEY_ENDINGS: Final = tuple(f"{kind}key" for kind in _KEYS)
 # A path at which each key is a user, and each value a password or its hash.
-_PLACES: Final = re.compile(r"/*webview/+users/")
+_USER_MAP: Final = re.compile(r"/*webview/+users/")
 
 _PROPERTIES: Final = re.compile(r"(?:[&!]\S*[ \t]+)*")  # the anchor and the tag of a YAML value
 _TAG: Final = re.compile(r"!\S*[ \t]+")
+# The user in a URI, with or without a password: user:password@ in mongodb://user:password@host/. The password
+# may have further @ and /, so it ends at the last @ before a blank.
 _USER: Final = re.compile(r"(?<=://)(?:[^\s/:@]*:\S*|[^\s/:@]+)@")
+# A parameter of a URI with the name of a secret: token=abc in http://host/?token=abc. A masked value is kept.
 _PARAMETER: Final = re.compile(
     rf"([?&;][^=&;\s]*(?:{'|'.join(_ENDINGS)}|(?:{'|'.join(_KEYS)})[-_]?key)=)(?!\(not told\))[^&;#\s]+",
     re.IGNORECASE,
@@ -45,7 +49,7 @@ _PEM: Final = re.compile(r"-----BEGIN [A-Z ]*PRIVATE KEY-----")
 
 def is_secret(path: str) -> bool:
     """Return whether the values at or below a path are secret, by the names in the path."""
-    return bool(_PLACES.match(path)) or any(map(_is_secret_name, path.split("/")))
+    return bool(_USER_MAP.match(path)) or any(map(_is_secret_name, path.split("/")))
 
 
 @lru_cache(maxsize=4096)  # the paths of a configuration have the same elements
@@ -65,6 +69,7 @@ def mask(path: str, text: str) -> str:
     """
     if _PEM.search(text):
         return HIDDEN
+    # a switch such as `use-password: true` tells nothing
     if path and text and is_secret(path) and type_of(text) is not ConfigType.BOOL:
         return HIDDEN
     if "://" in text:
@@ -90,9 +95,10 @@ def without_secrets(data: bytes, name: str) -> bytes | None:
             return data
         lines = data.decode("utf-8").split("\n")
         for mark, text, harmless in sorted(secrets, reverse=True):  # from the end, where positions stay valid
-            lines[mark.line - 1] = _cut(lines[mark.line - 1], mark.column - 1, text, harmless)
-        cut = "\n".join(lines).encode()
-        return None if _secrets(cut, name) else cut  # a secret over several lines, for example
+            lines[mark.line - 1] = _replace_scalar(lines[mark.line - 1], mark.column - 1, text, harmless)
+        masked_text = "\n".join(lines).encode()
+        # a secret over several lines, for example, is still there
+        return None if _secrets(masked_text, name) else masked_text
     except (ConfigError, UnicodeDecodeError, IndexError):
         return None
 
@@ -119,7 +125,7 @@ def _scalars(node: YamlNode, path: str) -> Iterator[tuple[str, YamlScalar]]:
             yield from _scalars(value, f"{path}/{name}")
 
 
-def _cut(line: str, begin: int, text: str, harmless: str) -> str:
+def _replace_scalar(line: str, begin: int, text: str, harmless: str) -> str:
     """Return a line with the scalar at a position replaced.
 
     The line is unchanged if the scalar is written differently. A tag is dropped, because the new text may

@@ -71,6 +71,7 @@ def unknown_tag(tag: str, mark: Mark) -> ConfigError:
             "write the includes into a separate document above, and a line '---' after it",
         )
     tags = [f"!{name}" for name in (*_CHECKS, *INCLUDE_TAGS)]
+    # without the tags of includes, which no value can have
     hint = f"quote a value that starts with '!'; the known tags are {', '.join(tags[: len(_CHECKS)])}"
     return mark.error(
         f"unknown tag !{tag}" if ":" not in tag else f"unknown tag {tag}",

@@ -33,7 +33,7 @@ class ConfigNode(Struct):
 
     :param kind: determines which of the following fields are set.
     :param mark: the place in the file.
-    :param text: of a scalar, unquoted.
+    :param text: the unquoted text of a scalar.
     :param items: the elements of a list.
     :param children: the nodes below a map or a list of maps, by path element.
     """
@@ -125,7 +125,7 @@ class TreeBuilder:
     def build(self, node: YamlNode, depth: int = 0) -> ConfigNode:
         """Return the tree of a YAML node.
 
-        :param depth: the number of path elements above it.
+        :param depth: the number of path elements above the node.
         :raises ConfigError: for an unknown tag, a value that violates its tag, a list of lists, or an invalid
             key.
         """
@@ -146,12 +146,12 @@ class TreeBuilder:
         if isinstance(node.items[0], YamlMap):
             children = {str(index): self.build(item, depth + 1) for index, item in enumerate(node.items)}
             return ConfigNode(NodeKind.MAPS, node.mark, children=children)
-        return ConfigNode(NodeKind.LIST, node.mark, items=tuple(_item(item) for item in node.items))
+        return ConfigNode(NodeKind.LIST, node.mark, items=tuple(_item_text(item) for item in node.items))
 
     def _map(self, node: YamlMap, depth: int) -> ConfigNode:
         root = ConfigNode(NodeKind.MAP, node.mark)
         for key_node, value_node in node.pairs:
-            *parents, key = _key(key_node)
+            *parents, key = _key_elements(key_node)
             inner = depth + len(parents) + 1
             if inner > MAX_DEPTH:
                 raise key_node.mark.error(TOO_DEEP)
@@ -181,7 +181,7 @@ class TreeBuilder:
         )
 
 
-def _item(node: YamlNode) -> str:
+def _item_text(node: YamlNode) -> str:
     """Return the text of an element of a list; as in yaml-cpp, null becomes the text ``null``."""
     if not isinstance(node, YamlScalar):
         raise node.mark.error(
@@ -192,7 +192,8 @@ def _item(node: YamlNode) -> str:
     return "null" if node.null else node.text
 
 
-def _key(node: YamlNode) -> list[str]:
+def _key_elements(node: YamlNode) -> list[str]:
+    """Return the path elements of a key."""
     if not isinstance(node, YamlScalar):
         raise node.mark.error(
             "a key must be a single word or path", "quote braces and brackets that mean text"

@@ -69,7 +69,7 @@ def make_filler(fields: Sequence[FieldSchema], enums: Sequence[type[IntEnum] | N
     if not fields or not all(
         field.is_string or not (field.is_array or field.type == "bool") for field in fields
     ):
-        return fill_nothing
+        return refuse_values
     lines, names, layout, end = [], [], "=", fields[0].offset
     for slot, (field, enum) in enumerate(zip(fields, enums, strict=True)):
         layout += f"{field.offset - end}x"
@@ -88,12 +88,12 @@ def make_filler(fields: Sequence[FieldSchema], enums: Sequence[type[IntEnum] | N
     numbers = [None if enum is None else {item.name: item.value for item in enum}.get for enum in enums]
     source = _FILLER.format(names=", ".join(names), lines="\n        ".join(lines), offset=fields[0].offset)
     namespace: dict[str, Any] = {}
-    exec(source, namespace)  # noqa: S102 - own text and numbers
+    exec(source, namespace)  # noqa: S102 - the source has only our text and numbers
     filler: Fill = namespace["make"](Struct(layout).pack_into, numbers)
     return filler
 
 
-def fill_nothing(_block: Any, _values: Sequence[Any]) -> None:
+def refuse_values(_block: Any, _values: Sequence[Any]) -> None:
     """Raise `TypeError`, as a filler does for values that it cannot pack."""
     raise TypeError
 
@@ -118,6 +118,7 @@ def _scalar(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum] | Non
     """Return the accessors of a number, bool or enum value."""
 
     def adapt(value: object) -> object:
+        """Return the number of an enum item's name; raise the error for any other value."""
         number = getattr(enum, value, None) if enum is not None and isinstance(value, str) else None
         if not isinstance(number, int):
             raise misfit(owner, field, value)
@@ -137,6 +138,7 @@ def _string(owner: str, field: FieldSchema, slot: int) -> tuple[Getter, Setter]:
     layout = Struct(f"={room}s{field.size - room}x")  # pads the text, and the NUL after it, with zeros
 
     def adapt(value: object) -> bytes:
+        """Return a text as bytes, cut to the room; raise the error for any other value."""
         if not isinstance(value, str):
             raise misfit(owner, field, value)
         try:
@@ -200,7 +202,7 @@ def _array_setter(owner: str, field: FieldSchema, layout: Struct, enum: type[Int
         self._refreshed = True
 
     def set_bools(self: Any, value: Iterable[Any]) -> None:
-        # struct packs any object as a bool
+        # struct would pack any object as a bool, so the types are checked first
         value = tuple(value) if isinstance(value, Iterable) else (value,)
         if not {bool}.issuperset(map(type, value)):
             raise misfit(owner, field, value)
@@ -230,7 +232,7 @@ def fit_text(text: str, room: int) -> bytes:
     data = text.encode("utf-8", "surrogateescape")
     if len(data) <= room:
         return data
-    for cut in range(room, max(room - _LONGEST_UTF8, -1), -1):
+    for cut in range(room, max(room - _MAX_UTF8, -1), -1):
         # a torn character decodes to surrogates, which differ from the text
         if text.startswith(data[:cut].decode("utf-8", "surrogateescape")):
             return data[:cut]
@@ -238,7 +240,7 @@ def fit_text(text: str, room: int) -> bytes:
 
 
 _MAX_QUOTED = 60  # characters of a refused value in an error
-_LONGEST_UTF8 = 4  # bytes of the longest UTF-8 character
+_MAX_UTF8 = 4  # bytes of the longest UTF-8 character
 _CACHED_ARRAYS = 256  # different arrays of one field; repeated ones are converted once
 _CACHED_TEMPLATES = 1024  # one per kind of template and number of a field
 
@@ -322,6 +324,6 @@ MISFITS = (StructError, OverflowError, AttributeError, TypeError, ValueError)
 def _template(source: str, slot: int) -> Callable[..., Any]:
     """Compile a template for the field with this number."""
     namespace: dict[str, Any] = {"StructError": StructError}
-    exec(source.replace("SLOT", f"f{slot}"), namespace)  # noqa: S102 - own text and a number
+    exec(source.replace("SLOT", f"f{slot}"), namespace)  # noqa: S102 - the source has only our text and a number
     factory: Callable[..., Any] = namespace["make"]
     return factory

@@ -34,7 +34,7 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
     so the results of :func:`field_text` can be read back.
 
     :returns: whether a value changed.
-    :raises InterfaceError: if an assignment is invalid; earlier ones were made.
+    :raises InterfaceError: if an assignment is invalid; the previous assignments keep their effect.
     """
     previous = block.to_bytes()
     for text in assignments:
@@ -47,17 +47,17 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
                 raise InterfaceError(
                     f"{field.name} is a single value and has no index", hint="write NAME=VALUE"
                 )
-            set_field(block, field.name, _element(field, match["value"]), int(match["index"]))
+            set_field(block, field.name, _parse_element(field, match["value"]), int(match["index"]))
         elif field.is_array:
             elements = match["value"].strip().removeprefix("[").removesuffix("]").split(",")
-            values = [_element(field, element) for element in elements if element.strip()]
+            values = [_parse_element(field, element) for element in elements if element.strip()]
             set_field(block, field.name, values)
         else:
-            set_field(block, field.name, _element(field, match["value"]))
+            set_field(block, field.name, _parse_element(field, match["value"]))
     return block.to_bytes() != previous
 
 
-def _element(field: FieldSchema, text: str) -> bool | int | float | str:
+def _parse_element(field: FieldSchema, text: str) -> bool | int | float | str:
     stripped = text.strip()
     try:
         if field.is_string:
@@ -70,7 +70,7 @@ def _element(field: FieldSchema, text: str) -> bool | int | float | str:
             return stripped
         return _whole_number(stripped)
     except (KeyError, ValueError):
-        raise _wrong(field, stripped) from None
+        raise _misfit_error(field, stripped) from None
 
 
 def _whole_number(text: str) -> int:
@@ -103,7 +103,7 @@ def set_field(block: Block, name: str, value: Any, index: int | None = None) -> 
             _check_text(field, element)
         items = () if field.enum is None else field.enum.items
         if items and type(element) is int and element not in {item.value for item in items}:
-            raise _wrong(field, str(element))
+            raise _misfit_error(field, str(element))
     block.set(name, value, index)
 
 
@@ -121,7 +121,7 @@ def _check_text(field: FieldSchema, text: str) -> None:
         raise InterfaceError(f"the text for {field.name} has a NUL", hint="a NUL ends a text: leave it out")
 
 
-def _wrong(field: FieldSchema, text: str) -> InterfaceError:
+def _misfit_error(field: FieldSchema, text: str) -> InterfaceError:
     allowed = field.storage.fits
     if field.enum is not None:
         allowed = "one of " + ", ".join(item.name for item in field.enum.items)

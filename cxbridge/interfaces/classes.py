@@ -19,7 +19,7 @@ from cxbridge.interfaces.schema import EnumSchema, FieldSchema, InterfaceSchema,
 
 Enums = dict[str, type[IntEnum]]
 B = TypeVar("B", bound=Block)
-I = TypeVar("I", bound=Interface)  # noqa: E741 - a type variable
+I = TypeVar("I", bound=Interface)  # noqa: E741 - I for interface
 
 _UNKNOWN = "UNKNOWN"
 _C_TYPES: dict[str, Any] = {
@@ -64,7 +64,9 @@ def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
         }
         messages: dict[str, type[Message]] = {}
         for message in schema.messages:
-            message_class = _own_attribute(interface_class, message.name) or _bare_message(message, schema)
+            message_class = _own_attribute(interface_class, message.name) or _make_message_class(
+                message, schema
+            )
             messages[message.name] = _attach(message_class, message, enums)
             message_class.INTERFACE = schema
             message_class.FILL = make_filler(
@@ -96,6 +98,7 @@ def make_enum(schema: EnumSchema) -> type[IntEnum]:
 
 def enum_member_name(name: str) -> str:
     """Return the name of an enum item in Python, with an underscore if the name is reserved."""
+    # an enum refuses an item called mro, and reads names with underscores at both ends as its attributes
     reserved = keyword.iskeyword(name) or name == "mro" or (name.startswith("_") and name.endswith("_"))
     return f"{name}_" if reserved else name
 
@@ -150,7 +153,7 @@ def _own_attribute(interface_class: type[Interface], name: str) -> Any:
     return vars(interface_class).get(attribute_name(name, Interface))
 
 
-def _bare_message(schema: MessageSchema, interface: InterfaceSchema) -> type[Message]:
+def _make_message_class(schema: MessageSchema, interface: InterfaceSchema) -> type[Message]:
     """Return a message class without fields."""
     namespace = {
         "__slots__": (),

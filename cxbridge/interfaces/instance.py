@@ -35,7 +35,7 @@ class Interface(SharedBlock):
     A reader sends messages; the writer has their queue.
 
     :param port: the access to the shared memory.
-    :param queue_limit: the maximal number of waiting messages, None: 1,024.
+    :param queue_limit: the maximal number of waiting messages, by default 1,024.
     """
 
     __slots__ = ("_last_message_id", "_queue")
@@ -75,7 +75,7 @@ class Interface(SharedBlock):
     def create_message(self, message_type: str, *values: Any) -> Message:
         """Return a new message by the name of its type, e.g. ``ExecSkillMessage``.
 
-        :param values: of the first fields; the rest is zero.
+        :param values: the values of the first fields; the other fields are zero.
         :raises InterfaceError: if a value does not fit.
         :raises UnknownMessageTypeError: if the interface has no such message.
         """
@@ -87,11 +87,11 @@ class Interface(SharedBlock):
     def msgq_enqueue(self, message: Message, *, proxy: bool = False, message_id: int | None = None) -> int:
         """Send ``message`` to the writer; the object itself is put into the writer's queue.
 
-        :param proxy: keep the source of another sender's message.
-        :param message_id: the id of another sender's message; None assigns the next one.
+        :param proxy: whether to keep the source of another sender's message.
+        :param message_id: the id of another sender's message; by default the next id.
         :returns: the message's id. This instance counts from 1 with 16 bits and leaves out 0 and the id that
-            the interface shows, see :mod:`~cxbridge.interfaces.message_ids`. A remote Fawkes counts itself,
-            without gaps.
+            the interface shows, see :mod:`~cxbridge.interfaces.message_ids`. Fawkes' server assigns the ids
+            itself, without gaps.
         :raises EnqueueDeniedError: on a writer.
         :raises InvalidMessageError: if the message belongs to another interface type.
         :raises MessageAlreadyQueuedError: if the message was sent before.
@@ -116,7 +116,8 @@ class Interface(SharedBlock):
     def next_id_is_stale(self) -> bool:
         """Whether the next message gets the id 0, or that of an earlier message.
 
-        True only if the server counts, see :func:`~cxbridge.blackboard.exclusive_control.skip_stale_ids`.
+        True only if the server assigns the ids, see
+        :func:`~cxbridge.blackboard.exclusive_control.skip_stale_ids`.
         """
         return self._port.next_id_is_stale(self._last_message_id)
 

@@ -45,14 +45,14 @@ def known_hashes(schema: InterfaceSchema) -> tuple[bytes, ...]:
 
 
 def hash_for_wire(schema: InterfaceSchema) -> bytes:
-    """Return the hash to send to a Fawkes: its hash of the layout, or the definition's hash."""
+    """Return the hash to send to Fawkes: that of Fawkes for this layout, else that of the definition."""
     return next(iter(known_hashes(schema)), schema.hash)
 
 
 def accepts_hash(schema: InterfaceSchema, remote: bytes) -> bool:
     """Return whether a received hash belongs to this definition or to a known one of equal layout.
 
-    Known are the definitions of Fawkes and the one that is shipped with cxbridge.
+    The known definitions are those of Fawkes and the one that cxbridge ships.
     """
     if remote == schema.hash or remote in known_hashes(schema):
         return True
@@ -67,6 +67,7 @@ def _fields(fields: tuple[FieldSchema, ...]) -> list[list[Any]]:
 
 @cache
 def _shipped(name: str) -> tuple[bytes, str] | None:
+    """Return hash and fingerprint of the shipped definition of a type, if any."""
     path = shipped_dir("interfaces") / f"{name}.xml"
     if not path.is_file():
         return None

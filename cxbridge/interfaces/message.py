@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Final, Protocol, Self, TypeVar
 from uuid import UUID
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.interfaces.accessors import MISFITS, Fill, fill_nothing
+from cxbridge.interfaces.accessors import MISFITS, Fill, refuse_values
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance_errors import (
     InvalidInstanceError,
@@ -61,7 +61,7 @@ class Port(Protocol[InstanceT_contra]):
     ) -> int:
         """Copy the writer's private block to the shared one and notify the listeners.
 
-        :param stamped: whether the time stamp is new; None: to be found by comparison.
+        :param stamped: whether the time stamp is new; None if only a comparison of the blocks can tell.
         :param changed: whether a setter changed a value since the previous write.
         :returns: the new version.
         """
@@ -147,7 +147,7 @@ MAX_HOPS: Final = 0xFFFFFFFF
 class Message(Block):
     """A message to the writer of an interface; base of the classes made from XML definitions.
 
-    :param values: of the fields in the order of declaration; the rest is zero.
+    :param values: the values of the fields in the order of declaration; the other fields are zero.
     :param by_name: further values by field name.
     """
 
@@ -157,7 +157,7 @@ class Message(Block):
     INTERFACE: ClassVar[InterfaceSchema]
     """The definition of the message's interface."""
 
-    FILL: ClassVar[Fill] = fill_nothing
+    FILL: ClassVar[Fill] = refuse_values
     """Sets all fields at once if possible; made by ``accessors.make_filler``."""
 
     __slots__ = (
@@ -227,7 +227,7 @@ class Message(Block):
     def address(self, message_id: int, recipient: int, sender: UUID, source: UUID | None = None) -> None:
         """Set the envelope, on sending or on receiving by a transport.
 
-        :param message_id: 16 bits.
+        :param message_id: the id, a number of 16 bits.
         :param recipient: the memory serial of the interface.
         :param sender: the serial of the sending instance.
         :param source: the serial of the first sender; None keeps the present one, for proxies.
@@ -261,7 +261,7 @@ class Message(Block):
         """Return a copy of content and envelope that was not queued."""
         twin = type(self)()
         twin.set_from_chunk(self.to_bytes())
-        STAMP.pack_into(twin._buf, 0, 0, 0)  # the time of queueing
+        STAMP.pack_into(twin._buf, 0, 0, 0)  # erases the time of queueing
         twin.id, twin.recipient = self.id, self.recipient
         twin.sender_id, twin.source_id = self.sender_id, self.source_id
         twin.sender_thread_name, twin.hops = self.sender_thread_name, self.hops
@@ -269,7 +269,7 @@ class Message(Block):
 
 
 # a writer takes all its messages in each cycle, so only a client that sends without end reaches the limit
-MOST_WAITING: Final = 1024
+MAX_WAITING: Final = 1024
 """The default maximum of messages waiting for a writer."""
 
 
@@ -277,14 +277,14 @@ class MessageQueue:
     """A first in, first out queue of a writing instance. Thread-safe.
 
     :param uid: the interface, for error messages.
-    :param limit: the maximal number of messages, None: `MOST_WAITING`.
+    :param limit: the maximal number of messages, by default `MAX_WAITING`.
     """
 
     __slots__ = ("_limit", "_lock", "_uid", "waiting")
 
     def __init__(self, uid: str, limit: int | None = None) -> None:
         self._uid = uid
-        self._limit = MOST_WAITING if limit is None else limit
+        self._limit = MAX_WAITING if limit is None else limit
         self._lock = threading.Lock()
         self.waiting: Final[deque[Message]] = deque()
         """The messages; only to be tested for emptiness outside the queue."""

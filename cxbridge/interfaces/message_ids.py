@@ -60,4 +60,5 @@ def id_in(block: bytes | bytearray, offset: int | None) -> int:
 
 
 def with_id(block: bytes, offset: int, number: int) -> bytes:
+    """Return a copy of a block that shows another message id."""
     return block[:offset] + _U32.pack(number) + block[offset + _U32.size :]

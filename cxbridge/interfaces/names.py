@@ -44,14 +44,17 @@ RESERVED_IN_MESSAGES: Final = frozenset(
 # fmt: on
 
 _IDENTIFIER = re.compile(r"(?!__)[A-Za-z_][A-Za-z0-9_]*")
-_PREFIXES = {"set_": 5, "is_": 4}
+_PREFIXES = {
+    "set_": 5,
+    "is_": 4,
+}  # the prefixes and the number of removed characters, one more than their length
 
 
 def is_reserved(name: str, reserved: frozenset[str]) -> bool:
     """Return whether a name is reserved.
 
-    Accessor prefixes are removed with one character too many, as in Fawkes: ``set_id`` is allowed,
-    ``set__id`` is not.
+    Prefixes of accessors are removed together with the next character, which cxbridge copies from
+    Fawkes: ``set_id`` is allowed, ``set__id`` is not.
     """
     for prefix, dropped in _PREFIXES.items():
         if name.startswith(prefix):

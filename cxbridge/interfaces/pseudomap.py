@@ -11,10 +11,10 @@ from cxbridge.interfaces.schema import PseudoMapSchema
 
 
 class PseudoMap(MutableMapping[int, Any]):
-    """A mapping from numbers to the fields of a block, without data of itself.
+    """A mapping from numbers to the fields of a block; the data are those of the block.
 
     :param block: the interface.
-    :param schema: maps keys to fields.
+    :param schema: the fields of the keys.
     """
 
     def __init__(self, block: Block, schema: PseudoMapSchema) -> None:
@@ -26,6 +26,7 @@ class PseudoMap(MutableMapping[int, Any]):
         return self._block.get(self._field(key))
 
     def __setitem__(self, key: int, value: Any) -> None:
+        # by the property, because `Block.set` would not mark the block as changed
         self._block.ACCESSORS[self._field(key)].__set__(self._block, value)
 
     def __delitem__(self, key: int) -> None:

@@ -21,7 +21,7 @@ class InterfaceRegistry:
     """The interface types of some folders, read on first use. Thread-safe.
 
     :param dirs: folders with files ``<Type>.xml``; earlier ones take precedence.
-    :param shipped: search cxbridge's definitions last.
+    :param shipped: whether to search cxbridge's definitions, after the folders.
     """
 
     def __init__(self, dirs: Iterable[str | Path] = (), *, shipped: bool = True) -> None:

@@ -39,10 +39,10 @@ class FieldSchema(Struct, frozen=True, omit_defaults=True):
     """A field with its position in the block.
 
     :param type: a built-in type or the name of an enum, as in XML.
-    :param length: elements of an array, or bytes of a string including NUL; None for a single value.
-    :param offset: in bytes from the start of the block.
-    :param size: in bytes.
-    :param elem_size: bytes of an element, also its alignment.
+    :param length: the elements of an array, or the bytes of a string including NUL; None for a single value.
+    :param offset: the bytes from the start of the block.
+    :param size: the bytes of all elements.
+    :param elem_size: the bytes of an element, also its alignment.
     :param validfor: the original text, which Fawkes checks but does not use.
     :param default: the original text, which Fawkes checks but does not use; blocks start as zeros.
     :param flags: ``changed_indicator`` or empty; unused.
@@ -103,7 +103,7 @@ class MapRef(Struct, frozen=True):
 
 
 class PseudoMapSchema(Struct, frozen=True, omit_defaults=True):
-    """A mapping from numbers to fields, without data of itself."""
+    """A mapping from numbers to fields of the same interface."""
 
     name: str
     type: str
@@ -130,7 +130,7 @@ class InterfaceSchema(Struct, frozen=True, omit_defaults=True, dict=True):
 
     :param name: the type's name with the suffix ``Interface``.
     :param hash: the MD5 of the definition file, 16 bytes.
-    :param datasize: bytes of the block, a multiple of 8.
+    :param datasize: the bytes of the block, a multiple of 8.
     :param source: the definition file, empty without one.
     """
 

@@ -33,8 +33,8 @@ class BufferedBlock(Block):
 
     def resize_buffers(self, count: int) -> None:
         """Set the number of buffers; new ones are zero, remaining ones keep their content."""
-        fresh = range(len(self._buffers), count)
-        self._buffers = self._buffers[:count] + [bytearray(len(self._buf)) for _ in fresh]
+        added = range(len(self._buffers), count)
+        self._buffers = self._buffers[:count] + [bytearray(len(self._buf)) for _ in added]
 
     def copy_private_to_buffer(self, buffer: int) -> None:
         """Copy the private copy into a buffer."""
@@ -163,7 +163,10 @@ class SharedBlock(BufferedBlock):
         return self._port.reader_owners()
 
     def reader_owner(self, serial: str) -> str:
-        """Return the owner of the reader with a serial, empty if it is unknown, as behind a Fawkes."""
+        """Return the owner of the reader with a serial, empty if it is unknown.
+
+        Fawkes' server does not tell the serials of its readers.
+        """
         return self._port.reader_owner(serial)
 
     @property
@@ -220,7 +223,7 @@ class SharedBlock(BufferedBlock):
         """Publish a block that was written in another process; for transports.
 
         :param block: of the interface's size.
-        :param stamped: whether the time stamp is new; None: to be found by comparison.
+        :param stamped: whether the time stamp is new; None if only a comparison of the blocks can tell.
         :param changed: whether a value changed since the previous write.
         """
         # each update of each client passes here: the port keeps these bytes without another copy

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias, TypeVar
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.exclusive_control import name_controller, skip_stale_ids
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
-from cxbridge.blackboard.stale_errors import OwnError
+from cxbridge.blackboard.stale_errors import ErrorTracker
 from cxbridge.closing import Closing
 from cxbridge.errors import BlackBoardError, SkillerError
 from cxbridge.interfaces.instance import Interface
@@ -205,7 +205,7 @@ class SkillerCall(Closing):
         # same skill, so its states are not ours; without any controller our call has ended: a stopping
         # Skiller shows it as failed
         own_serial, is_accepted, reported_status = str(self._interface.serial), False, ""
-        own_error = OwnError(former_state.values["msgid"], former_state.values["error"])
+        error_tracker = ErrorTracker(former_state.values["msgid"], former_state.values["error"])
         while True:
             news = yield None
             assert news is not None  # yield None sets no limit
@@ -232,7 +232,9 @@ class SkillerCall(Closing):
                     return SkillResult(CallOutcome.FAILED, reason, msgid)
                 continue
             is_accepted = True
-            error = own_error.of(msgid, shown_string, values["error"], failed=status == _FAILED)
+            error = error_tracker.current_error(
+                msgid, shown_string, values["error"], failed=status == _FAILED
+            )
             if status != reported_status:
                 reported_status = status
                 self._on_status(status, error)

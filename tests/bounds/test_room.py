@@ -11,12 +11,12 @@ from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.blackboard.errors import BlackBoardError, QueueFullError
 from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
-from cxbridge.blackboard.kit.server import MOST_BYTES
+from cxbridge.blackboard.kit.server import MAX_BYTES
 from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
-from cxbridge.interfaces.message import MOST_WAITING
+from cxbridge.interfaces.message import MAX_WAITING
 from tests.blackboard.fawkesnet.pairs import TIMEOUT
 
 LARGE = "RequestInterface"
@@ -49,10 +49,10 @@ def test_a_client_opens_large_interfaces_up_to_a_limit(
         size = InterfaceRegistry().schema(LARGE).datasize
         opened = 0
         with suppress(BlackBoardError):
-            while opened * size <= 2 * MOST_BYTES:
+            while opened * size <= 2 * MAX_BYTES:
                 client.open_for_reading(LARGE, "x", owner="greedy")
                 opened += 1
-        assert opened * size <= MOST_BYTES < (opened + 1) * size
+        assert opened * size <= MAX_BYTES < (opened + 1) * size
         assert client.open_for_reading("SkillerInterface", "Skiller", owner="modest").valid
 
 
@@ -61,7 +61,7 @@ def test_messages_that_nobody_takes_are_refused_at_a_limit():
     board = LocalBlackBoard(InterfaceRegistry(), clock, EventBus(clock))
     board.open_for_writing("SpeechSynthInterface", "Flite", owner="deaf")
     reader = board.open_for_reading("SpeechSynthInterface", "Flite", owner="eager")
-    for _ in range(MOST_WAITING):
+    for _ in range(MAX_WAITING):
         reader.msgq_enqueue(reader.create_message("SayMessage", "x"))
     with pytest.raises(QueueFullError):
         reader.msgq_enqueue(reader.create_message("SayMessage", "x"))

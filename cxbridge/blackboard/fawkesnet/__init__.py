@@ -1,4 +1,4 @@
-"""Fawkes' network protocol: a Fawkes as a blackboard, and a server for Fawkes' tools.
+"""Fawkes' network protocol: a client of Fawkes' blackboard, and a server for Fawkes' tools.
 
 ::
 
@@ -27,15 +27,15 @@ def open_fawkes(
     timeout: float = 5.0,
     silence: float = 5.0,
 ) -> BlackBoard:
-    """Connect to the Fawkes at ``fawkes://host:port``.
+    """Connect to the blackboard of Fawkes at ``fawkes://host:port``.
 
     :param registry: the classes of types given by name.
     :param clock: the source of time stamps of local writes.
     :param bus: gets log lines and the writes of open interfaces.
     :param timeout: seconds for connecting and for replies.
-    :param silence: seconds of silence before the Fawkes is probed; 0: never.
+    :param silence: seconds of silence before the server is probed; 0 turns probes off.
     :raises BlackBoardError: if the URL is invalid or no server replies.
     """
-    from cxbridge.blackboard.fawkesnet.client.board import FawkesBlackBoard  # noqa: PLC0415 - threads, sockets
+    from cxbridge.blackboard.fawkesnet.client.board import FawkesBlackBoard  # noqa: PLC0415 - servers do not need the client
 
     return FawkesBlackBoard(url, registry, clock, bus, timeout=timeout, silence=silence)

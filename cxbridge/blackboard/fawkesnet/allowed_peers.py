@@ -17,7 +17,7 @@ class AllowedPeers:
     """The peers that may connect: loopback addresses and the listed ones.
 
     :param allowed: addresses (``192.168.0.7``) or networks (``192.168.0.0/24``).
-    :raises BlackBoardError: if a text is neither.
+    :raises BlackBoardError: if a text is neither an address nor a network.
     """
 
     def __init__(self, allowed: Iterable[str] = ()) -> None:
@@ -26,7 +26,7 @@ class AllowedPeers:
     def __bool__(self) -> bool:
         return bool(self._networks)
 
-    def admit(self, host: str) -> bool:
+    def admits(self, host: str) -> bool:
         """Return whether a peer may connect."""
         try:
             # strip the zone of an IPv6 address, fe80::1%eth0

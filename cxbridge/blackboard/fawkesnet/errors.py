@@ -14,7 +14,7 @@ class FrameTooLongError(ProtocolError):
 
     def __init__(self, component: int, kind: int, size: int, limit: int) -> None:
         super().__init__(
-            f"a message {kind} of component {component} announces {size} bytes, allowed are {limit}"
+            f"a message {kind} of component {component} announces {size} bytes, but only {limit} are allowed"
         )
 
 

@@ -1,4 +1,4 @@
-"""Hashes of interface types for a Fawkes.
+"""Hashes of interface types for Fawkes and its clients.
 
 Fawkes refuses to open an interface with another hash than its own, and its hash is that of the definition's
 bytes. So a client offers the hashes of all definitions with the same layout, and a server shows Fawkes' hash.
@@ -34,14 +34,14 @@ class RemoteHashes:
         self._adopted[schema.name] = accepted
 
 
-def own_hash(registry: Registry, interface_type: str, remote: bytes) -> bytes:
-    """Return cxbridge's hash if the server's hash is equivalent; else the server's."""
+def local_hash(registry: Registry, interface_type: str, remote: bytes) -> bytes:
+    """Return cxbridge's hash of a type if the server's hash is equivalent; else the server's hash."""
     schema = schema_or_none(registry, interface_type)
     return schema.hash if schema is not None and accepts_hash(schema, remote) else remote
 
 
 def fawkes_hash(registry: Registry, interface_type: str, in_memory: bytes) -> bytes:
-    """Return Fawkes' hash of an open interface if its layout is Fawkes'; else the present hash."""
+    """Return Fawkes' hash of an open interface if Fawkes has the same layout; else the present hash."""
     schema = schema_or_none(registry, interface_type)
     return hash_for_wire(schema) if schema is not None and schema.hash == in_memory else in_memory
 

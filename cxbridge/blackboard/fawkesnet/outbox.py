@@ -16,7 +16,7 @@ from cxbridge.blackboard.fawkesnet.messages.blackboard import data_frame, data_f
 CONFLATE_FROM: Final = 4 * 1024 * 1024
 """The number of queued bytes from which new data replace older data of the same instance."""
 # a list of interfaces has at most as many bytes, see messages.codec.LIST_LIMIT
-MOST: Final = 16 * 1024 * 1024
+MAX_QUEUED_BYTES: Final = 16 * 1024 * 1024
 """The maximum number of queued bytes."""
 
 _BATCH: Final = 64 * 1024  # bytes of frames that are sent together
@@ -49,14 +49,15 @@ class Outbox:
         self._newest: dict[bytes, _Newest] = {}
         self._ahead: set[bytes] = set()  # instances whose CHANGED was sent with older data
         self.size = 0
-        """The maximum number of queued bytes."""
+        """An upper bound of the queued bytes, which counts replaceable data as changed."""
 
     def __bool__(self) -> bool:
         return bool(self._waiting)
 
     @property
     def overfull(self) -> bool:
-        return self.size > MOST
+        """Whether more than :data:`MAX_QUEUED_BYTES` are queued."""
+        return self.size > MAX_QUEUED_BYTES
 
     def put(self, frames: bytes) -> None:
         """Add complete frames."""

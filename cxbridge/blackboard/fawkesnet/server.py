@@ -1,4 +1,4 @@
-"""The server of a blackboard for Fawkes' tools, for which it acts as a Fawkes.
+"""The server of a blackboard for Fawkes' tools, to which it looks like Fawkes.
 
 One thread accepts, receives and drops clients, in rounds: it handles the frames of all readable sockets, then
 sends the queued replies. Any thread may send through a session without blocking.
@@ -60,15 +60,15 @@ class FawkesServer(BoardServer):
     """Serves a blackboard by Fawkes' protocol, between :meth:`start` and :meth:`stop`.
 
     :param host: the listening address; beyond the loopback only with ``allow``.
-    :param port: 0 for any free port, see :attr:`port`.
+    :param port: the listening port; 0 for any free port, see :attr:`port`.
     :param bus: gets log lines, by default the board's bus.
     :param components: further components: network logger, plugin manager, configuration.
     :param allow: addresses and networks that may connect, in addition to the loopback.
-    :param echo: whether clients receive their own writes, as from a Fawkes.
+    :param echo: whether clients receive their own writes, as from Fawkes.
     :raises BlackBoardError: if the address cannot be used.
     """
 
-    def __init__(  # noqa: PLR0913 - settings, by name
+    def __init__(  # noqa: PLR0913 - all settings are passed by name
         self,
         board: BlackBoard,
         host: str = "127.0.0.1",
@@ -142,12 +142,12 @@ class FawkesServer(BoardServer):
     def attend(self, session: FawkesSession) -> None:
         """Handle a session soon."""
         self._attention.add(session)
-        if not self.inside():
+        if not self.is_current_thread():
             self._wakeup.set()
 
     def collects(self, session: FawkesSession) -> bool:
         """Return whether the caller is the server's thread in a round, which flushes sessions at its end."""
-        if not self._collecting or not self.inside():
+        if not self._collecting or not self.is_current_thread():
             return False
         if not session.watches_write:
             self._attention.add(session)
@@ -173,7 +173,7 @@ class FawkesServer(BoardServer):
             self._end_sessions()
 
     def _patience(self) -> float | None:
-        """Return the seconds until the next check; None: wait for events only."""
+        """Return the seconds until the next check; None to wait for events only."""
         if self._resume_at:
             return max(self._resume_at - time.monotonic(), 0.0)
         slow = any(session.watches_write for session in self._sessions.values())
@@ -207,7 +207,7 @@ class FawkesServer(BoardServer):
             self._welcome(sock, str(address[0]), f"{address[0]}:{address[1]}")
 
     def _welcome(self, sock: socket.socket, host: str, peer: str) -> None:
-        if not self._allowed.admit(host):
+        if not self._allowed.admits(host):
             self._complaints.add(f"peer {host}", f"refused {peer}: it is not among the allowed peers")
             sock.close()
             return
@@ -302,12 +302,12 @@ class FawkesServer(BoardServer):
         now = time.monotonic()
         for session in self._sessions.values():
             if session.watches_write and session.stalled_for(now) > self._stall_seconds:
-                session.condemn(f"it has taken nothing for {self._stall_seconds:g} s")
+                session.condemn(f"it has not accepted data for {self._stall_seconds:g} s")
 
     def _drop(self, session: FawkesSession, reason: str) -> None:
         """End a session and close its instances.
 
-        :param reason: the text of the log line; empty: no log line.
+        :param reason: the text of the log line; empty for an end that is not logged.
         """
         if self._sessions.pop(session.number, None) is None:
             return

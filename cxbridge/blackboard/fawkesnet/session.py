@@ -15,7 +15,7 @@ from typing import ClassVar, Final, Protocol
 
 from cxbridge.blackboard.fawkesnet.messages.codec import ALWAYS_ALLOWED, limit_to_server
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame, FrameDecoder
-from cxbridge.blackboard.fawkesnet.outbox import MOST, Outbox
+from cxbridge.blackboard.fawkesnet.outbox import MAX_QUEUED_BYTES, Outbox
 
 
 class FawkesNetworkHub(Protocol):
@@ -120,7 +120,7 @@ class FawkesSession:
             if outbox and not self.watches_write:
                 self._hub.attend(self)
         if outbox.overfull:
-            self._condemned = self._condemned or f"it reads too slowly, {MOST} bytes wait for it"
+            self._condemned = self._condemned or f"it reads too slowly, {MAX_QUEUED_BYTES} bytes wait for it"
             self._hub.attend(self)
 
     def _flush(self) -> None:
@@ -149,7 +149,7 @@ class NetworkHandler(ABC):
 
     COMPONENT: ClassVar[ComponentId]
 
-    def start(self, hub: FawkesNetworkHub) -> None:  # noqa: B027 - optional
+    def start(self, hub: FawkesNetworkHub) -> None:  # noqa: B027 - a component need not override it
         """Prepare for clients."""
 
     @abstractmethod
@@ -159,8 +159,8 @@ class NetworkHandler(ABC):
         :raises CxbridgeError: if the request is invalid; the server logs it.
         """
 
-    def disconnected(self, session: FawkesSession) -> None:  # noqa: B027 - optional
+    def disconnected(self, session: FawkesSession) -> None:  # noqa: B027 - a component need not override it
         """Remove the state of a client."""
 
-    def stop(self) -> None:  # noqa: B027 - optional
+    def stop(self) -> None:  # noqa: B027 - a component need not override it
         """Stop after all clients have been dropped."""

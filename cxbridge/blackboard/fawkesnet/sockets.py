@@ -1,4 +1,4 @@
-"""The address of a Fawkes from its URL, and socket options for both sides of its protocol."""
+"""The address in a URL of Fawkes' server, and socket options for both sides of the protocol."""
 
 from __future__ import annotations
 

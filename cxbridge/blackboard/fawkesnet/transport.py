@@ -1,4 +1,4 @@
-"""URLs of Fawkes' network protocol: ``fawkes://host:port``, with optional times in the query."""
+"""URLs of Fawkes' network protocol: ``fawkes://host:port``, with optional timeouts in the query."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from cxbridge.clock import Clock
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus
 
-_LEAST_S: Final = {"timeout": 0.01, "silence": 0.0}  # without silence the server is never probed
-_LONGEST_S: Final = 86_400.0  # a day
+_MIN_S: Final = {"timeout": 0.01, "silence": 0.0}  # a silence of 0 turns probes of the server off
+_MAX_S: Final = 86_400.0  # a day
 
 
 class FawkesTransport(Transport):
-    """Opens the blackboard of a Fawkes."""
+    """Opens the blackboard of Fawkes at a URL."""
 
     QUERY_HINT: ClassVar[str] = (
         "write fawkes://HOST:PORT?timeout=SECONDS&silence=SECONDS, either or both, at most a day"
@@ -27,19 +27,19 @@ class FawkesTransport(Transport):
     def open(
         self, url: str, registry: Registry, clock: Clock, bus: EventBus | None, **options: Any
     ) -> FawkesBlackBoard:
-        """Connect to a Fawkes.
+        """Connect to the network server of Fawkes.
 
         :param options: see :func:`cxbridge.blackboard.fawkesnet.open_fawkes`.
         """
         return FawkesBlackBoard(url, registry, clock, bus, **options)
 
     def read_query(self, url: str, query: str) -> dict[str, Any]:
-        """Return the times of the query in seconds."""
+        """Return the timeouts of the query, ``timeout`` and ``silence``, in seconds."""
         parameters = dict(parse_qsl(query, keep_blank_values=True))
         try:
             seconds = {name: float(text) for name, text in parameters.items()}
         except ValueError:
             seconds = {"": 0.0}  # an unknown name, which is refused below
-        if not all(_LEAST_S.get(name, inf) <= value <= _LONGEST_S for name, value in seconds.items()):
+        if not all(_MIN_S.get(name, inf) <= value <= _MAX_S for name, value in seconds.items()):
             raise BlackBoardError(f"'{url}' has an invalid query", hint=self.QUERY_HINT)
         return seconds

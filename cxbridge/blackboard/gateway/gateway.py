@@ -36,6 +36,7 @@ _STOP_S: Final = 10.0  # the thread may wait for a request to a lost board
 
 Key = tuple[str, str]
 Survey = dict[Key, InterfaceInfo]
+"""The matching interfaces of a blackboard."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +56,7 @@ class MirrorInfo:
 
 
 class Gateway(Observer, Closing):
-    """Mirrors interfaces between two blackboards, which it leaves open. A context manager.
+    """Mirrors interfaces between two blackboards, which it leaves open. A context manager closes it.
 
     Call either :meth:`start`, which uses a thread, or :meth:`loop` periodically.
 
@@ -65,7 +66,7 @@ class Gateway(Observer, Closing):
     :param bus: gets log lines.
     :param names: the boards' names in log lines.
     :param sweep_s: the period of comparing both boards without events, in seconds.
-    :param hide_past: show a Skiller as idle until it works for a client of this gateway.
+    :param hide_past: whether a Skiller appears idle until it works for a client of this gateway.
     :param on_end: called in the gateway's thread with ``Type::id`` and reason of an ending mirror, before its
         readers notice.
     """
@@ -132,7 +133,7 @@ class Gateway(Observer, Closing):
             mirror.close(f"the gateway to {'::'.join(key)} was closed")
         self._mirrors.clear()
 
-    def existence_changed(self, interface_type: str, interface_id: str, *, created: bool) -> None:  # noqa: ARG002 - an observer
+    def existence_changed(self, interface_type: str, interface_id: str, *, created: bool) -> None:  # noqa: ARG002 - an observer's signature
         self.request_sweep()
 
     def request_sweep(self) -> None:
@@ -174,7 +175,7 @@ class Gateway(Observer, Closing):
                 self._end_mirror(key, mirror.ended if connected else "the connection is lost")
         surveys = (self._survey(0), self._survey(1))
         for key, mirror in list(self._mirrors.items()):
-            reason = mirror.ended or self._loss(key, mirror, surveys)
+            reason = mirror.ended or self._reason_to_end(key, mirror, surveys)
             if reason:
                 self._end_mirror(key, reason)
                 surveys = (self._survey(0), self._survey(1))
@@ -207,7 +208,9 @@ class Gateway(Observer, Closing):
         return survey
 
     @staticmethod
-    def _loss(key: Key, mirror: InterfaceMirror, surveys: tuple[Survey | None, Survey | None]) -> str:
+    def _reason_to_end(
+        key: Key, mirror: InterfaceMirror, surveys: tuple[Survey | None, Survey | None]
+    ) -> str:
         """Return why a mirror must end; empty if it can continue."""
         for side, writer in ((mirror.side, "its writer"), (1 - mirror.side, "the mirrored writer")):
             survey = surveys[side]

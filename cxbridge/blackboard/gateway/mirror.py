@@ -46,8 +46,9 @@ MAX_PROXIES: Final = 64
 class Hooks:
     """Callbacks of a mirror, called in any thread.
 
-    :param wake: data are queued.
-    :param sweep: the mirror must end.
+    :param wake: called when data are queued.
+    :param sweep: called when the mirror must end.
+    :param warn: called with warnings.
     """
 
     wake: Callable[[], None]
@@ -106,7 +107,7 @@ class InterfaceMirror(Listener):
     Listeners fill queues in any thread; :meth:`carry` empties them in one thread.
 
     :param side: the number of the source, for the owner.
-    :param hooks: callbacks.
+    :param hooks: the callbacks to the gateway.
     :param orphans: serials of closed instances of earlier mirrors. A disconnected writer may not know that
         they are closed, and show one as its controller.
     :param hide_past: see :class:`~cxbridge.blackboard.gateway.gateway.Gateway`.
@@ -165,13 +166,13 @@ class InterfaceMirror(Listener):
             write_farewell(self._writer, reason)
         with suppress(BlackBoardError):  # the blackboard may be gone already, and with it the instance
             self._writer.close()
-        self._carry_requests()  # the messages taken so far
+        self._carry_requests()  # the messages that the mirror has accepted
         for proxy in self._proxies.values():
             if proxy.may_control:  # a disconnected writer would miss that the instance is closed
                 self._orphans.append(str(proxy.serial))
             proxy.close(self._controller())
         self._proxies.clear()
-        with suppress(BlackBoardError):  # as above
+        with suppress(BlackBoardError):  # the instance may be gone with its blackboard
             self._stack.close()
 
     def data_refreshed(self, interface: Interface) -> None:
@@ -183,7 +184,7 @@ class InterfaceMirror(Listener):
                 self._blocks.append(block)
         self._hooks.wake()
 
-    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - a listener
+    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - a listener's signature
         """Queue a message for the writer; without room the target's queue refuses it, by its limit of 0."""
         if len(self._requests) >= MAX_MESSAGES:
             return True
@@ -197,9 +198,9 @@ class InterfaceMirror(Listener):
         self._hooks.wake()
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        self._end("its writer is gone")
+        self._request_end("its writer is gone")
 
-    def _end(self, reason: str) -> None:
+    def _request_end(self, reason: str) -> None:
         """Request the end of the mirror."""
         if not self.ended:
             self.ended = reason
@@ -211,7 +212,7 @@ class InterfaceMirror(Listener):
             while self._blocks and not self.ended:
                 self._write(self._blocks.popleft())
         except BlackBoardError as error:
-            self._end(f"the other side does not take its data: {error.message}")
+            self._request_end(f"the other side does not take its data: {error.message}")
         self._carry_requests()
 
     def _carry_requests(self) -> None:
@@ -228,7 +229,7 @@ class InterfaceMirror(Listener):
     def _write(self, block: bytes) -> None:
         """Write a block on the other board with its time stamp."""
         controller = self._translator.controller(block)
-        self._release(controller)
+        self._release_orphan(controller)
         if any(proxy.may_control for proxy in self._proxies.values()):
             self._warn_of(controller)
         block = self._translator.translate(block)
@@ -261,7 +262,7 @@ class InterfaceMirror(Listener):
         self.sent += 1
         self._translator.record(message.type, writer_id, message.id)
 
-    def _release(self, controller: str) -> None:
+    def _release_orphan(self, controller: str) -> None:
         """Send ReleaseControl for a closed controller if the writer missed its end."""
         if controller in self._orphans:
             self._orphans.remove(controller)
@@ -270,6 +271,7 @@ class InterfaceMirror(Listener):
             self._reader.msgq_enqueue(message, proxy=True)
 
     def _warn_of(self, controller: str) -> None:
+        """Warn of a controller that is no sender of this gateway."""
         if controller and self._sender_of(controller) is None:
             self._hooks.warn(f"{name_controller(self._reader, controller)} has control")
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Final
 
 from cxbridge.blackboard.exclusive_control import ACQUIRE, CONTROLLER, RELEASE
-from cxbridge.blackboard.stale_errors import OwnError
+from cxbridge.blackboard.stale_errors import ErrorTracker
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in, id_offset, with_id
 from cxbridge.interfaces.schema import FieldSchema
@@ -23,7 +23,7 @@ class StateTranslator:
     On the writer's board, a message has another id than for its sender, and the controller is an instance of
     the gateway.
 
-    :param hide: show the writer as idle until it works for a sender of this gateway.
+    :param hide: whether the writer appears idle until it works for a sender of this gateway.
     :param sender_of: returns the sender's serial for an instance of the gateway, or None.
     """
 
@@ -32,20 +32,20 @@ class StateTranslator:
     ) -> None:
         schema = interface_class.SCHEMA
         self._class: Final = interface_class
-        self._id_at: Final = id_offset(schema)
+        self._id_offset: Final = id_offset(schema)
         self._controller: Final = schema.field(CONTROLLER)
-        self.hides = hide and self._id_at is not None and self._controller is not None
+        self.hides = hide and self._id_offset is not None and self._controller is not None
         """Whether the writer is shown as idle."""
         self._sender_of: Final = sender_of
         self._error: Final = schema.field("error") if schema.field("skill_string") is not None else None
-        self._own_error = OwnError()
-        # the sender's id by the id on the writer's board; 128 KiB, made with the first message
+        self._error_tracker = ErrorTracker()
+        # the sender's id by the id on the writer's board; 128 KiB, made for the first message
         self._sender_ids: array[int] | None = None
         self._orders: set[int] = set()  # ids of messages that start work, while the writer is hidden
 
     def record(self, message_type: str, writer_id: int, sender_id: int) -> None:
         """Record the ids of a sent message on the writer's board and on the sender's."""
-        if self._id_at is None:
+        if self._id_offset is None:
             return
         if self._sender_ids is None:
             self._sender_ids = array("H", bytes(2 * (MESSAGE_ID_MASK + 1)))
@@ -55,9 +55,9 @@ class StateTranslator:
 
     def translate(self, block: bytes) -> bytes:
         """Return a writer's block for the other board."""
-        if self._id_at is None:
+        if self._id_offset is None:
             return block
-        message_id = id_in(block, self._id_at)
+        message_id = id_in(block, self._id_offset)
         if self._controller is not None and self._error is not None:
             block = self._with_own_error(block, message_id, self._error)
         sender_id = NO_MESSAGE
@@ -72,7 +72,7 @@ class StateTranslator:
                 block = self._idle(block)
                 message_id = NO_MESSAGE
         if sender_id not in (NO_MESSAGE, message_id):
-            block = with_id(block, self._id_at, sender_id)
+            block = with_id(block, self._id_offset, sender_id)
         return block if self._controller is None else self._with_controller(block, self._controller)
 
     def _with_own_error(self, block: bytes, message_id: int, field: FieldSchema) -> bytes:
@@ -81,7 +81,7 @@ class StateTranslator:
         values = dict(zip(self._class.ACCESSORS, self._class.READ(view), strict=False))
         skill_string, error = (values[name].decode("utf-8", "replace") for name in ("skill_string", "error"))
         failed = values["status"] == getattr(self._class, "S_FAILED", None)
-        own_error = self._own_error.of(message_id, skill_string, error, failed=failed)
+        own_error = self._error_tracker.current_error(message_id, skill_string, error, failed=failed)
         return block if own_error == error else _with_text(block, field, own_error)
 
     def _idle(self, block: bytes) -> bytes:

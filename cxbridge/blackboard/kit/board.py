@@ -15,7 +15,7 @@ from cxbridge.events import EventBus
 
 
 class RemoteBlackBoard(BlackBoard):
-    """A blackboard in another process, behind a connection that is restored after a loss.
+    """A blackboard in another process, over a connection that is restored after a loss.
 
     Listeners and observers are called in the dispatcher's thread, soon after the event.
     """
@@ -26,7 +26,7 @@ class RemoteBlackBoard(BlackBoard):
         super().__init__(registry, clock, bus)
         self._complaints = Complaints(self.warn)
         self._gone = False
-        self._ending = threading.Lock()  # two threads may shut down at once
+        self._shutdown_lock = threading.Lock()  # two threads may shut down at once
         self._on_connection: list[Callable[[bool], None]] = []
 
     def on_connection(self, callback: Callable[[bool], None]) -> None:
@@ -40,7 +40,7 @@ class RemoteBlackBoard(BlackBoard):
 
     def shutdown(self) -> None:
         """Invalidate all instances, end the connection and stop the threads."""
-        with self._ending:
+        with self._shutdown_lock:
             if self._gone:
                 return
             self._gone = True

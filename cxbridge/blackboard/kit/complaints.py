@@ -7,10 +7,12 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-PAUSE_S: Final = 60.0  # seconds between log lines about mistakes of the same kind
+PAUSE_S: Final = 60.0
+"""The seconds between log lines about mistakes of the same kind."""
 
 # the names of kinds may come from the wire: the table must not grow without limit
 MAX_KINDS: Final = 1000
+"""The maximal number of kinds with a separate pause."""
 
 
 class Complaints:
@@ -27,7 +29,7 @@ class Complaints:
         now = time.monotonic()
         with self._lock:
             if kind not in self._logged and len(self._logged) >= MAX_KINDS:
-                kind = ""
+                kind = ""  # all further kinds share one pause
             since, count = self._logged.get(kind, (-PAUSE_S, 0))
             if now - since < PAUSE_S:
                 self._logged[kind] = since, count + 1

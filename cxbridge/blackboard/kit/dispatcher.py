@@ -32,11 +32,12 @@ class Dispatcher:
     def put(self, work: Callable[..., object], *args: Any, urgent: bool = False) -> None:
         """Queue a call.
 
-        :param urgent: make the call also while a listener waits for a reply, if the transport can.
+        :param urgent: whether to make the call even while a listener waits for a reply, if the transport can.
         """
         self._queue.put((work, args, urgent))
 
-    def inside(self) -> bool:
+    def is_current_thread(self) -> bool:
+        """Return whether the caller runs in the dispatcher's thread."""
         return threading.get_ident() == self.ident
 
     def drain(self, timeout: float) -> bool:
@@ -45,7 +46,7 @@ class Dispatcher:
         Within the dispatcher's thread it returns at once, because the queue cannot proceed before the caller
         returns.
         """
-        if self.inside() or not self._thread.is_alive():
+        if self.is_current_thread() or not self._thread.is_alive():
             return True
         drained = threading.Event()
         self.put(drained.set)
@@ -54,10 +55,10 @@ class Dispatcher:
     def stop(self, timeout: float | None = None) -> None:
         """End the thread after the queued calls and wait for it, unless called within the thread.
 
-        :param timeout: in seconds; None waits without limit.
+        :param timeout: the limit in seconds; None waits without limit.
         """
         self._queue.put(None)
-        if not self.inside():
+        if not self.is_current_thread():
             self._thread.join(timeout)
 
     def _run(self) -> None:

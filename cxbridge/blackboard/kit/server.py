@@ -1,4 +1,4 @@
-"""The base of servers: serving thread, wake-up, log lines, start and stop; and limits of clients."""
+"""The base of servers: the serving thread, its wake-up, log lines, start and stop; the limits of clients."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from cxbridge.events import Logger
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.schema import InterfaceSchema
 
-MOST_INSTANCES: Final = 4096
+MAX_INSTANCES: Final = 4096
 """The maximal number of open instances of a client."""
 
 # each open instance has a copy of its data block in the server's memory
-MOST_BYTES: Final = 16 * 1024 * 1024
+MAX_BYTES: Final = 16 * 1024 * 1024
 """The maximal bytes of the blocks of a client's instances together."""
 
 
@@ -31,10 +31,10 @@ def check_room(instances: Iterable[Interface], schema: InterfaceSchema) -> None:
     :raises RemoteRefusalError: if the client has too many instances open, or too many bytes.
     """
     sizes = [instance.SCHEMA.datasize for instance in instances]
-    if len(sizes) >= MOST_INSTANCES:
-        raise RemoteRefusalError(f"a client may have at most {MOST_INSTANCES} interfaces open")
-    if sum(sizes) + schema.datasize > MOST_BYTES:
-        raise RemoteRefusalError(f"the interfaces of a client may have {MOST_BYTES} bytes together")
+    if len(sizes) >= MAX_INSTANCES:
+        raise RemoteRefusalError(f"a client may have at most {MAX_INSTANCES} interfaces open")
+    if sum(sizes) + schema.datasize > MAX_BYTES:
+        raise RemoteRefusalError(f"the interfaces of a client may have {MAX_BYTES} bytes together")
 
 
 class BoardServer(ABC):
@@ -50,7 +50,7 @@ class BoardServer(ABC):
         self._stopping = False
         self._started = False
         self._released = False
-        self._ident = 0  # of the thread, known to itself before its first call
+        self._ident = 0  # of the serving thread, which sets it before it calls other code
         self._thread = threading.Thread(target=self._serve_thread, name=thread_name, daemon=True)
 
     def __enter__(self) -> Self:
@@ -96,7 +96,8 @@ class BoardServer(ABC):
         if not self._thread.is_alive():
             self._release_once()
 
-    def inside(self) -> bool:
+    def is_current_thread(self) -> bool:
+        """Return whether the caller runs in the serving thread."""
         return threading.get_ident() == self._ident
 
     def _serve_thread(self) -> None:

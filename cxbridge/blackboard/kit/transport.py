@@ -18,7 +18,7 @@ class BadUrlError(BlackBoardError):
 class Transport(ABC):
     """Opens the blackboards of some URL schemes, see :data:`cxbridge.blackboard.urls.TRANSPORTS`."""
 
-    QUERY_HINT: ClassVar[str] = "leave away the '?' and what follows it"
+    QUERY_HINT: ClassVar[str] = "leave out the '?' and the text after it"
     """The hint for an invalid query."""
 
     @abstractmethod

@@ -64,7 +64,7 @@ def read_enum(element: Element, scope: NameScope, findings: Findings) -> EnumSch
     for item_element in item_elements:
         # an invalid item does not hide the mistakes of the others
         with findings.collect():
-            # as in C, an item without value follows the one before
+            # as in C, an item without a value continues from the previous item
             item = _read_item(item_element, items[-1].value + 1 if items else 0, scope, findings)
             items.append(item)
             _check_number(item_element, item, names, findings)
@@ -74,7 +74,7 @@ def read_enum(element: Element, scope: NameScope, findings: Findings) -> EnumSch
 def _read_item(element: Element, number: int, scope: NameScope, findings: Findings) -> EnumItem:
     """Read an ``item``.
 
-    :param number: its value unless the element has one.
+    :param number: the value of the item unless the element has a value.
     """
     findings.check_form(element, ("name", "value"))
     name = findings.name(element, "an enum item", RESERVED_IN_INTERFACES, "S_RUNNING")

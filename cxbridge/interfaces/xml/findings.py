@@ -17,14 +17,14 @@ from cxbridge.interfaces.names import is_identifier, is_reserved
 from cxbridge.interfaces.xml.tree import Element
 from cxbridge.suggestions import did_you_mean
 
-# a file of a mebibyte may have 100,000 mistakes, and similar names are searched for each
+# a file of a mebibyte may have 100,000 mistakes, and each mistake costs a search for similar names
 MAX_FINDINGS: Final = 100
 """The maximal number of reported errors of a file."""
 
 _COMMENT_HINT = "begin it with <comment>What it is for</comment>"
 
 
-class TooManyFindings(Exception):  # noqa: N818 - ends the reading, is no error of its own
+class TooManyFindings(Exception):  # noqa: N818 - a signal to end the reading
     """The file has too many errors; reading ends."""
 
 
@@ -121,7 +121,7 @@ class Findings(Struct):
     def comment_child(self, element: Element, subject: str, *, loose: bool = False) -> str:
         """Return the text of the ``comment`` child, which is required.
 
-        :param loose: text outside a ``comment`` is enough, with a warning, as in Fawkes.
+        :param loose: whether text outside a ``comment`` is enough, with a warning, as in Fawkes.
         """
         comments = element.find_all("comment")
         if not comments or not comments[0].text:
@@ -147,6 +147,7 @@ class Findings(Struct):
                     name,
                 )
         unknown = [child for child in element.children if child.name not in children]
+        # the search for similar names takes long, and later findings would be dropped anyway
         for child in unknown[:MAX_FINDINGS]:
             contents = ", ".join(f"<{name}>" for name in children) or "text only"
             hint = did_you_mean(child.name, children, f"<{element.name}> may hold {contents}")

@@ -43,8 +43,8 @@ from cxbridge.interfaces.xml.tree import MAX_FILE_SIZE, Element, read_tree
 class CheckResult(Struct, frozen=True):
     """The result of checking a definition.
 
-    :param schema: None if there are errors.
-    :param errors: in the order of the file.
+    :param schema: the schema; None if there are errors.
+    :param errors: the errors in the order of the file.
     :param warnings: constructs that Fawkes accepts but that are probably mistakes.
     """
 
@@ -277,11 +277,11 @@ class _Definition:
 
     def _add_message_name(self, element: Element, name: str) -> None:
         """Check that a message's name is short enough and unique."""
-        longest = MAX_MESSAGE_LENGTH - len(MESSAGE_SUFFIX)
-        if len(name) > longest:
+        max_length = MAX_MESSAGE_LENGTH - len(MESSAGE_SUFFIX)
+        if len(name) > max_length:
             raise self._findings.mistake(
                 element,
-                f"the message name '{name}' has {len(name)} characters, the limit is {longest}",
+                f"the message name '{name}' has {len(name)} characters, the limit is {max_length}",
                 f"shorten it: with the suffix {MESSAGE_SUFFIX} it must fit into {MAX_MESSAGE_LENGTH}",
                 "name",
             )

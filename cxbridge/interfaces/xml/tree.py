@@ -15,7 +15,7 @@ from msgspec import Struct, field
 
 from cxbridge.errors import InterfaceDefinitionError
 
-# those of Fawkes have less than 20 kB
+# the definitions of Fawkes have fewer than 20 kB
 MAX_FILE_SIZE: Final = 1 << 20
 """The maximal size of a definition in bytes."""
 
@@ -23,7 +23,7 @@ MAX_DEPTH: Final = 16
 """The maximal depth of nested elements; definitions need four."""
 
 MAX_ELEMENTS: Final = 10_000
-"""The maximal number of elements; those of Fawkes have less than 200."""
+"""The maximal number of elements; the definitions of Fawkes have fewer than 200."""
 
 _DOCTYPE_HINT = 'use exactly <!DOCTYPE interface SYSTEM "interface.dtd">, or leave it out'
 _ENTITY = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#\d+|#x[0-9A-Fa-f]+);)")
@@ -48,7 +48,7 @@ class Element(Struct):
     def place_of(self, attribute: str) -> tuple[int, int]:
         """Return line and column of an attribute, or of the element if it has no such attribute."""
         pattern = rb"\s(" + re.escape(attribute.encode()) + rb")\s*="
-        # a value may contain the name of another attribute
+        # values are hidden, because a value may contain the name of another attribute
         values_hidden = re.sub(rb""""[^"]*"|'[^']*'""", lambda value: b"." * len(value.group()), self.tag)
         match = re.search(pattern, values_hidden)
         if match is None:
@@ -161,7 +161,9 @@ class _TreeReader:
         if len(self._open) >= MAX_DEPTH:
             raise self._error(f"elements are nested more than {MAX_DEPTH} deep", "close the elements before")
         match = _START_TAG.match(self._data, parser.CurrentByteIndex)
-        tag = match.group() if match else b""  # in UTF-16, for example, positions are those of the element
+        tag = (
+            match.group() if match else b""
+        )  # without a tag, e.g. in UTF-16, errors have the place of the element
         element = Element(name, attributes, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1, tag)
         # with a DOCTYPE, expat silently drops unknown entities in attributes
         entity = _ENTITY.search(tag) if self._has_entities else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 from typing import Any, Final
 
-from cxbridge.plugins import Row, Table, two_of_a_name
+from cxbridge.plugins import Row, Table, duplicate_error
 from cxbridge.run.components.component import is_component
 from cxbridge.run.skillers import SkillerSettings, skiller_settings
 from cxbridge.run.specs import init_mentions
@@ -79,5 +79,5 @@ def needed_components(run: Any, *daemon: Row, replayed: bool = False) -> list[Ro
     needed = [*(row for row in daemon if row.needed(run)), *rows]
     for first, second in combinations(needed, 2):
         if first.name == second.name:
-            raise two_of_a_name(COMPONENTS.hook, first, second)
+            raise duplicate_error(COMPONENTS.hook, first, second)
     return needed

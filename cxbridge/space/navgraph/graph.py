@@ -42,9 +42,9 @@ def property_as_bool(text: str) -> bool:
 class NavGraphNode(Struct, frozen=True):
     """A place.
 
-    :param x: in metres in the fixed frame, like ``y``.
-    :param properties: texts by name; a property without value is ``true``.
-    :param unconnected: the node only marks a place and must not have edges.
+    :param x: the first coordinate in the fixed frame, in metres like ``y``.
+    :param properties: the texts of the properties by name; a property without a value is ``true``.
+    :param unconnected: whether the node only marks a place and may not have edges.
     """
 
     name: str
@@ -76,7 +76,7 @@ class NavGraphEdge(Struct, frozen=True):
 class NavGraphPath(Struct, frozen=True):
     """A path through a graph.
 
-    :param nodes: including the first and the last.
+    :param nodes: the nodes of the path, including the first and the last.
     :param cost: the sum of the edges' costs, by default metres.
     """
 
@@ -87,7 +87,7 @@ class NavGraphPath(Struct, frozen=True):
 class NavGraph:
     """A mutable navigation graph.
 
-    :param default_properties: the properties of nodes without them.
+    :param default_properties: the properties of nodes that do not define these properties.
     """
 
     def __init__(self, name: str, default_properties: Mapping[str, str] | None = None) -> None:
@@ -132,7 +132,7 @@ class NavGraph:
     ) -> NavGraphNode | None:
         """Return the closest node to a point.
 
-        :param prop: only consider nodes with this property.
+        :param prop: the property that the node must have; empty for any node.
         :param other_than: the name of a node to exclude.
         """
         candidates = [
@@ -178,14 +178,14 @@ class NavGraph:
         self.revision += 1
 
     def reachable_nodes(self, name: str) -> tuple[str, ...]:
-        """Return the sorted names of a node's successors."""
+        """Return the sorted names of the nodes to which an edge leads from a node."""
         if name not in self._neighbours:
             ends = {edge.end for edge in self._edges if edge.start == name}
             ends |= {edge.start for edge in self._edges if edge.end == name and not edge.directed}
             self._neighbours[name] = tuple(sorted(ends))
         return self._neighbours[name]
 
-    def unreachable(self) -> list[str]:
+    def unreachable_nodes(self) -> list[str]:
         """Return the sorted names of the nodes that cannot be reached from the first connected one."""
         connected = [node.name for node in self._nodes.values() if not node.unconnected]
         reached, open_nodes = set(connected[:1]), connected[:1]
@@ -213,7 +213,8 @@ class NavGraph:
     ) -> NavGraphPath | None:
         """Return the cheapest path (A*), or None.
 
-        :param cost: of an edge between two nodes, at least the distance in metres; None: the distance.
+        :param cost: returns the cost of an edge between two nodes, at least the distance in metres; by
+            default the distance.
         :raises NavGraphError: if a node is unknown.
         """
         for name in (start, goal):

@@ -37,7 +37,7 @@ def crossing(graph: NavGraph, edge: NavGraphEdge, start: NavGraphNode, end: NavG
 def add_without_crossing(graph: NavGraph, edge: NavGraphEdge) -> None:
     """Add an edge that must not intersect edges without a common node.
 
-    :raises NavGraphError: if it does, or cannot be added.
+    :raises NavGraphError: if the edge intersects another edge, or cannot be added.
     """
     start, end = graph.node(edge.start), graph.node(edge.end)
     if start and end:
@@ -46,7 +46,7 @@ def add_without_crossing(graph: NavGraph, edge: NavGraphEdge) -> None:
                 continue
             if crossing(graph, existing, start, end):
                 raise NavGraphError(
-                    f"Failed to add edge {_name(edge)}: it intersects with {_name(existing)}",
+                    f"Failed to add edge {_edge_name(edge)}: it intersects with {_edge_name(existing)}",
                     hint="tag the edge !allow-intersection or !split-intersection",
                 )
     graph.add_edge(edge)
@@ -72,20 +72,20 @@ def add_and_split(graph: NavGraph, edge: NavGraphEdge) -> None:
         if middle not in (crossed.start, crossed.end):
             _split(graph, crossed, middle)
         if middle not in (previous, edge.end):
-            _add_new(graph, _generated(previous, middle, edge.properties, directed=edge.directed))
+            _add_if_new(graph, _generate_edge(previous, middle, edge.properties, directed=edge.directed))
             previous = middle
-    _add_new(graph, _generated(previous, edge.end, edge.properties, directed=edge.directed))
+    _add_if_new(graph, _generate_edge(previous, edge.end, edge.properties, directed=edge.directed))
 
 
 def connect_to_closest_node(graph: NavGraph, node: NavGraphNode) -> None:
     """Add an edge from a node to the closest node.
 
-    :raises NavGraphError: if there is none.
+    :raises NavGraphError: if there is no other node.
     """
     closest = graph.closest_node(node.x, node.y, other_than=node.name)
     if closest is None:
         raise NavGraphError(f"there is no node that '{node.name}' could be connected to")
-    add_and_split(graph, _generated(node.name, closest.name))
+    add_and_split(graph, _generate_edge(node.name, closest.name))
 
 
 def connect_to_closest_edge(graph: NavGraph, node: NavGraphNode) -> None:
@@ -108,7 +108,7 @@ def connect_to_closest_edge(graph: NavGraph, node: NavGraphNode) -> None:
         middle = f"C-{node.name}"
         graph.add_node(NavGraphNode(middle, x, y))
         _split(graph, edge, middle)
-    add_and_split(graph, _generated(middle, node.name))
+    add_and_split(graph, _generate_edge(middle, node.name))
 
 
 def _foot(graph: NavGraph, edge: NavGraphEdge, node: NavGraphNode) -> Point | None:
@@ -136,19 +136,21 @@ def _split(graph: NavGraph, edge: NavGraphEdge, middle: str) -> None:
     """Replace an edge by two edges that meet at a node."""
     graph.remove_edge(edge)
     for start, end in ((edge.start, middle), (middle, edge.end)):
-        _add_new(graph, NavGraphEdge(start, end, edge.directed, edge.properties))
+        _add_if_new(graph, NavGraphEdge(start, end, edge.directed, edge.properties))
 
 
-def _add_new(graph: NavGraph, edge: NavGraphEdge) -> None:
+def _add_if_new(graph: NavGraph, edge: NavGraphEdge) -> None:
+    """Add an edge unless it would be a loop or exists."""
     if edge.start != edge.end and graph.edge(edge.start, edge.end) is None:
         graph.add_edge(edge)
 
 
-def _generated(
+def _generate_edge(
     start: str, end: str, properties: Mapping[str, str] | None = None, *, directed: bool = False
 ) -> NavGraphEdge:
+    """Return an edge with the property ``created-for``, by which Fawkes marks generated edges."""
     return NavGraphEdge(start, end, directed, {**(properties or {}), "created-for": f"{start}--{end}"})
 
 
-def _name(edge: NavGraphEdge) -> str:
+def _edge_name(edge: NavGraphEdge) -> str:
     return f"{edge.start}{'>' if edge.directed else '-'}{edge.end}"

@@ -18,13 +18,13 @@ from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 TAG: Final = "tag:fawkesrobotics.org,navgraph/"
 """The prefix of ``!`` tags in graph files."""
 
-_PAIR = 2
+_PAIR = 2  # the coordinates of a node, and the ends of a connection
 
 
 def load_navgraph(file: str | FilePath, *, allow_multi_graph: bool = False) -> NavGraph:
     """Load a graph file.
 
-    :param allow_multi_graph: allow several unconnected parts.
+    :param allow_multi_graph: whether the graph may have several parts without connection.
     :raises NavGraphError: with file and line, if the file cannot be read or is invalid.
     """
     try:
@@ -37,7 +37,7 @@ def load_navgraph(file: str | FilePath, *, allow_multi_graph: bool = False) -> N
 def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = False) -> NavGraph:
     """Parse the text of a graph file.
 
-    :param name: of the file, for errors.
+    :param name: the name of the file, for errors.
     :raises NavGraphError: with the line, if the text is invalid.
     """
     try:
@@ -53,7 +53,7 @@ def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = Fa
         )
     root = {_text(key): value for key, value in documents[0].pairs}
     if "graph-name" not in root:
-        raise _wrong(documents[0], "the graph has no 'graph-name'")
+        raise _error_at(documents[0], "the graph has no 'graph-name'")
     graph = NavGraph(_text(root["graph-name"]), _properties(root.get("default-properties")))
     for item in _items(root.get("nodes"), "nodes"):
         with _located(item):
@@ -62,10 +62,10 @@ def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = Fa
         _add_edge(graph, item)
     # after the edges, because nodes may be connected to the closest edge
     for node in graph.nodes:
-        _insert(graph, node, documents[0])
-    if not allow_multi_graph and (unreachable := graph.unreachable()):
+        _connect_by_mode(graph, node, documents[0])
+    if not allow_multi_graph and (unreachable := graph.unreachable_nodes()):
         origin = next(node.name for node in graph.nodes if not node.unconnected)
-        raise _wrong(
+        raise _error_at(
             documents[0],
             f"the graph is not fully connected: {', '.join(unreachable)} cannot be reached from '{origin}'",
             "add edges, tag the nodes !unconnected, or allow it (/navgraph/allow_multi_graph)",
@@ -75,13 +75,14 @@ def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = Fa
 
 def _node(item: YamlNode) -> NavGraphNode:
     if not isinstance(item, YamlMap):
-        raise _wrong(item, "a node must be a map with 'name' and 'pos'")
+        raise _error_at(item, "a node must be a map with 'name' and 'pos'")
     fields = {_text(key): value for key, value in item.pairs}
     if not {"name", "pos"} <= fields.keys():
-        raise _wrong(item, "a node must have 'name' and 'pos'")
+        raise _error_at(item, "a node must have 'name' and 'pos'")
     pos = fields["pos"]
     if not isinstance(pos, YamlList) or len(pos.items) < _PAIR:
-        raise _wrong(pos, "'pos' must be [x, y] in metres")
+        raise _error_at(pos, "'pos' must be [x, y] in metres")
+    # Fawkes ignores further coordinates
     x, y = (_number(value) for value in pos.items[:_PAIR])
     return NavGraphNode(
         _text(fields["name"]), x, y, _properties(fields.get("properties")), item.tag == f"{TAG}unconnected"
@@ -90,7 +91,7 @@ def _node(item: YamlNode) -> NavGraphNode:
 
 def _add_edge(graph: NavGraph, item: YamlNode) -> None:
     if not isinstance(item, YamlList) or len(item.items) != _PAIR:
-        raise _wrong(item, "a connection must be [FROM, TO]")
+        raise _error_at(item, "a connection must be [FROM, TO]")
     edge = NavGraphEdge(_text(item.items[0]), _text(item.items[1]), item.tag == f"{TAG}dir")
     adders: dict[str, Callable[[NavGraph, NavGraphEdge], None]] = {
         f"{TAG}allow-intersection": NavGraph.add_edge,
@@ -101,10 +102,10 @@ def _add_edge(graph: NavGraph, item: YamlNode) -> None:
         add(graph, edge)
 
 
-def _insert(graph: NavGraph, node: NavGraphNode, root: YamlNode) -> None:
+def _connect_by_mode(graph: NavGraph, node: NavGraphNode, root: YamlNode) -> None:
     """Connect a node by its property ``insert-mode``.
 
-    :param root: gives the file for errors.
+    :param root: the root of the document, the place of errors.
     """
     mode = node.properties.get("insert-mode", "").lower().replace("_", "-")
     if mode == "unconnected":
@@ -115,7 +116,7 @@ def _insert(graph: NavGraph, node: NavGraphNode, root: YamlNode) -> None:
             joining.connect_to_closest_edge(graph, node)
         except NavGraphError as error:
             if mode == "closest-edge":
-                raise _wrong(root, error.message) from None
+                raise _error_at(root, error.message) from None
             mode = "closest-node"
     if mode == "closest-node":
         with _located(root):
@@ -130,7 +131,7 @@ def _properties(node: YamlNode | None) -> dict[str, str]:
         elif isinstance(item, YamlMap):
             properties.update((_text(key), _text(value)) for key, value in item.pairs)
         else:
-            raise _wrong(item, "a property must be a name, or 'name: value'")
+            raise _error_at(item, "a property must be a name, or 'name: value'")
     return properties
 
 
@@ -138,13 +139,13 @@ def _items(node: YamlNode | None, name: str) -> list[YamlNode]:
     if node is None or (isinstance(node, YamlScalar) and node.null):
         return []
     if not isinstance(node, YamlList):
-        raise _wrong(node, f"'{name}' must be a list")
+        raise _error_at(node, f"'{name}' must be a list")
     return node.items
 
 
 def _text(node: YamlNode) -> str:
     if not isinstance(node, YamlScalar) or node.null:
-        raise _wrong(node, "a text is expected here")
+        raise _error_at(node, "a text is expected here")
     return node.text
 
 
@@ -154,7 +155,7 @@ def _number(node: YamlNode) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise _wrong(node, f"'{_text(node)}' is not a number")
+        raise _error_at(node, f"'{_text(node)}' is not a number")
     return value
 
 
@@ -166,9 +167,9 @@ def _located(node: YamlNode) -> Iterator[None]:
     except NavGraphError as error:
         if error.line:
             raise  # the error of an inner node has its own position
-        raise _wrong(node, error.message, error.hint) from None
+        raise _error_at(node, error.message, error.hint) from None
 
 
-def _wrong(node: YamlNode, message: str, hint: str | None = None) -> NavGraphError:
+def _error_at(node: YamlNode, message: str, hint: str | None = None) -> NavGraphError:
     mark = node.mark
     return NavGraphError(message, file=mark.file, line=mark.line, column=mark.column, hint=hint)

@@ -36,7 +36,7 @@ MAX_DEPTH: Final = 1000
 class StampedTransform(Struct, frozen=True):
     """A transform at a time.
 
-    :param stamp_us: the time.
+    :param stamp_us: the time in microseconds since the epoch.
     :param child_frame: the frame positioned in the parent.
     """
 
@@ -82,7 +82,7 @@ class _History:
         if right == 0:
             raise ExtrapolationError(
                 "Lookup would require extrapolation into the past. Requested time "
-                f"{_text(time_us)}, but the earliest data is at time {_text(self.stamps[0])}"
+                f"{_time_text(time_us)}, but the earliest data is at time {_time_text(self.stamps[0])}"
             )
         older, newer = entries[right - 1], entries[right]
         # between two parents there is no interpolation
@@ -114,7 +114,8 @@ class TransformBuffer:
     def set_transform(self, entry: StampedTransform, *, static: bool = False) -> bool:
         """Store a transform.
 
-        :param static: valid for all times; determined by the first transform of a frame.
+        :param static: whether the transform is valid for all times; the first transform of a frame decides
+            for the frame.
         :returns: False if a name is empty, parent and child are equal, a number is NaN, or the transform is
             too old.
         :raises InvalidRotationError: if the rotation is invalid.
@@ -152,7 +153,7 @@ class TransformBuffer:
     def lookup(self, target: str, source: str, time_us: int = LATEST) -> StampedTransform:
         """Return the transform from the frame ``source`` to the frame ``target``.
 
-        :raises TransformError: if it is unknown, see :mod:`cxbridge.space.tf.errors`.
+        :raises TransformError: if the transform is unknown, see :mod:`cxbridge.space.tf.errors`.
         """
         target, source = _strip(target), _strip(source)
         with self._lock:
@@ -167,7 +168,7 @@ class TransformBuffer:
     ) -> StampedTransform:
         """Return the transform from ``source`` at one time to ``target`` at another, with ``fixed`` at rest.
 
-        :raises TransformError: if it is unknown.
+        :raises TransformError: if the transform is unknown.
         """
         to_fixed = self.lookup(fixed, source, source_us)
         to_target = self.lookup(target, fixed, target_us)
@@ -177,7 +178,7 @@ class TransformBuffer:
     def can_transform(self, target: str, source: str, time_us: int = LATEST) -> bool:
         """Return whether :meth:`lookup` succeeds; True for equal frames, even unknown ones."""
         if _strip(target) == _strip(source):
-            return True  # as in tf, which does not look at the tree
+            return True  # as in tf, which does not search for equal frames
         try:
             self.lookup(target, source, time_us)
         except (UnknownFrameError, NotConnectedError, ExtrapolationError):
@@ -240,7 +241,7 @@ class TransformBuffer:
                 entries.append(entry)
                 common = entry.frame
             if common not in ancestors:
-                raise _not_connected(target, source)
+                raise _not_connected_error(target, source)
             entries += itertools.takewhile(lambda entry: entry.child_frame != common, source_path)
         stamps = [entry.stamp_us for entry in entries if not self._histories[entry.child_frame].static]
         return min(stamps, default=LATEST)
@@ -265,7 +266,7 @@ class TransformBuffer:
         if common not in source_in:
             problem = target_error or source_error
             if problem is None:
-                raise _not_connected(target, source)
+                raise _not_connected_error(target, source)
             raise ExtrapolationError(
                 f"{problem.message}, when looking up transform from frame [{source}] to frame [{target}]"
             )
@@ -279,7 +280,7 @@ class TransformBuffer:
         It ends at the goal, at a frame in ``stop``, at the root, or at a frame without a transform for the
         time.
         """
-        poses = {frame: Transform()}  # of the frame in its ancestors
+        poses = {frame: Transform()}  # the pose of the frame in each ancestor
         while frame != goal and (stop is None or frame not in stop) and frame in self._histories:
             try:
                 entry = self._histories[frame].at(time_us)
@@ -296,11 +297,11 @@ def _strip(frame: str) -> str:
     return frame.removeprefix("/")
 
 
-def _text(time_us: int) -> str:
+def _time_text(time_us: int) -> str:
     return f"{time_us // 1_000_000}.{time_us % 1_000_000:06}"
 
 
-def _not_connected(target: str, source: str) -> NotConnectedError:
+def _not_connected_error(target: str, source: str) -> NotConnectedError:
     return NotConnectedError(
         f"Could not find a connection between '{target}' and '{source}' because they are not part of the "
         "same tree. Tf has two or more unconnected trees."

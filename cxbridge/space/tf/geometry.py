@@ -18,8 +18,10 @@ Quaternion = tuple[float, float, float, float]
 ORIGIN: Final[Vector] = (0.0, 0.0, 0.0)
 NO_ROTATION: Final[Quaternion] = (0.0, 0.0, 0.0, 1.0)
 
-_LENGTH_TOLERANCE = 0.01  # as in Fawkes
-_ALMOST_PARALLEL = 0.9995  # close to parallel, the division by the sine of the angle loses precision
+_LENGTH_TOLERANCE = 0.01  # of the squared length, as in Fawkes
+# Above this cosine quaternions are interpolated linearly: the division by the sine of the angle would lose
+# precision.
+_ALMOST_PARALLEL = 0.9995
 
 
 def quaternion_from_yaw(yaw: float) -> Quaternion:
@@ -36,7 +38,8 @@ def yaw_of(q: Quaternion) -> float:
 def normalized(q: Quaternion) -> Quaternion:
     """Return a quaternion normalised to length 1.
 
-    :raises InvalidRotationError: if it has a NaN, or its length differs from 1 by more than Fawkes accepts.
+    :raises InvalidRotationError: if the quaternion has a NaN, or its squared length differs from 1 by more
+        than Fawkes accepts.
     """
     length2 = sum(component * component for component in q)
     if math.isnan(length2):
@@ -103,7 +106,7 @@ class Transform(Struct, frozen=True):
     """The pose of a frame in its parent, which converts coordinates of the frame to those of the parent.
 
     :param translation: the frame's origin.
-    :param rotation: of length 1.
+    :param rotation: a quaternion of length 1.
     """
 
     translation: Vector = ORIGIN

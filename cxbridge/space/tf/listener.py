@@ -23,7 +23,7 @@ ID_GLOB: Final = "/tf*"
 class TransformListener(Listener, Observer):
     """Reads all present and future TransformInterfaces whose id starts with ``/tf``.
 
-    :param buffer: gets the transforms; None makes one.
+    :param buffer: gets the transforms; by default a new buffer.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class TransformListener(Listener, Observer):
         """Store a written transform."""
         interface.read()
         if not interface.child_frame:
-            return  # never written
+            return  # the interface was never written
         entry = StampedTransform(
             Transform(tuple(interface.translation), tuple(interface.rotation)),
             interface.timestamp_us,

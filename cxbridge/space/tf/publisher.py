@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class TransformPublisher:
-    """Writes one TransformInterface.
+    """Writes transforms to one TransformInterface.
 
     :param name: the interface's id; without a leading slash, it is prefixed by ``/tf/``.
     :raises BlackBoardError: if the interface has another writer.

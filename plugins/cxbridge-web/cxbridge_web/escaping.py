@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
-from cxbridge.printing import UNSAFE, numbered
+from cxbridge.printing import UNSAFE, escaped
 
 # Characters shown by their number: unsafe ones and invisible ones.
 _UNSEEN = (
@@ -27,7 +27,7 @@ _UNSEEN = (
 )
 
 _VISIBLE: Mapping[int, str] = {
-    code: numbered(code) if code < 0x10000 else f"\\U{code:08x}"  # noqa: PLR2004 - the BMP ends there
+    code: escaped(code) if code < 0x10000 else f"\\U{code:08x}"  # noqa: PLR2004 - the BMP ends there
     for code in _UNSEEN
 }
 _IN_JSON: Mapping[int, str] = {

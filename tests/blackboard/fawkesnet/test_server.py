@@ -177,7 +177,7 @@ def test_data_are_bounded_by_what_is_open(served):
     client = served.raw()
     client.send(struct.pack(">HHI", 2, 10, 20_000))
     assert client.closed_by_server()
-    served.wait_warning("announces 20000 bytes, allowed are")
+    served.wait_warning("announces 20000 bytes, but only")
 
 
 def test_a_truncated_frame_and_silence_harm_nobody(served):
@@ -250,7 +250,7 @@ def test_a_client_that_takes_nothing_for_long_is_dropped(site):
     for count in range(30_000):
         writer.count = count
         writer.write()
-    site.wait_warning("it has taken nothing for 0.2 s")
+    site.wait_warning("it has not accepted data for 0.2 s")
     assert serves(site.server.port)
 
 

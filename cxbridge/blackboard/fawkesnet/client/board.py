@@ -1,4 +1,4 @@
-"""The blackboard of a Fawkes, accessed by its network protocol."""
+"""The blackboard of Fawkes, accessed by its network protocol."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _FAREWELL_S: Final = 1.0  # for the server to receive the last messages at shutd
 
 
 class FawkesBlackBoard(RemoteBlackBoard):
-    """The blackboard of a Fawkes, or of another server with its protocol (docs/evidence/protocol-fawkes.md).
+    """The blackboard of Fawkes, or of another server with its protocol (docs/evidence/protocol-fawkes.md).
 
     A separate thread calls listeners and observers. After a lost connection, it reconnects and opens all
     interfaces again.
@@ -58,7 +58,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
     :param clock: the source of time stamps of local writes.
     :param bus: gets log lines and the writes of open interfaces.
     :param timeout: seconds for connecting and for replies.
-    :param silence: seconds of silence before the server is probed; 0: never. Without a reply within
+    :param silence: seconds of silence before the server is probed; 0 turns probes off. Without a reply within
         ``timeout``, the connection is lost.
     :raises UnreachableError: if no server replies.
     """
@@ -81,7 +81,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._ports: dict[bytes, RemotePort] = {}  # those that are open at the server, by serial
         self._all_ports: dict[RemotePort, None] = {}  # in the order of opening
         self._mem_serials: dict[tuple[str, str], int] = {}
-        self._count = itertools.count(1)
+        self._next_mem_serial = itertools.count(1)
         self._emitter = PublicationEmitter(bus, clock.now_us, self._open_ports)
         name = f"{self.address[0]}:{self.address[1]}"
         self._requests = RequestSender(name, timeout)
@@ -107,14 +107,14 @@ class FawkesBlackBoard(RemoteBlackBoard):
         port: RemotePort | None = None
 
         # in the receiving thread, because the next frame may be for this instance already
-        def opened(reply: OpenSuccess) -> None:
+        def add_port(reply: OpenSuccess) -> None:
             nonlocal port
             port = RemotePort(self, self._requests, self._emitter, request, self._number(request.key), reply)
             with self._lock:
                 self._ports[reply.serial.bytes] = port
                 self._all_ports[port] = None
 
-        self._opener.open(request, opened)
+        self._opener.open(request, add_port)
         if port is None:  # the blackboard was shut down during the request
             raise BlackBoardGoneError
         return port.instance
@@ -123,7 +123,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         """Return the number of an interface in this client; the wire does not carry the server's."""
         with self._lock:
             if key not in self._mem_serials:
-                self._mem_serials[key] = next(self._count)
+                self._mem_serials[key] = next(self._next_mem_serial)
             return self._mem_serials[key]
 
     def close(self, instance: Interface) -> None:
@@ -131,8 +131,8 @@ class FawkesBlackBoard(RemoteBlackBoard):
             return
         port = self._port_of(instance)
         with self._lock:
-            if self._all_ports.pop(port, self) is self:
-                return  # another thread was faster
+            if self._all_ports.pop(port, self) is self:  # ports have the value None
+                return  # another thread has closed the instance
             serial = port.serial
             if serial is not None:
                 self._ports.pop(serial.bytes, None)
@@ -181,7 +181,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         if not self._dispatcher.drain(self._timeout):
             raise BlackBoardError(f"listeners have been busy for {self._timeout:g} s")
 
-    def flush(self, timeout: float | None = None) -> None:  # noqa: ARG002 - requests have a separate timeout
+    def flush(self, timeout: float | None = None) -> None:  # noqa: ARG002 - `sync` has the timeouts of this client
         """Wait as :meth:`sync` does."""
         self.sync()
 
@@ -202,11 +202,13 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
     def _notify_observers(self, event: InterfaceEvent) -> None:
         created = event.kind == BoardKind.INTERFACE_CREATED
-        notify = self._observers.created if created else self._observers.destroyed
+        notify = self._observers.notify_created if created else self._observers.notify_destroyed
         self._endings.deliver(event.type, event.id, partial(notify, event.type, event.id))
 
     def _connect(self) -> FawkesConnection:
-        return FawkesConnection(self.address, self._timeout, self._receiver.handle, self._reconnector.lost)
+        return FawkesConnection(
+            self.address, self._timeout, self._receiver.handle, self._reconnector.report_loss
+        )
 
     def attach(self, connection: FawkesConnection) -> None:
         """Use a new connection."""
@@ -239,14 +241,14 @@ class FawkesBlackBoard(RemoteBlackBoard):
         :raises BlackBoardError: if the server refuses.
         """
 
-        def opened(reply: OpenSuccess) -> None:
+        def restore_port(reply: OpenSuccess) -> None:
             with self._lock:
                 if port not in self._all_ports:
                     return  # it was closed during the request
                 self._ports[reply.serial.bytes] = port
             self._receiver.deliver(port, port.reopen(reply), reply.block)
 
-        reply = self._opener.open(port.request, opened)
+        reply = self._opener.open(port.request, restore_port)
         if port.serial is None:
             self._requests.send(Close(reply.serial).to_bytes())
         elif port.written is not None:

@@ -1,4 +1,4 @@
-"""A client's TCP connection to a Fawkes.
+"""A client's TCP connection to Fawkes.
 
 Any thread may send, under a lock. Only the receiving thread reads.
 """
@@ -45,7 +45,7 @@ class FawkesConnection:
         self.last_received_s = time.monotonic()
         """The time of the last received data, by the monotonic clock."""
         self._sending = threading.Lock()
-        self._reason = ""
+        self._end_reason = ""
         try:
             self._sock = socket.create_connection(address, timeout)
         except OSError as error:
@@ -56,7 +56,7 @@ class FawkesConnection:
             raise UnreachableError(self.address, "connected to itself")
         tune(self._sock)
         self._sock.settimeout(None)
-        seconds, fraction = divmod(timeout, 1)
+        seconds, fraction = divmod(timeout, 1)  # for the C struct timeval
         self._sock.setsockopt(
             socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("@ll", int(seconds), int(fraction * 1e6))
         )
@@ -64,8 +64,8 @@ class FawkesConnection:
 
     @property
     def ended(self) -> bool:
-        """Whether the connection has ended, perhaps not reported yet."""
-        return bool(self._reason)
+        """Whether the connection has ended, even if ``on_lost`` was not called yet."""
+        return bool(self._end_reason)
 
     def start(self) -> None:
         """Start the receiving thread."""
@@ -77,27 +77,27 @@ class FawkesConnection:
         :raises ConnectionLostError: if the connection is lost or the server accepts no data.
         """
         with self._sending:
-            if self._reason:
-                raise ConnectionLostError(self.address, self._reason)
+            if self._end_reason:
+                raise ConnectionLostError(self.address, self._end_reason)
             try:
                 self._sock.sendall(data)
             except OSError as error:
                 # a part of a frame may have been sent, so that further frames would not be understood
                 blocked = isinstance(error, BlockingIOError)
-                self._reason = "the other end takes nothing any more" if blocked else str(error)
+                self._end_reason = "the other end does not accept data any more" if blocked else str(error)
                 self._cut()
-                raise ConnectionLostError(self.address, self._reason) from None
+                raise ConnectionLostError(self.address, self._end_reason) from None
 
     def abort(self, reason: str) -> None:
         """End the connection. Callable from any thread."""
-        self._reason = self._reason or reason
+        self._end_reason = self._end_reason or reason
         self._cut()
 
     def finish(self, timeout: float) -> None:
         """End the connection after all sent data, and wait for the receiving thread."""
         with contextlib.suppress(OSError):  # the peer may have closed the connection first
             self._sock.shutdown(socket.SHUT_WR)
-        self._reason = self._reason or "it was closed"
+        self._end_reason = self._end_reason or "it was closed"
         if self._thread is not threading.current_thread() and self._thread.is_alive():
             self._thread.join(min(timeout, 0.5))  # the server closes the connection after reading everything
             self._cut()
@@ -121,7 +121,7 @@ class FawkesConnection:
             reason = error.strerror or str(error)
         except ProtocolError as error:
             reason = error.message
-        self._reason = self._reason or reason
+        self._end_reason = self._end_reason or reason
         self._cut()
-        self._on_lost(self, self._reason)
+        self._on_lost(self, self._end_reason)
         self._sock.close()

@@ -16,11 +16,12 @@ Call = Callable[[], None]
 class Endings:
     """Holds back events of an interface while an instance is being closed.
 
+    The closing thread reports the end of an instance, the thread of events reports the end of the interface,
+    which the server may send before the closing thread has finished.
+
     :param put: queues a call for the thread of events.
     """
 
-    # the closing thread reports the end of an instance, the event thread the end of the interface, which the
-    # server may send before the closing thread has finished
     def __init__(self, put: Callable[[Call], object]) -> None:
         self._put: Final = put
         self._lock = threading.Lock()

@@ -1,4 +1,4 @@
-"""Listing and opening of a Fawkes' interfaces, with a search for the accepted hash."""
+"""Listing and opening of interfaces on Fawkes' blackboard, with a search for the accepted hash."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from cxbridge.blackboard.errors import (
     VersionMismatchError,
     WriterActiveError,
 )
-from cxbridge.blackboard.fawkesnet.client.port import anonymous
+from cxbridge.blackboard.fawkesnet.client.port import anonymous_owners
 from cxbridge.blackboard.fawkesnet.client.requests import Reply, RequestSender
-from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes, own_hash
+from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes, local_hash
 from cxbridge.blackboard.fawkesnet.messages.blackboard import Close, Open, OpenError, OpenFailure, OpenSuccess
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.errors import RemoteRefusalError
@@ -56,7 +56,7 @@ class Opener:
                 return reply
             assert isinstance(reply, OpenFailure)
             if reply.error != OpenError.HASH_MISMATCH:
-                raise self._refusal(reply.error, schema.name, request.id)
+                raise self._refusal_error(reply.error, schema.name, request.id)
             tried.append(offer)
             # the server's list has the hashes of the type's other open interfaces
             if listed is None:
@@ -75,11 +75,11 @@ class Opener:
             InterfaceInfo(
                 type=info.type,
                 id=info.id,
-                hash=own_hash(registry, info.type, info.hash),
+                hash=local_hash(registry, info.type, info.hash),
                 serial=info.number,
                 has_writer=info.has_writer,
                 writer="",
-                readers=anonymous(info.num_readers),
+                readers=anonymous_owners(info.num_readers),
                 timestamp_us=info.timestamp_us,
             )
             for info in self._requests.list(type_glob, id_glob).interfaces
@@ -94,7 +94,7 @@ class Opener:
                 hint="both sides must use the same definition of the interface",
             )
 
-    def _refusal(self, error: int, interface_type: str, interface_id: str) -> BlackBoardError:
+    def _refusal_error(self, error: int, interface_type: str, interface_id: str) -> BlackBoardError:
         remote = f"the Fawkes at {self._remote}"
         if error == OpenError.UNKNOWN_TYPE:
             return UnknownTypeError(interface_type, hint=f"{remote} does not know it")

@@ -1,4 +1,4 @@
-"""The port of an instance at a Fawkes: block, counters, listeners.
+"""The port of an instance on Fawkes' blackboard: block, counters, listeners.
 
 Fawkes sends a client its own writes back, reports a changing write twice, and numbers the messages itself.
 The port hides all three, so that an instance works as on a local blackboard.
@@ -28,9 +28,9 @@ MAX_COUNTED_READERS: Final = 0xFFFF
 NOBODY: Final = UUID(int=0)
 """The unknown serial of a writer that opened the interface before this client connected."""
 
-# more than a second of the fastest writer, so that only a listener that stands still misses updates
+# more than a second of the fastest writer, so that only a listener that hangs misses updates
 _MAX_PENDING: Final = 20_000  # waiting events of listeners, above which updates are conflated
-_SKIP: Final = STAMP.size  # a block begins with the time stamp
+_STAMP_SIZE: Final = STAMP.size  # a block begins with the time stamp
 
 DataEvents = tuple[tuple[EventKind, Audience], ...]
 """Events of data with their listeners at that time. A listener registered later can read the data itself."""
@@ -66,7 +66,7 @@ class RemotePort(BoardPort):
         """The last written block, to be repeated after a reconnection."""
         self.events_waiting = 0
         """The number of queued data events, counted by the receiver."""
-        self._in_pair = False  # the last frame was REFRESHED, and its CHANGED may follow
+        self._changed_may_follow = False  # the last frame was REFRESHED, and its CHANGED may follow
         self._counted = 0  # the last id assigned by the instance
         self._uncounted = 0  # the number of assigned ids that the server has not counted
         self._has_writer = opened.has_writer
@@ -84,9 +84,9 @@ class RemotePort(BoardPort):
             return ()  # the echo of this client's write, which may be outdated
         with self._lock:
             snapshot = self._snapshot
-            pair = changed and self._in_pair and block == snapshot.block
-            self._in_pair = not changed
-            if pair:
+            completes_pair = changed and self._changed_may_follow and block == snapshot.block
+            self._changed_may_follow = not changed
+            if completes_pair:
                 if snapshot.changed != snapshot.version:
                     self._store(block, stamped=False, changed=True)
                 return self._events(EventKind.DATA_CHANGED)
@@ -117,7 +117,7 @@ class RemotePort(BoardPort):
         self.serial = None
         self._has_writer = False
         self._num_readers = 0
-        self._in_pair = False
+        self._changed_may_follow = False
         return had_writer
 
     def reopen(self, opened: OpenSuccess) -> DataEvents:
@@ -145,12 +145,12 @@ class RemotePort(BoardPort):
 
     def _store_received(self, block: bytes, *, changed: bool) -> None:
         """Store a block; a client that joins during a write gets REFRESHED without CHANGED."""
-        changed = changed or block[_SKIP:] != self._snapshot.block[_SKIP:]
+        changed = changed or block[_STAMP_SIZE:] != self._snapshot.block[_STAMP_SIZE:]
         self._store(block, stamped=True if changed else None, changed=changed)
 
     def publish(
         self,
-        writer: OpenedBlock,  # noqa: ARG002 - the only writer
+        writer: OpenedBlock,  # noqa: ARG002 - always the instance of this port
         block: bytes | bytearray,
         stamped: bool | None,
         changed: bool,
@@ -181,7 +181,7 @@ class RemotePort(BoardPort):
     def next_id_is_stale(self, last: int) -> bool:
         """Return whether the server's next id is 0, or the id shown by the interface."""
         sent_as = (last + 1 - self._uncounted) & MESSAGE_ID_MASK
-        return sent_as in (NO_MESSAGE, id_in(self._snapshot.block, self._id_at))
+        return sent_as in (NO_MESSAGE, id_in(self._snapshot.block, self._id_offset))
 
     def transmit(self, sender: Interface, message: Message) -> None:
         """Send an addressed message; its id becomes the server's id.
@@ -189,7 +189,7 @@ class RemotePort(BoardPort):
         :raises NoWriterError: if the interface has no writer, as far as known.
         :raises ConnectionLostError: if the message cannot be sent.
         """
-        # a Fawkes counts received messages and ignores their ids, so unsent messages must not be counted
+        # Fawkes counts received messages and ignores their ids, so unsent messages must not be counted
         self._counted = message.id
         source = message.source_id or sender.serial
         try:
@@ -217,7 +217,7 @@ class RemotePort(BoardPort):
         """Return the serial at the server."""
         serial = self.serial
         if serial is None:
-            raise self._requests.unavailable()
+            raise self._requests.unavailable_error()
         return serial
 
     def has_writer(self) -> bool:
@@ -229,14 +229,14 @@ class RemotePort(BoardPort):
 
     def reader_owners(self) -> tuple[str, ...]:
         """Return an empty text per reader, because the wire carries only their number."""
-        return anonymous(self._num_readers)
+        return anonymous_owners(self._num_readers)
 
-    def reader_owner(self, serial: str) -> str:  # noqa: ARG002 - the port's interface
+    def reader_owner(self, serial: str) -> str:  # noqa: ARG002 - the signature of a port
         """Return the empty text, because the wire does not carry owners."""
         return ""
 
 
-def anonymous(count: int) -> tuple[str, ...]:
+def anonymous_owners(count: int) -> tuple[str, ...]:
     """Return empty texts as the owners of readers."""
     return ("",) * min(count, MAX_COUNTED_READERS)
 
@@ -244,7 +244,7 @@ def anonymous(count: int) -> tuple[str, ...]:
 class PublicationEmitter:
     """Emits each write once, even if several instances receive it.
 
-    :param bus: receives the events; None: no events.
+    :param bus: receives the events; without it, no event is emitted.
     :param now_us: returns the time.
     :param ports: returns the ports of all open instances, oldest first.
     """

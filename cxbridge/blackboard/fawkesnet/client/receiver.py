@@ -60,17 +60,18 @@ class FrameReceiver:
         self._emitter: Final = emitter
 
     def handle(self, frame: FawkesFrame) -> None:
+        """Handle a received frame."""
         if frame.component != ComponentId.BLACKBOARD:
-            return  # this client subscribed to no other component
+            return  # this client has no subscription to other components
         try:
             if frame.kind in _DATA:
-                self._data(frame)
+                self._handle_data(frame)
             else:
-                self._message(codec.decode(frame))
+                self._handle_message(codec.decode(frame))
         except ProtocolError as error:
             self._complaints.add(f"malformed {frame.kind}", f"ignored what the Fawkes sent: {error.message}")
 
-    def _data(self, frame: FawkesFrame) -> None:
+    def _handle_data(self, frame: FawkesFrame) -> None:
         serial, block = split_data(frame.payload)
         port = self._ports.get(serial)
         if port is None:
@@ -90,28 +91,28 @@ class FrameReceiver:
             port.events_waiting += 1
             self._dispatcher.put(_notify_data, port, events)
 
-    def _message(self, message: codec.Message) -> None:
+    def _handle_message(self, message: codec.Message) -> None:
         match message:
             case InterfaceList() | OpenSuccess() | OpenFailure():
                 if not self._requests.finish(message):
                     self._complaints.add("answer", "ignored an answer that nobody waits for")
             case InstanceEvent():
-                self._instance_event(message)
+                self._handle_instance_event(message)
             case InterfaceEvent():
                 self._notify_observers(message)
             case WireMessage():
-                self._interface_message(message)
+                self._handle_interface_message(message)
             case _:
                 self._complaints.add("direction", "ignored a message that only clients send")
 
-    def _instance_event(self, event: InstanceEvent) -> None:
+    def _handle_instance_event(self, event: InstanceEvent) -> None:
         port = self._ports.get(event.serial.bytes)
         if port is not None:
             kind = EventKind[event.kind.name]  # READER_ADDED to WRITER_REMOVED have the names of Fawkes
             port.count(kind)
             self._dispatcher.put(port.listeners.notify, kind, event.event_serial)
 
-    def _interface_message(self, message: WireMessage) -> None:
+    def _handle_interface_message(self, message: WireMessage) -> None:
         port = self._ports.get(message.serial.bytes)
         if port is None:
             return

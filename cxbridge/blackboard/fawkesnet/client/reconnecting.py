@@ -15,10 +15,11 @@ from cxbridge.blackboard.fawkesnet.client.connection import FawkesConnection
 from cxbridge.blackboard.fawkesnet.client.port import RemotePort
 from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, UnreachableError
 
-# short, because a restarted Fawkes is back within a second; doubled, because one that is away may stay away
-FIRST_WAIT: Final = 0.05
-"""Seconds before the second attempt. Each further wait doubles, up to `LONGEST_WAIT`."""
-LONGEST_WAIT: Final = 1.0
+# short, because a restarted Fawkes is back within a second; doubled, because an absent server may stay absent
+FIRST_WAIT_S: Final = 0.05
+"""Seconds before the second attempt. Each further wait doubles, up to `MAX_WAIT_S`."""
+MAX_WAIT_S: Final = 1.0
+"""The maximal wait in seconds."""
 
 
 class Reconnectable(Protocol):
@@ -56,7 +57,7 @@ class Reconnector:
     """Restores lost connections in a thread.
 
     :param name: the server's name, for messages.
-    :param silence: seconds of silence before the server is probed; 0: never.
+    :param silence: seconds of silence before the server is probed; 0 turns probes off.
     """
 
     def __init__(
@@ -87,14 +88,14 @@ class Reconnector:
         """Whether the client is connected and all interfaces are open."""
         return self._settled.is_set() and self._connection is not None and not self._connection.ended
 
-    def lost(self, connection: FawkesConnection, reason: str) -> None:
+    def report_loss(self, connection: FawkesConnection, reason: str) -> None:
         """Report a lost connection. Called in the receiving thread."""
         if connection is self._connection and not self._stopping.is_set():
             self._reason = reason
             self._settled.clear()  # first: a caller that checks the state must not wait for a connection
             self._client.detach(reason)
             self._lost.set()
-            self._settled.clear()
+            self._settled.clear()  # again: `_restore` may have set it before it could see the loss
 
     def stop(self, timeout: float) -> None:
         """Stop reconnecting and end the thread."""
@@ -109,7 +110,7 @@ class Reconnector:
         connection.start()
 
     def _run(self) -> None:
-        announced, pause = False, FIRST_WAIT
+        announced, pause = False, FIRST_WAIT_S
         while not self._stopping.is_set():
             if not self._lost.wait(self._patience()):
                 self._probe()
@@ -119,15 +120,15 @@ class Reconnector:
             self._lost.clear()
             if not announced:
                 self._client.announce(False, f"lost the connection to {self.name}: {self._reason}")
-            else:  # connected, but unusable
+            else:  # the client is connected, but could not reopen all interfaces
                 self._stopping.wait(pause)
-                pause = min(2 * pause, LONGEST_WAIT)
+                pause = min(2 * pause, MAX_WAIT_S)
             announced = not self._restore()
             if not announced:
-                pause = FIRST_WAIT
+                pause = FIRST_WAIT_S
 
     def _patience(self) -> float | None:
-        """Return the seconds until the next probe; None: wait forever."""
+        """Return the seconds until the next probe; None to wait for a loss only."""
         if not self._silence or self._connection is None:
             return None
         return max(self._connection.last_received_s + self._silence - time.monotonic(), 0.0)
@@ -146,7 +147,7 @@ class Reconnector:
         if not self._repeat(self._reconnect) or not self._repeat(self._reopen_all):
             return False
         self._settled.set()
-        if self._lost.is_set():  # the new connection was lost just now
+        if self._lost.is_set():  # the new connection was lost in the meantime
             self._settled.clear()
             return False
         self._client.announce(True, f"the connection to {self.name} is back")
@@ -157,12 +158,12 @@ class Reconnector:
 
         :returns: False if the client stops, or the new connection is lost.
         """
-        wait = FIRST_WAIT
+        wait = FIRST_WAIT_S
         while not self._stopping.is_set() and not self._lost.is_set():
             if attempt():
                 return True
             self._stopping.wait(wait)
-            wait = min(2 * wait, LONGEST_WAIT)
+            wait = min(2 * wait, MAX_WAIT_S)
         return False
 
     def _reconnect(self) -> bool:

@@ -1,4 +1,4 @@
-"""Requests to a Fawkes with a reply: one at a time, because replies have no number.
+"""Requests to Fawkes with a reply: one at a time, because replies have no number.
 
 A reply that comes too late would be taken for the reply to the next request. So a timeout ends the
 connection, and the client reconnects.
@@ -86,19 +86,19 @@ class RequestSender:
             self._state.notify_all()
         self.detach("the blackboard was shut down")
 
-    def unavailable(self) -> ConnectionLostError:
+    def unavailable_error(self) -> ConnectionLostError:
         """Return the error of a call without connection."""
         return ConnectionLostError(self._address, AWAY)
 
     def send(self, frames: bytes, *, must_arrive: bool = False) -> None:
         """Send a message without reply.
 
-        :param must_arrive: a shutdown must wait until the server has received the message.
+        :param must_arrive: whether a shutdown must wait until the server has received the message.
         :raises ConnectionLostError: if there is no connection.
         """
         connection = self.connection
         if connection is None:
-            raise self.unavailable()
+            raise self.unavailable_error()
         self.must_confirm |= must_arrive
         connection.send(frames)
 
@@ -113,8 +113,9 @@ class RequestSender:
         """Send a request and return its reply.
 
         :param on_reply: called with the reply in the receiving thread, before the next frame is handled.
-        :param timeout: seconds; None: the default.
-        :param any_sign: wait as long as any frames arrive, and not for a connection.
+        :param timeout: the limit in seconds; by default that of this object.
+        :param any_sign: whether any received data extend the wait; without a connection, the request fails at
+            once.
         :raises ConnectionLostError: if the connection is missing for too long, or lost during the request.
         :raises BlackBoardGoneError: after the shutdown.
         """
@@ -168,7 +169,7 @@ class RequestSender:
         with self._state:
             while self.connection is None and not self._gone:
                 if not self._state.wait(deadline - time.monotonic()):
-                    raise self.unavailable()
+                    raise self.unavailable_error()
             if self._gone or self.connection is None:
                 raise BlackBoardGoneError
             # before sending: the reply may arrive before the call of send returns

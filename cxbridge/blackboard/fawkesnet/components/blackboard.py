@@ -15,7 +15,7 @@ from cxbridge.blackboard.errors import (
     VersionMismatchError,
     WriterActiveError,
 )
-from cxbridge.blackboard.fawkesnet.components.opened import Opened
+from cxbridge.blackboard.fawkesnet.components.opened import OpenedInstance
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.hashes import fawkes_hash
 from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
@@ -40,7 +40,7 @@ from cxbridge.rights import EVERYTHING, RefusedError, Rights
 OWNER: Final = "remote"
 """The owner of clients' instances, as in Fawkes."""
 
-_LAST_SECOND: Final = 2**62  # a later time stamp of a client is implausible and not converted
+_MAX_SECOND: Final = 2**62  # a later time stamp of a client is implausible and not converted
 
 _FAILURES: Final = {
     bb.OpenError.UNKNOWN_TYPE: "interface class not found",
@@ -49,7 +49,7 @@ _FAILURES: Final = {
 }
 _OPEN_ERRORS: Final = (
     (UnknownTypeError, bb.OpenError.UNKNOWN_TYPE),
-    (InterfaceError, bb.OpenError.UNKNOWN_TYPE),  # no definition, or a wrong one
+    (InterfaceError, bb.OpenError.UNKNOWN_TYPE),  # the definition is missing or wrong
     (WriterActiveError, bb.OpenError.WRITER_EXISTS),
     (VersionMismatchError, bb.OpenError.HASH_MISMATCH),
 )
@@ -60,8 +60,8 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
 
     :param board: the blackboard.
     :param logger: logs the actions of clients.
-    :param complaints: logs their mistakes.
-    :param echo: whether clients receive their own writes, as from a Fawkes.
+    :param complaints: logs the mistakes of clients.
+    :param echo: whether clients receive their own writes, as from Fawkes.
     """
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.BLACKBOARD
@@ -81,7 +81,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         self._complaints: Final = complaints
         self._echo: Final = echo
         # the instances of each client by serial
-        self._opened: defaultdict[FawkesSession, dict[bytes, Opened]] = defaultdict(dict)
+        self._opened: defaultdict[FawkesSession, dict[bytes, OpenedInstance]] = defaultdict(dict)
         self._broadcast: Callable[[bytes], None] | None = None
         self._handlers: Final[dict[int, Callable[[FawkesSession, FawkesFrame], None]]] = {
             bb.BoardKind.DATA_REFRESHED: partial(self._write, changed=False),
@@ -146,28 +146,28 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         if request.writing:
             self._rights.check_writer(f"{request.type}::{request.id}")
         interface_class = self._board.registry.get(request.type)
-        schema, of_client = interface_class.SCHEMA, self._opened[session]
+        schema, client_instances = interface_class.SCHEMA, self._opened[session]
         if not accepts_hash(schema, request.hash):
             # before opening, otherwise the interface would stay open
             raise VersionMismatchError(f"{request.type}::{request.id}", schema.hash, request.hash)
-        check_room((opened.instance for opened in of_client.values()), schema)
+        check_room((opened.instance for opened in client_instances.values()), schema)
         opened = self._open_listening(session, interface_class, request)
         if request.writing:
             opened.instance.auto_timestamping = False  # the client sets the time stamps
-        of_client[opened.instance.serial.bytes] = opened
+        client_instances[opened.instance.serial.bytes] = opened
         session.largest_block = max(session.largest_block, _largest_block(interface_class))
         opened.introduce()
 
     def _open_listening(
         self, session: FawkesSession, interface_class: type[Interface], request: bb.Open
-    ) -> Opened:
-        opened: list[Opened] = []
+    ) -> OpenedInstance:
+        opened: list[OpenedInstance] = []
         kinds: tuple[EventKind, ...] = ()
         if request.writing and not self._echo:
             kinds = (*MEMBERSHIP_KINDS, EventKind.MESSAGE_RECEIVED)  # no events of its own writes
 
         def listen(instance: Interface, listeners: ListenerTable) -> None:
-            opened.append(Opened(instance, session, self._board.clock.now_us))
+            opened.append(OpenedInstance(instance, session, self._board.clock.now_us))
             listening(opened[0], *kinds)(instance, listeners)
 
         open_interface = self._board.open_for_writing if request.writing else self._board.open_for_reading
@@ -185,7 +185,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         self._log.debug(f"Remote {session.number} closing interface {opened.instance.uid}")
         self._release(opened)
 
-    def _release(self, opened: Opened) -> None:
+    def _release(self, opened: OpenedInstance) -> None:
         self._board.unregister_listener(opened, opened.instance)
         self._board.close(opened.instance)
 
@@ -259,7 +259,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
 def _mark_written(instance: Interface, block: bytes) -> None:
     """Mark values and time stamp as new, even if the client's clock stands still."""
     seconds, microseconds = STAMP.unpack_from(block)
-    if 0 <= seconds <= _LAST_SECOND and 0 <= microseconds < MICROSECONDS:
+    if 0 <= seconds <= _MAX_SECOND and 0 <= microseconds < MICROSECONDS:
         instance.set_timestamp(seconds * MICROSECONDS + microseconds)
     else:
         instance.mark_data_changed()

@@ -13,13 +13,13 @@ from cxbridge.blackboard.listeners import EventKind, MembershipListener
 from cxbridge.interfaces.instance import Interface, Message
 
 
-class Opened(MembershipListener):
+class OpenedInstance(MembershipListener):
     """A client's open instance, which forwards events.
 
-    Nothing is sent before the client knows the instance: OPEN_SUCCESS includes earlier events. Only a writer
-    gets earlier messages, and the ends of readers that may have sent them, afterwards.
+    Nothing is sent before the client knows the instance: OPEN_SUCCESS includes the earlier events. Only a
+    writer also gets the earlier messages, and the ends of readers that may have sent them.
 
-    :param session: the client.
+    :param session: the session of the client.
     :param now_us: returns the time.
     """
 
@@ -33,7 +33,7 @@ class Opened(MembershipListener):
         self._repeats = True  # whether the present event was already sent, in OPEN_SUCCESS
         self._sent_writes = 0  # the number of writes that the client has received
         self._block = b""  # the newest block that the client has received
-        self._early: list[bytes] = []  # a writer's frames from before the client knows the instance
+        self._early_frames: list[bytes] = []  # a writer's frames from before the client knows the instance
 
     def introduce(self) -> None:
         """Send the instance to the client."""
@@ -47,9 +47,9 @@ class Opened(MembershipListener):
             self._introduced = True
             if instance.is_writer:
                 self._forward_queued()
-                for frame in self._early:
+                for frame in self._early_frames:
                     self.session.send(frame)
-                self._early.clear()
+                self._early_frames.clear()
 
     def data_refreshed(self, interface: Interface) -> None:
         """Send the present data."""
@@ -61,9 +61,8 @@ class Opened(MembershipListener):
                 self._repeats = newest == self._sent_writes
                 if self._repeats:
                     return
-                self._sent_writes = min(
-                    self._sent_writes + 1, newest
-                )  # smaller after the numbers restarted from 0
+                # `newest` is smaller after the numbers have restarted from 0
+                self._sent_writes = min(self._sent_writes + 1, newest)
                 self._block = block = interface.to_bytes()
                 self.session.send_data(self._serial, block, changed=False)
 
@@ -96,7 +95,7 @@ class Opened(MembershipListener):
         if self._introduced:
             self.session.send(sent)
         else:
-            self._early.append(sent)
+            self._early_frames.append(sent)
 
     def membership_changed(self, interface: Interface, kind: EventKind, serial: UUID) -> None:
         """Send the event, unless it is that of this instance itself."""
@@ -107,4 +106,4 @@ class Opened(MembershipListener):
             if self._introduced:
                 self.session.send(event)
             elif kind is EventKind.READER_REMOVED and interface.is_writer:
-                self._early.append(event)
+                self._early_frames.append(event)

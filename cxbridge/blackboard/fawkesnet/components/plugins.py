@@ -53,11 +53,13 @@ class PluginHost(Protocol):
 
 
 class PluginManager(NetworkHandler):
-    """Lists, loads and unloads plugins, and notifies watchers."""
+    """Lists, loads and unloads plugins, and notifies watchers.
+
+    A separate thread loads plugins one by one, because loading may take long.
+    """
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.PLUGIN_MANAGER
 
-    # a separate thread loads plugins one by one, because loading may take long
     def __init__(self, host: PluginHost, log: Callable[[str], None]) -> None:
         self._host: Final = host
         self._complaints = Complaints(log)
@@ -108,10 +110,10 @@ class PluginManager(NetworkHandler):
     def _work(self, call: Callable[[], None]) -> None:
         with self._lock:
             if self._worker is None:
-                self._worker = Dispatcher("FawkesNetPlugins", self._failed)
+                self._worker = Dispatcher("FawkesNetPlugins", self._report_failure)
             self._worker.put(call)
 
-    def _failed(self, kind: str, error: Exception) -> None:
+    def _report_failure(self, kind: str, error: Exception) -> None:
         self._complaints.add(kind, f"loading or unloading failed: {type(error).__name__}: {error}")
 
     def _change(self, session: FawkesSession, message: PluginMessage) -> None:

@@ -27,7 +27,8 @@ from cxbridge.blackboard.fawkesnet.messages.layout import (
     text,
 )
 
-TYPE_SIZE: Final = 48  # fixed sizes of Fawkes' C structs, in bytes
+# The sizes of the texts in Fawkes' C structs, in bytes.
+TYPE_SIZE: Final = 48
 ID_SIZE: Final = 64
 MESSAGE_TYPE_SIZE: Final = 64
 HASH_SIZE: Final = 16
@@ -103,7 +104,7 @@ class BlackBoardMessage(WireValue):
     def unpack(cls, payload: bytes, **attributes: object) -> Self:
         """Parse a payload.
 
-        :param attributes: those that the kind of message determines.
+        :param attributes: the attributes that the kind of message determines.
         :raises MalformedMessageError: if the bytes are invalid.
         """
         return cls(**cls.LAYOUT.unpack(payload), **attributes)
@@ -175,7 +176,7 @@ class Open(BlackBoardMessage):
     """A request to open an interface.
 
     :param hash: the hash of the definition, 16 bytes.
-    :param writing: for writing rather than reading.
+    :param writing: whether to open it for writing, instead of reading.
     """
 
     type: str
@@ -193,7 +194,7 @@ class Open(BlackBoardMessage):
 class OpenSuccess(BlackBoardMessage):
     """The reply about an opened interface.
 
-    :param num_readers: including the new one.
+    :param num_readers: the number of readers, including the new reader.
     :param block: the present data.
     """
 
@@ -234,8 +235,8 @@ class WireMessage(BlackBoardMessage):
 
     :param serial: the sending instance; towards the writer, the writing instance.
     :param source: the original sender.
-    :param type: e.g. ``ExecSkillMessage``.
-    :param id: counted by the sending instance.
+    :param type: the type of the message, e.g. ``ExecSkillMessage``.
+    :param id: the number that the sending instance has counted.
     :param hops: the number of crossed networks.
     :param block: the data.
     """
@@ -329,7 +330,7 @@ _MESSAGES: Final[dict[int, tuple[type[BlackBoardMessage], dict[str, object]]]] =
 }
 """The class of each kind of message, and the attributes that the kind determines."""
 
-# looked up once: they are used for each write
+# looked up once, because each write uses them
 _pack_head: Final = Struct(">HHI16sI").pack
 _BLACKBOARD: Final = int(ComponentId.BLACKBOARD)
 _REFRESHED: Final = int(BoardKind.DATA_REFRESHED)

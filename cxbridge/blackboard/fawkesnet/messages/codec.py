@@ -38,6 +38,7 @@ LIST_LIMIT: Final = 16 * 1024 * 1024
 """The maximum size of a list or other message from a server."""
 
 _NAMES: Final = bb.TYPE_SIZE + bb.ID_SIZE
+# The payload of requests to the server, in bytes.
 _TO_SERVER: Final[Mapping[int, int]] = {
     bb.BoardKind.LIST_ALL: 0,
     bb.BoardKind.LIST: _NAMES,
@@ -45,7 +46,7 @@ _TO_SERVER: Final[Mapping[int, int]] = {
     bb.BoardKind.OPEN_FOR_WRITING: _NAMES + 16,
     bb.BoardKind.CLOSE: 16,
 }
-# A message may be that much too long and is then refused alone, without the connection.
+# A message may exceed its limit by these bytes: the server then refuses the message but keeps the connection.
 _SLACK: Final = 1024
 
 ALWAYS_ALLOWED: Final = _SLACK
@@ -89,6 +90,6 @@ def limit_to_server(component: int, kind: int, largest_block: int) -> int:
     return UNKNOWN_LIMIT
 
 
-def limit_to_client(component: int, kind: int) -> int:  # noqa: ARG001 - a FrameDecoder's limit
+def limit_to_client(component: int, kind: int) -> int:  # noqa: ARG001 - the signature of a limit
     """Return the maximum payload of a message to a client."""
     return LIST_LIMIT

@@ -32,7 +32,7 @@ Scalar = bool | int | float | str
 
 
 class ConfigKind(IntEnum):
-    """Kinds of messages; the gaps are Fawkes'."""
+    """Kinds of messages; Fawkes has the same gaps between the numbers."""
 
     GET_FLOAT = 1
     GET_UINT = 2
@@ -77,14 +77,14 @@ VALUES: Final = {ConfigKind(ConfigKind.FLOAT_VALUE + index): kind for index, kin
 """The value's type in each kind of message that contains a value."""
 VALUE_KINDS: Final = {kind: message for message, kind in VALUES.items()}
 _WITH_VALUES: Final = SETS | DEFAULT_SETS | VALUES
-_BARE: Final = frozenset({ConfigKind.SUBSCRIBE, ConfigKind.UNSUBSCRIBE})
+_WITHOUT_PATH: Final = frozenset({ConfigKind.SUBSCRIBE, ConfigKind.UNSUBSCRIBE})
 
 
 @dataclass(frozen=True, slots=True)
 class ConfigMessage(WireValue):
-    """A message about one path, or without path (SUBSCRIBE, UNSUBSCRIBE).
+    """A message about one path; SUBSCRIBE and UNSUBSCRIBE have no path.
 
-    :param path: at most 127 bytes.
+    :param path: the path, of at most 127 bytes.
     :param is_list: whether the value is a list. On the wire, an empty list looks like a scalar.
     :param is_default: whether the message concerns the default.
     """
@@ -107,7 +107,7 @@ class ConfigMessage(WireValue):
 
         :raises MalformedMessageError: if a value does not fit its type on the wire.
         """
-        if self.kind in _BARE:
+        if self.kind in _WITHOUT_PATH:
             return b""
         return self._descriptor() + self._values()
 
@@ -128,7 +128,7 @@ class ConfigMessage(WireValue):
             message_kind = ConfigKind(kind)
         except ValueError:
             raise MalformedMessageError(f"the configuration has no messages of kind {kind}") from None
-        if message_kind in _BARE:
+        if message_kind in _WITHOUT_PATH:
             expect_size(payload, 0, message_kind.name)
             return cls(message_kind)
         return cls._unpack(message_kind, payload, _DESCRIPTOR.size)

@@ -17,7 +17,7 @@ HEADER: Final = Struct(">HHI")
 
 
 class ComponentId(IntEnum):
-    """Components of a Fawkes."""
+    """The components of Fawkes' network protocol."""
 
     PLUGIN_MANAGER = 1
     BLACKBOARD = 2
@@ -51,7 +51,7 @@ class FrameDecoder:
     It buffers at most one incomplete frame, and none above the limit.
 
     :param limit: returns the limit for a header that announces more than ``always``.
-    :param always: the size permitted without calling ``limit``; -1: call it for every frame.
+    :param always: the size permitted without calling ``limit``; -1 calls it for every frame.
     """
 
     def __init__(self, limit: Limit, always: int = -1) -> None:

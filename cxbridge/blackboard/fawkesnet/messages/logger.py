@@ -34,7 +34,7 @@ class LogKind(IntEnum):
 class LogSubscription(WireValue):
     """A client's subscription of log lines.
 
-    :param subscribe: False unsubscribes.
+    :param subscribe: True to subscribe, False to unsubscribe.
     """
 
     subscribe: bool

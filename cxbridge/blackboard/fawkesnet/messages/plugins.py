@@ -40,7 +40,7 @@ class PluginKind(IntEnum):
     UNSUBSCRIBE_WATCH = 14
 
 
-NAMED: Final = frozenset(list(PluginKind)[:6])
+NAMED: Final = frozenset(list(PluginKind)[:6])  # LOAD to UNLOAD_FAILED
 """Kinds with the name of a plugin."""
 LISTS: Final = frozenset({PluginKind.AVAIL_LIST, PluginKind.LOADED_LIST})
 """Kinds with a list of texts."""

@@ -405,10 +405,10 @@ class OpenInterfaces:
     def _note_existence(self, key: tuple[str, str], created: bool) -> None:
         if created and key not in self._existing:
             self._existing.add(key)
-            self._dispatcher.put(self._observers.created, *key)
+            self._dispatcher.put(self._observers.notify_created, *key)
         elif not created and key in self._existing:
             self._existing.discard(key)
-            self._dispatcher.put(self._observers.destroyed, *key)
+            self._dispatcher.put(self._observers.notify_destroyed, *key)
 
     def _deliver(self, frame: Deliver) -> None:
         """Queue a message for a writer and report the outcome; in the dispatcher's thread."""

@@ -187,7 +187,7 @@ class InterfaceCopy(BoardPort):
         has read newer data before.
         """
         notified = self._notified
-        if notified is None or notified.version < self._fetched or not self._dispatcher.inside():
+        if notified is None or notified.version < self._fetched or not self._dispatcher.is_current_thread():
             return self._snapshot
         return notified
 

@@ -206,7 +206,7 @@ class CommandSender:
         """
         kind = type(frame).__name__.lower()
         deadline = time.monotonic() + timeout
-        inside = self._dispatcher.inside()
+        inside = self._dispatcher.is_current_thread()
         while True:
             pending = PendingRequest(on_reply, wake=self._nudge if inside else None)
             with self.lock:

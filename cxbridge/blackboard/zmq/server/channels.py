@@ -22,7 +22,8 @@ MAX_QUEUED: Final = 256
 class ServerLoop(Protocol):
     """The server's thread."""
 
-    def inside(self) -> bool: ...
+    def is_current_thread(self) -> bool:
+        """Return whether the caller runs in the server's thread."""
 
     def post(self, work: Callable[..., None], *args: Any) -> None:
         """Call a function in the server's thread; calls stay in order."""
@@ -99,7 +100,7 @@ class Channel(MembershipListener):
         self._board.register_listener(self, instance, EventKind.DATA_REFRESHED, *MEMBERSHIP_KINDS)
 
     def data_refreshed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's method
-        if self._loop.inside():
+        if self._loop.is_current_thread():
             self._push(self.memory.snapshot)
         elif self._queued < MAX_QUEUED:  # above the limit, the last queued update sends the newest data
             self._queued += 1
@@ -152,7 +153,7 @@ class Channel(MembershipListener):
         return encode(Update(self.memory.mem_serial, seq, stamped, changed, seq - sent - 1, snapshot.block))
 
     def membership_changed(self, interface: Interface, kind: EventKind, serial: UUID) -> None:  # noqa: ARG002
-        if self._loop.inside():
+        if self._loop.is_current_thread():
             self._send_change(kind, serial)
         else:
             self._loop.post(self._send_change, kind, serial)

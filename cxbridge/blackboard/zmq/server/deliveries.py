@@ -115,7 +115,7 @@ class Forwarder(Listener):
         self.outcome: Final = threading.local()
 
     def message_received(self, interface: Interface, message: Message) -> bool:
-        if self._loop.inside():
+        if self._loop.is_current_thread():
             # a listener of a remote write: to wait for the outcome would stop the thread that receives it
             self.outcome.value = (ResultCode.OK, 0)
             self._deliver(interface, message.copy(), self._log_failure)

@@ -175,7 +175,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     def existence_changed(self, interface_type: str, interface_id: str, *, created: bool) -> None:
         """Notify the clients that watch."""
-        if self.inside():
+        if self.is_current_thread():
             self._send_existence(created, interface_type, interface_id)
         else:
             self.post(self._send_existence, created, interface_type, interface_id)

@@ -11,7 +11,7 @@ from cxbridge.clipstext.values import constants_of, show_alone
 from cxbridge.executive.pddl.ast import Blamed, TermComparison, Variable
 from cxbridge.executive.problem.conditions import Conditions
 from cxbridge.executive.problem.truth import KnownState, to_blame
-from cxbridge.suggestions import LIKE, likeness
+from cxbridge.suggestions import MIN_LIKENESS, likeness
 
 # Returns the slots of a deftemplate's facts, as CLIPS prints the values.
 FactsOf = Callable[[str], Sequence[Mapping[str, str]]]
@@ -87,7 +87,7 @@ class Preconditions:
         similarity, nearest_atom = max(
             ((_likeness(atom, true_atom), true_atom) for true_atom in comparable), default=(0.0, atom)
         )
-        similar = f" ({atom_text(nearest_atom)} is true)" if similarity > LIKE else ""
+        similar = f" ({atom_text(nearest_atom)} is true)" if similarity > MIN_LIKENESS else ""
         return f"{atom_text(atom)} is false{similar}"
 
 
