@@ -19,9 +19,9 @@ def create_keys(folder: Path, name: str) -> tuple[Path, Path]:
 
     Only the user can read the secret file. Existing files are never overwritten.
 
-    :param folder: created if it does not exist.
+    :param folder: the folder of the files, created if it does not exist.
     :param name: the owner of the keys; the files are ``name.key`` and ``name.key_secret``.
-    :raises EndpointError: if the name is invalid in a file name, or the files exist.
+    :raises EndpointError: if the name cannot be part of a file name, or the files exist.
     :raises OSError: if the folder cannot be written.
     """
     if not _NAME.fullmatch(name):

@@ -20,7 +20,7 @@ SCHEMES: Final = ("tcp", "ipc", "inproc")
 
 @dataclass(frozen=True, slots=True)
 class CurveServer:
-    """Keys of a server.
+    """The keys of a server.
 
     :param secret_key: a file of :func:`~cxbridge.blackboard.zmq.keyfiles.create_keys`.
     :param clients: the folder with the public keys of allowed clients.
@@ -42,7 +42,7 @@ class CurveServer:
 
 @dataclass(frozen=True, slots=True)
 class CurveClient:
-    """Keys of a client."""
+    """The files with the secret key of a client and the public key of its server."""
 
     secret_key: Path
     server_key: Path
@@ -61,7 +61,7 @@ def load_keys(path: Path, *, secret: bool = True) -> tuple[bytes, bytes]:
 
     :raises EndpointError: if the file is missing or lacks the key.
     """
-    from zmq.auth import load_certificate  # noqa: PLC0415 - not quickly imported, and rarely needed
+    from zmq.auth import load_certificate  # noqa: PLC0415 - slow to import, and rarely needed
 
     try:
         public_key, secret_key = load_certificate(path)

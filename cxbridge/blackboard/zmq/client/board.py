@@ -41,19 +41,19 @@ class ZmqBlackBoard(RemoteBlackBoard):
     :param registry: returns the classes of types that are named by a string.
     :param bus: gets log lines; writes are published on the bus of the server's blackboard.
     :param name: identifies the client in log lines of the server.
-    :param heartbeat: in seconds; the server may demand a shorter one.
-    :param timeout: of a request, in seconds.
-    :param connect_timeout: of the first connection, in seconds.
-    :param keys: required for servers on other machines.
-    :param insecure: allow other machines without keys.
-    :param context: the ZeroMQ context; None makes one, or takes that of the process for inproc.
+    :param heartbeat: the seconds between signs of life; the server may demand fewer.
+    :param timeout: the limit of a request, in seconds.
+    :param connect_timeout: the limit of the first connection, in seconds.
+    :param keys: the CURVE keys, required for servers on other machines.
+    :param insecure: whether servers on other machines are allowed without keys.
+    :param context: the ZeroMQ context; by default a new context, or for inproc that of the process.
     :raises InsecureEndpointError: if the URL needs keys.
     :raises DisconnectedError: if no server answers.
     """
 
     reports_writes = False
 
-    def __init__(  # noqa: PLR0913 - settings, by name
+    def __init__(  # noqa: PLR0913 - all settings are passed by name
         self,
         url: str,
         registry: Registry,
@@ -154,7 +154,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     def flush(self, timeout: float | None = None) -> None:
         """Wait until the server has received all earlier calls and its earlier messages were handled.
 
-        :param timeout: in seconds; None: the timeout of requests.
+        :param timeout: the limit in seconds, by default that of requests.
         :raises TransportError: after the timeout.
         """
         self._check_open()
@@ -173,16 +173,16 @@ class ZmqBlackBoard(RemoteBlackBoard):
         self._check_open()
         super().register_observer(observer, type_glob, id_glob)
         if not self._interfaces.watching:
-            self._sender.request(Watch(), timeout=self.timeout, on_reply=self._interfaces.watched)
+            self._sender.request(Watch(), timeout=self.timeout, on_reply=self._interfaces.handle_existing)
 
 
 def _hint_for_silence(reason: str, url: str, keys: CurveClient | None) -> str:
-    """Return what to check if the server does not answer."""
+    """Return a hint for the case that the server does not answer."""
     # a server with CURVE keys ignores clients whose keys it does not know, and sends no reason
     reason = reason or "is the daemon running, and at this address?"
     if keys is not None:
-        wrong = f"it does not know our key, or its key is not {keys.server_key}"
-        return f"{reason}; it does not answer either when {wrong}"
+        mismatch = f"it does not know our key, or its key is not {keys.server_key}"
+        return f"{reason}; it does not answer either when {mismatch}"
     if not is_private(url):
         return f"{reason}; it does not answer either when it wants CURVE keys"
     return reason

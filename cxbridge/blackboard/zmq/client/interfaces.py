@@ -49,7 +49,7 @@ class OpenInterfaces:
 
     :param board: the blackboard of the client.
     :param url: the server, for log lines.
-    :param timeout: of a request, in seconds.
+    :param timeout: the limit of a request, in seconds.
     :param wake_session: makes the session's thread call `flush` soon.
     """
 
@@ -77,7 +77,7 @@ class OpenInterfaces:
         self._unsent: dict[InterfaceCopy, bytes] = {}
         self._epoch = b""  # the id of the running server
         self._same_epoch = False  # whether the server was not restarted between the last two sessions
-        self._reopening = 0  # the number of outstanding replies, until other threads may send
+        self._reopening = 0  # the number of outstanding replies before other threads may send
         self._loss_announced = False
         self._observers: Final = observers
         self._existing: set[tuple[str, str]] = set()  # the interfaces that the observers know
@@ -99,7 +99,7 @@ class OpenInterfaces:
 
         def on_reply(reply: Response) -> None:
             if isinstance(reply, Opened):
-                opened.append(self._enter(request, reply))
+                opened.append(self._make_instance(request, reply))
 
         schema = request.interface_class.SCHEMA
         frame = _open_frame(schema, request.id, request.owner, request.writer)
@@ -108,7 +108,7 @@ class OpenInterfaces:
             raise_refusal(reply, uid=request.uid, hash_=schema.hash)
         return opened[0]
 
-    def _enter(self, request: OpenRequest, opened: Opened) -> Interface:
+    def _make_instance(self, request: OpenRequest, opened: Opened) -> Interface:
         """Make the instance that the server has opened."""
         with self._lock:
             copy = self._copies.get(request.key)
@@ -251,10 +251,10 @@ class OpenInterfaces:
         deadline = time.monotonic() + timeout
         while self._unsent:
             if time.monotonic() > deadline:
-                raise RequestTimeoutError("the blackboard's server takes no writes")
+                raise RequestTimeoutError("the blackboard's server does not accept writes")
             time.sleep(0.005)
 
-    def welcomed(self, epoch: bytes) -> None:
+    def handle_welcome(self, epoch: bytes) -> None:
         """Reopen all instances in a new session."""
         self._same_epoch, self._epoch = epoch == self._epoch, epoch
         with self._lock:
@@ -270,22 +270,24 @@ class OpenInterfaces:
             for instance in instances:
                 self._reopen(instance)
             if self.watching:
-                self._request(Watch(), self.watched)
+                self._request(Watch(), self.handle_existing)
         self._count_reply()
 
     def _request(self, frame: Request, on_reply: Callable[[Response], None]) -> None:
-        def done(reply: Response) -> None:
+        """Send a request whose reply :meth:`_count_reply` counts."""
+
+        def handle_and_count(reply: Response) -> None:
             on_reply(reply)
             self._count_reply()
 
         self._reopening += 1
-        self._sender.start(frame, PendingRequest(done))
+        self._sender.start(frame, PendingRequest(handle_and_count))
 
     def _reopen(self, instance: Interface) -> None:
         frame = _open_frame(instance.SCHEMA, instance.id, instance.owner, instance.is_writer)
-        self._request(frame, lambda reply: self._reopened(instance, reply))
+        self._request(frame, lambda reply: self._handle_reopened(instance, reply))
 
-    def _reopened(self, instance: Interface, reply: Response) -> None:
+    def _handle_reopened(self, instance: Interface, reply: Response) -> None:
         with self._lock:
             copy = self._copies.get((instance.type, instance.id))
             open_here = self._instances.pop(instance.serial.bytes, None) is instance
@@ -318,6 +320,7 @@ class OpenInterfaces:
         return seq < copy.expected if self._same_epoch else seq == 0
 
     def _abandon(self, copy: InterfaceCopy | None, instance: Interface, code: ResultCode) -> None:
+        """Invalidate an instance that the server refuses to reopen."""
         self._board.warn(
             f"{instance.uid} of {instance.owner or 'no owner'} could not be opened again: {code.name}"
         )
@@ -347,8 +350,8 @@ class OpenInterfaces:
             self._loss_announced = False
             self._board.announce(True, f"connected to {self._url} again")
 
-    def lost(self, reason: str) -> None:
-        """Handle the loss of the session: other instances are invisible."""
+    def handle_loss(self, reason: str) -> None:
+        """Handle the loss of the session, which makes the instances of other clients invisible."""
         if self._epoch and not self._loss_announced:
             self._loss_announced = True
             text = f"lost the blackboard at {self._url}: {reason}; trying to connect again"
@@ -358,7 +361,7 @@ class OpenInterfaces:
             for copy in self._copies.values():
                 copy.forget_others()
 
-    def updated(self, update: Update) -> None:
+    def handle_update(self, update: Update) -> None:
         """Handle an Update.
 
         :raises ProtocolError: if an earlier update is missing, or the size of the block is wrong.
@@ -372,7 +375,7 @@ class OpenInterfaces:
             self.skipped += update.skipped
             copy.update(update.seq, update.block, update.stamped, update.changed)
 
-    def received(self, frame: ServerFrame) -> None:
+    def handle_frame(self, frame: ServerFrame) -> None:
         """Handle a frame other than an Update."""
         match frame:
             case Response():
@@ -390,7 +393,7 @@ class OpenInterfaces:
             case _:
                 pass  # a heartbeat
 
-    def watched(self, reply: Response) -> None:
+    def handle_existing(self, reply: Response) -> None:
         """Compare the interfaces in the reply to Watch with the known ones, and notify the observers."""
         assert isinstance(reply, Listed)
         keys = [(info.type, info.id) for info in reply.interfaces]

@@ -89,7 +89,7 @@ class InterfaceCopy(BoardPort):
         :raises ProtocolError: if the size of the block is wrong.
         """
         if len(block) != self.size:
-            raise ProtocolError(f"a block of {self.uid} has not {len(block)} bytes")
+            raise ProtocolError(f"a block of {self.uid} cannot have {len(block)} bytes")
         with self._lock:
             self.seq = seq
             self.written = False
@@ -124,7 +124,7 @@ class InterfaceCopy(BoardPort):
         members = dict(self._members)
         member = members.pop(serial, None)
         if added is (member is not None):
-            return  # known already, from a reply to Open
+            return  # a reply to Open has reported the change already
         if added:
             members[serial] = Member(serial.bytes, owner, kind is EventKind.WRITER_ADDED)
         self._members = members
@@ -149,7 +149,7 @@ class InterfaceCopy(BoardPort):
             return ResultCode.OK if self.deliver(writer, message) else ResultCode.DECLINED, 0
         except QueueFullError as error:
             return ResultCode.QUEUE_FULL, error.limit
-        except InvalidInstanceError:  # closed by a listener
+        except InvalidInstanceError:  # a listener has closed the writer
             return ResultCode.NO_WRITER, 0
         except (UnknownMessageTypeError, InterfaceError):
             return ResultCode.UNKNOWN_MESSAGE, 0
@@ -161,7 +161,7 @@ class InterfaceCopy(BoardPort):
     def set_members(self, members: Iterable[Member], *, quietly: bool) -> None:
         """Replace the members.
 
-        :param quietly: do not notify the listeners.
+        :param quietly: whether the listeners are not notified.
         """
         present = {UUID(bytes=member.serial): member for member in members}
         if not quietly:

@@ -31,13 +31,14 @@ from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.zmq.wire.frames import Gone, ServerFrame, Update, Welcome, decode_server_frame
 from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, Context, Socket, receiver
 
-FULL: Final = 1024
+MAX_WAITING_EVENTS: Final = 1024
 """The number of waiting events above which updates of one interface are conflated."""
 
 _BATCH: Final = 64  # frames in a row, before credit is returned
 _AT_ONCE: Final = 20e-6  # seconds; a frame that is received in less time had arrived before
-# so that the server may still send three quarters of the window while the credit is on its way
-_CREDIT_PARTS: Final = 4  # credit is returned in this many parts of the window
+# Credit is returned in four parts of the window, so that the server may still send three parts while the
+# credit is on its way.
+_CREDIT_PARTS: Final = 4
 
 # owners of the turn to receive; integers, because they are compared for each update
 _SESSION: Final = 0  # the session's thread receives
@@ -51,12 +52,13 @@ _RECLAIMABLE: Final = (_CALLING, _LENT)
 class FrameHandler(Protocol):
     """Handles the frames of a session, in the thread that has the turn."""
 
-    def welcomed(self, epoch: bytes) -> None:
+    def handle_welcome(self, epoch: bytes) -> None:
         """Reopen the instances in a new session."""
 
-    def received(self, frame: ServerFrame) -> None: ...
+    def handle_frame(self, frame: ServerFrame) -> None:
+        """Handle a frame other than an Update."""
 
-    def updated(self, update: Update) -> None:
+    def handle_update(self, update: Update) -> None:
         """Handle an Update.
 
         :raises ProtocolError: if an earlier update is missing, or the size of the block is wrong.
@@ -85,7 +87,7 @@ class EventReceiver(Dispatcher):
         self._turn = _SESSION
         self._reclaimed = False
         self._turns = 0  # rounds of the dispatcher's thread, which show whether listeners are quick
-        self._watched_turns = 0  # those at the last call of `watch`
+        self._watched_turns = 0  # the rounds at the last call of `watch`
         self._nudging: Final = threading.Lock()
         self._nudge: Socket | None = None
         self._backlog: deque[Work | None] = deque()  # calls taken from the queue while a listener waited
@@ -104,7 +106,7 @@ class EventReceiver(Dispatcher):
         """The server's Welcome, None before it."""
         self.fault = ""
         """Why the session cannot continue."""
-        self._last_number = 0  # of a received frame
+        self._last_number = 0  # the number of the last received frame
         self._credit = 0  # the number of handled updates that the server does not know
         self._return_at = 1
 
@@ -116,7 +118,7 @@ class EventReceiver(Dispatcher):
     @property
     def full(self) -> bool:
         """Whether the queue is so long that updates are conflated."""
-        return self._queue.qsize() >= FULL
+        return self._queue.qsize() >= MAX_WAITING_EVENTS
 
     def wait(self, done: Callable[[], bool], deadline: float) -> None:
         """Run urgent calls until ``done``, for listeners that wait for a reply in this thread.
@@ -135,9 +137,8 @@ class EventReceiver(Dispatcher):
             if item is None:  # the end, which is for `_call_waiting`
                 self._queue.put(None)
                 return
-            if item[
-                2
-            ]:  # a message for a writer of this client, whose sender may be the peer that is to reply
+            _work, _args, urgent = item
+            if urgent:  # a message for a writer of this client, whose sender may be the peer that is to reply
                 self._call(*item)
             else:
                 self._backlog.append(item)
@@ -248,6 +249,7 @@ class EventReceiver(Dispatcher):
 
     @property
     def session_has_turn(self) -> bool:
+        """Whether the session's thread receives."""
         return self._turn == _SESSION
 
     def lend(self) -> None:
@@ -316,7 +318,7 @@ class EventReceiver(Dispatcher):
             frame = decode_server_frame(data)
             if type(frame) is Update:  # first, because nearly all frames are updates
                 self._credit += 1
-                self._handler.updated(frame)
+                self._handler.handle_update(frame)
             else:
                 self._handle_frame(frame)
         except ProtocolError as error:
@@ -336,9 +338,9 @@ class EventReceiver(Dispatcher):
         if isinstance(frame, Welcome):
             self.welcome = frame
             self._return_at = max(1, frame.window // _CREDIT_PARTS)
-            self._handler.welcomed(frame.epoch)
+            self._handler.handle_welcome(frame.epoch)
         else:
-            self._handler.received(frame)
+            self._handler.handle_frame(frame)
 
     def _give_credit(self) -> None:
         if self._give_credit_back(self._credit):

@@ -27,8 +27,8 @@ ROOM_MS: Final = 100
 _PATIENCE_MS: Final = 1000  # frames that cannot be conflated wait longer; then the server counts as dead
 
 
-def _locked() -> threading.Lock:
-    """Return a lock that another thread releases."""
+def _make_locked() -> threading.Lock:
+    """Return a locked lock, which another thread releases."""
     lock = threading.Lock()
     lock.acquire()
     return lock
@@ -46,7 +46,7 @@ class PendingRequest:
     reply: Response | None = None
     lost: bool = False
     wake: Callable[[], None] | None = None
-    _unanswered: threading.Lock = field(default_factory=_locked)  # an Event takes five times as long
+    _unanswered: threading.Lock = field(default_factory=_make_locked)  # an Event takes five times as long
 
     def finish(self, reply: Response | None) -> None:
         """Wake the requester; None means that the session was lost."""
@@ -56,6 +56,7 @@ class PendingRequest:
             self.wake()
 
     def answered(self) -> bool:
+        """Return whether the request was answered or lost."""
         return not self._unanswered.locked()
 
     def wait(self, seconds: float) -> None:
@@ -79,7 +80,7 @@ class CommandSender:
         """Whether the server has stopped taking frames."""
         self._dispatcher: Final = dispatcher
         self._socket: zmq.Socket[bytes] | None = None
-        self._send_bytes: Callable[..., Any]  # of the socket
+        self._send_bytes: Callable[..., Any]  # the function of the socket
         self.ready = False
         """Whether all threads may send."""
         self._closed = False
@@ -198,22 +199,22 @@ class CommandSender:
     ) -> Response:
         """Send a request and return the reply.
 
-        :param timeout: in seconds, including the wait for a session.
-        :param repeat: send the request again if the session is lost before the reply; only for requests that
-            may be carried out twice.
+        :param timeout: the limit in seconds, including the wait for a session.
+        :param repeat: whether to send the request again if the session is lost before the reply; only for
+            requests that may be carried out twice.
         :raises DisconnectedError: if there is no session, or it is lost.
         :raises RequestTimeoutError: if no reply comes in time.
         """
         kind = type(frame).__name__.lower()
         deadline = time.monotonic() + timeout
-        inside = self._dispatcher.is_current_thread()
+        in_dispatcher = self._dispatcher.is_current_thread()
         while True:
-            pending = PendingRequest(on_reply, wake=self._nudge if inside else None)
+            pending = PendingRequest(on_reply, wake=self._nudge if in_dispatcher else None)
             with self.lock:
                 if not self.wait_ready(deadline):
                     raise DisconnectedError("there is no connection to the blackboard's server")
                 number = self.start(frame, pending)
-            if inside:
+            if in_dispatcher:
                 self._dispatcher.wait(pending.answered, deadline)
             else:
                 pending.wait(deadline - time.monotonic())

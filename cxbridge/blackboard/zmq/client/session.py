@@ -40,13 +40,14 @@ HELLO_S: Final = 2.0
 PAUSE_S: Final = 0.1
 """Seconds between the end of a session and the next attempt."""
 
-PATIENCE_MS: Final = (5, 40)
+MIN_PATIENCE_MS: Final = 5
+MAX_PATIENCE_MS: Final = 40
 """Milliseconds of running listeners after which this thread receives instead.
 
-The first value applies after a slow listener; it doubles up to the second one while listeners are quick.
+The minimum applies after a slow listener; it doubles up to the maximum while listeners are quick.
 """
 
-_FLUSH_S: Final = 0.02  # between attempts to send conflated updates
+_FLUSH_S: Final = 0.02  # seconds between attempts to send conflated updates
 
 
 class SessionThread:
@@ -55,7 +56,7 @@ class SessionThread:
     :param url: the server's endpoint.
     :param receiver: receives in turns with this thread.
     :param wakeup: wakes this thread.
-    :param heartbeat: in seconds; the server may demand a shorter one.
+    :param heartbeat: the seconds between signs of life; the server may demand fewer.
     :param name: identifies the client in the server's log.
     """
 
@@ -76,11 +77,11 @@ class SessionThread:
         self._sender: Final = sender
         self._receiver: Final = receiver
         self._wakeup: Final = wakeup
-        self._wished_heartbeat: Final = heartbeat
+        self._requested_heartbeat: Final = heartbeat
         self._name: Final = name
         self._keys: Final = keys
         self._stopping = False
-        self._patience = PATIENCE_MS[0]
+        self._patience = MIN_PATIENCE_MS
         self._previous = b""  # the id of the last session, which the server may not know to be dead
         self._thread: Final = threading.Thread(target=self._run, name=f"BlackBoard {url}", daemon=True)
 
@@ -98,14 +99,11 @@ class SessionThread:
         while not self._stopping:
             try:
                 reason = self._session()
-            except (
-                TransportError,
-                zmq.ZMQError,
-                OSError,
-            ) as error:  # for example no descriptor is left, which may change
+            # no descriptor may be left, for example, which may change
+            except (TransportError, zmq.ZMQError, OSError) as error:
                 reason = f"no session can begin: {error}"
             if not self._stopping:
-                self._interfaces.lost(reason)
+                self._interfaces.handle_loss(reason)
                 self._wait(PAUSE_S)
 
     def _wait(self, seconds: float) -> None:
@@ -133,7 +131,7 @@ class SessionThread:
                 hello = Hello(
                     session,
                     replaces=self._previous,
-                    heartbeat_ms=round(self._wished_heartbeat * 1000),
+                    heartbeat_ms=round(self._requested_heartbeat * 1000),
                     name=self._name,
                 )
                 # without blocking, because a refused handshake may have closed the socket
@@ -144,7 +142,7 @@ class SessionThread:
                 if self._stopping and self._receiver.welcome is not None:
                     self._sender.send(Bye(), wait_ms=0)
             finally:
-                # first the turn: no other thread may be in a socket that is closed
+                # the turn first, because no other thread may use a socket that is being closed
                 self._receiver.reclaim()
                 self._receiver.close()
                 self._sender.detach()
@@ -190,9 +188,9 @@ class SessionThread:
     def _watch(self, poller: zmq.Poller, due: float) -> dict[object, int]:
         """Wait for events while the dispatcher's thread receives."""
         if self._receiver.watch():
-            patience, self._patience = self._patience, min(2 * self._patience, PATIENCE_MS[1])
+            patience, self._patience = self._patience, min(2 * self._patience, MAX_PATIENCE_MS)
             return dict(poller.poll(min(_ms(due), patience)))
-        self._patience = PATIENCE_MS[0]
+        self._patience = MIN_PATIENCE_MS
         self._receiver.asleep = True  # from here on this thread is woken before listeners are called
         try:
             return {} if self._receiver.watch() else dict(poller.poll(_ms(due)))
@@ -204,9 +202,9 @@ class SessionThread:
         """The shorter heartbeat of both peers, in seconds."""
         welcome = self._receiver.welcome
         return (
-            self._wished_heartbeat
+            self._requested_heartbeat
             if welcome is None
-            else min(self._wished_heartbeat, welcome.heartbeat_ms / 1000)
+            else min(self._requested_heartbeat, welcome.heartbeat_ms / 1000)
         )
 
     def _keep_alive(self, now: float, gap: float) -> None:
@@ -224,7 +222,7 @@ class SessionThread:
         if now - receiver.last_received_s > DEATH * self._heartbeat:
             receiver.fail("the server is silent")
         elif self._sender.broken:
-            receiver.fail("the server takes nothing any more")
+            receiver.fail("the server does not accept frames any more")
         elif now - self._sender.last_sent_s > BEAT * self._heartbeat:
             self._sender.send(Beat(), wait_ms=0)
         if self._sender.ready:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 from uuid import UUID
 
 from cxbridge.blackboard.base import BlackBoard
@@ -29,7 +29,18 @@ class ServerLoop(Protocol):
         """Call a function in the server's thread; calls stay in order."""
 
     def drain(self) -> None:
-        """Make the posted calls; in the server's thread."""
+        """Carry out the posted calls; to be called in the server's thread."""
+
+
+class RemoteWriter(NamedTuple):
+    """A writer in a client.
+
+    :param session: the session of the client.
+    :param instance: the server's instance for the writer.
+    """
+
+    session: ZmqSession
+    instance: Interface
 
 
 class Channel(MembershipListener):
@@ -43,8 +54,8 @@ class Channel(MembershipListener):
 
     def __init__(self, board: BlackBoard, loop: ServerLoop, memory: InterfaceMemory) -> None:
         self.memory: Final = memory
-        self.writer: tuple[ZmqSession, Interface] | None = None
-        """The session with the writer and the server's instance for it."""
+        self.writer: RemoteWriter | None = None
+        """The writer, if it is a client."""
         self.members: Final[dict[ZmqSession, Membership]] = {}
         self._board = board
         self._loop = loop
@@ -70,7 +81,7 @@ class Channel(MembershipListener):
             session.memberships[self] = membership
         membership.instances.add(instance.serial.bytes)
         if instance.is_writer:
-            self.writer = (session, instance)
+            self.writer = RemoteWriter(session, instance)
         return snapshot
 
     def hand_over(self, leaving: Interface) -> None:
@@ -86,7 +97,7 @@ class Channel(MembershipListener):
         """Remove a closed instance; return the client's sequence number."""
         membership = self.members[session]
         membership.instances.discard(instance.serial.bytes)
-        if self.writer is not None and self.writer[1] is instance:
+        if self.writer is not None and self.writer.instance is instance:
             self.writer = None
         if self._carrier is instance:
             self._carrier = None
@@ -99,7 +110,7 @@ class Channel(MembershipListener):
         self._carrier = instance
         self._board.register_listener(self, instance, EventKind.DATA_REFRESHED, *MEMBERSHIP_KINDS)
 
-    def data_refreshed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's method
+    def data_refreshed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
         if self._loop.is_current_thread():
             self._push(self.memory.snapshot)
         elif self._queued < MAX_QUEUED:  # above the limit, the last queued update sends the newest data
@@ -113,7 +124,7 @@ class Channel(MembershipListener):
 
     def _push(self, snapshot: Snapshot) -> None:
         """Send an update to all sessions except the writer's."""
-        writer = None if self.writer is None else self.writer[0]
+        writer = None if self.writer is None else self.writer.session
         version = snapshot.version
         common: bytes | None = None  # the frame of all sessions that have got every earlier write
         for session, membership in self.members.items():
@@ -147,7 +158,7 @@ class Channel(MembershipListener):
         session.send_bytes(data)
 
     def _encode(self, snapshot: Snapshot, sent: int) -> bytes:
-        """Return the Update for a client with the data of write ``sent``."""
+        """Return the Update for a client that has the data of write number ``sent``."""
         seq = snapshot.version
         stamped, changed = snapshot.stamped > sent, snapshot.changed > sent
         return encode(Update(self.memory.mem_serial, seq, stamped, changed, seq - sent - 1, snapshot.block))

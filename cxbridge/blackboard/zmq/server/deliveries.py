@@ -25,7 +25,7 @@ from cxbridge.interfaces.instance import Interface, Message, MessageQueue
 MAX_PENDING: Final = 1024
 """The maximal number of pending messages per session."""
 
-Outcome = Callable[[ResultCode, int], None]
+OutcomeCallback = Callable[[ResultCode, int], None]
 """Takes the outcome of a message and a detail."""
 
 
@@ -33,7 +33,7 @@ Outcome = Callable[[ResultCode, int], None]
 class _Delivery:
     session: ZmqSession
     instance: bytes
-    done: Outcome
+    done: OutcomeCallback
     deadline: float
 
 
@@ -47,12 +47,12 @@ class Deliveries:
     def __len__(self) -> int:
         return len(self._pending)
 
-    def start(self, session: ZmqSession, message: Deliver, done: Outcome, deadline: float) -> None:
+    def start(self, session: ZmqSession, message: Deliver, done: OutcomeCallback, deadline: float) -> None:
         """Send a message to the session of its writer.
 
         :param message: a frame without delivery number.
         :param done: called exactly once with the outcome.
-        :param deadline: monotonic time in seconds.
+        :param deadline: the limit, in seconds of the monotonic clock.
         """
         if session.failed:
             done(ResultCode.NO_WRITER, 0)
@@ -98,13 +98,13 @@ class Forwarder(Listener):
     :param loop: the server's thread.
     :param deliver: sends a message from the server's thread.
     :param timeout: seconds to wait for the outcome.
-    :param log: called with failures of messages whose sender does not wait.
+    :param log: called with the failures of messages whose sender does not wait for the outcome.
     """
 
     def __init__(
         self,
         loop: ServerLoop,
-        deliver: Callable[[Interface, Message, Outcome], None],
+        deliver: Callable[[Interface, Message, OutcomeCallback], None],
         timeout: float,
         log: Callable[[str], None],
     ) -> None:
@@ -132,7 +132,7 @@ class Forwarder(Listener):
             self.outcome.value = outcomes.get(timeout=self._timeout + 1.0)
         return self.outcome.value[0] is not ResultCode.DECLINED
 
-    def _log_failure(self, code: ResultCode, detail: int) -> None:  # noqa: ARG002 - an outcome
+    def _log_failure(self, code: ResultCode, detail: int) -> None:  # noqa: ARG002 - a callback's signature
         if code not in (ResultCode.OK, ResultCode.DECLINED):
             self._log(f"a message of a listener was not delivered: {code.name}")
 

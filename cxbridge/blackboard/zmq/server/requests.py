@@ -15,8 +15,8 @@ from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.names import check_names
 from cxbridge.blackboard.port import receive_message
 from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED, emit_message
-from cxbridge.blackboard.zmq.server.channels import Channel, ServerLoop
-from cxbridge.blackboard.zmq.server.deliveries import Deliveries, ForwardedQueue, Forwarder, Outcome
+from cxbridge.blackboard.zmq.server.channels import Channel, RemoteWriter, ServerLoop
+from cxbridge.blackboard.zmq.server.deliveries import Deliveries, ForwardedQueue, Forwarder, OutcomeCallback
 from cxbridge.blackboard.zmq.server.sessions import ZmqSession
 from cxbridge.blackboard.zmq.wire.frames import (
     MAX_TEXT,
@@ -48,7 +48,7 @@ _OUTCOMES: Final = {ResultCode.OK: QUEUED, ResultCode.DECLINED: HANDLED}
 
 
 class RequestHandler:
-    """Carries out requests of clients on a local blackboard.
+    """Carries out the requests of clients on a local blackboard.
 
     :param loop: the server's thread.
     :param delivery_timeout: seconds in which a client must take a message for its writer.
@@ -196,9 +196,9 @@ class RequestHandler:
         """Publish the block of a session's writer."""
         instance = session.instances.get(frame.instance)
         if instance is None or not instance.is_writer:
-            self._log(f"{session} writes an interface that it has not open for writing")
+            self._log(f"{session} writes an interface that it has not opened for writing")
         elif len(frame.block) != instance.SCHEMA.datasize:
-            raise ProtocolError(f"a block of {instance.type} has not {len(frame.block)} bytes")
+            raise ProtocolError(f"a block of {instance.type} cannot have {len(frame.block)} bytes")
         elif instance.valid:
             instance.publish_block(frame.block, frame.stamped, frame.changed)
 
@@ -238,7 +238,7 @@ class RequestHandler:
             session.reply(frame.request, ResultCode.NO_WRITER)
 
     def _start_delivery(
-        self, writer: tuple[ZmqSession, Interface], message: Message, hops: int, done: Outcome
+        self, writer: RemoteWriter, message: Message, hops: int, done: OutcomeCallback
     ) -> None:
         """Send a message to a writer in a client.
 
@@ -263,11 +263,11 @@ class RequestHandler:
         """Emit the event of a message between clients."""
         emit_message(self._board.bus, self._board.clock.now_us(), sender.uid, sender.owner, message, outcome)
 
-    def _deliver(self, writer: Interface, message: Message, done: Outcome) -> None:
+    def _deliver(self, writer: Interface, message: Message, done: OutcomeCallback) -> None:
         """Send a message of this process to a writer in a client."""
         channel = self._channels.get(writer.mem_serial)
         # the writer may have been closed since the listener was called
-        if channel is None or channel.writer is None or channel.writer[1] is not writer:
+        if channel is None or channel.writer is None or channel.writer.instance is not writer:
             done(ResultCode.NO_WRITER, 0)
         else:
             self._start_delivery(channel.writer, message, message.hops, done)

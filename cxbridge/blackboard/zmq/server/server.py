@@ -71,15 +71,15 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     :param board: the blackboard; its owner shuts it down.
     :param endpoints: ``tcp://host:port`` (``*``: any port), ``ipc://path`` or ``inproc://name``.
-    :param heartbeat: in seconds; clients may demand a shorter one.
-    :param keys: required for endpoints that other machines can reach.
-    :param insecure: allow such endpoints without keys.
+    :param heartbeat: the seconds between signs of life; clients may demand fewer.
+    :param keys: the CURVE keys, required for endpoints that other machines can reach.
+    :param insecure: whether such endpoints are allowed without keys.
     :param window: the maximal number of unacknowledged updates per client.
-    :param context: the ZeroMQ context; None makes one, or takes that of the process for inproc.
+    :param context: the ZeroMQ context; by default a new context, or for inproc that of the process.
     :raises InsecureEndpointError: if an endpoint needs keys.
     """
 
-    def __init__(  # noqa: PLR0913 - settings, by name
+    def __init__(  # noqa: PLR0913 - all settings are passed by name
         self,
         board: LocalBlackBoard,
         endpoints: Sequence[str],
@@ -104,7 +104,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._window = window
         self._max_sessions = max_sessions
         self._lent_context = context
-        # from here on: set while it serves
+        # the attributes from here on are set while the server runs
         self._context: zmq.Context[zmq.Socket[bytes]] | None = None
         self._own_context = False
         self._authenticator: Any = None
@@ -137,7 +137,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         """Start the thread that checks the keys of clients."""
         if self._keys is None:
             return None
-        from zmq.auth.thread import ThreadAuthenticator  # noqa: PLC0415 - brings asyncio
+        from zmq.auth.thread import ThreadAuthenticator  # noqa: PLC0415 - imports asyncio
 
         authenticator = ThreadAuthenticator(context)
         authenticator.start()
@@ -219,7 +219,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self.drain()
 
     def drain(self) -> None:
-        """Make the posted calls."""
+        """Carry out the posted calls."""
         while self._inbox:
             work, args = self._inbox.popleft()
             try:
@@ -247,12 +247,13 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 route = recv(NOBLOCK)
             except zmq.Again:
                 return
-            # not as bytes: this way costs less than a question to the socket about further parts
+            # a part instead of bytes, because asking the socket for further parts would cost more
             part = recv(0, False)
             surplus = skip_parts(socket) if part.more else 0
             try:
                 self._handle_message(socket, route, part.bytes, surplus)
             except ProtocolError as error:
+                # the kind of the complaint is the start of the text, because the rest may quote the client
                 self._complaints.add(str(error.message)[:40], f"a client was sent away: {error.message}")
                 self._send_away(socket, route, ResultCode.PROTOCOL, error.message)
             except Exception as error:  # noqa: BLE001 - a client's frame must not end the service of others
@@ -275,13 +276,13 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._welcome(socket, route, frame)
             elif session is None:
                 self._send_away(socket, route, ResultCode.UNKNOWN_SESSION, "there is no such session")
-        elif self._is_next(session, frame.number):
+        elif self._accept_number(session, frame.number):
             if isinstance(frame, Bye):
                 self._end_session(session)
             else:
                 self._requests.handle(session, frame)
 
-    def _is_next(self, session: ZmqSession, number: int) -> bool:
+    def _accept_number(self, session: ZmqSession, number: int) -> bool:
         """Record a frame's number and return whether it is the expected one."""
         session.last_received_s = time.monotonic()
         if number == session.numbers_in + 1:
@@ -297,7 +298,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             raise ProtocolError("a Hello by another socket than the session's")
         if hello.session in self._sessions:
             return
-        # its writers would otherwise refuse the client's own until the server finds the session dead
+        # otherwise the writers of the previous session would keep out the client's writers until the server
+        # notices the end of that session
         replaced = self._sessions.get(hello.replaces)
         if replaced is not None:
             self._end_session(replaced)

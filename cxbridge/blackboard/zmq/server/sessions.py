@@ -25,7 +25,7 @@ class Membership:
     """A session's state of an interface.
 
     :param sent: the sequence number of the client's copy.
-    :param instances: the serials of the session's instances.
+    :param instances: the serials of the session's instances of the interface.
     """
 
     sent: int
@@ -36,9 +36,10 @@ class Membership:
 class ZmqSession:
     """A connected client.
 
-    :param id: 16 bytes.
+    :param id: the id of the session, 16 bytes.
     :param socket: the ROUTER socket to which the client is connected.
-    :param heartbeat: in seconds.
+    :param name: identifies the client in the log.
+    :param heartbeat: the seconds between signs of life.
     :param window: the maximal number of unacknowledged updates.
     :param fail: called when the session cannot continue, with the reason.
     :param now: returns the monotonic time in seconds.

@@ -51,7 +51,7 @@ MAX_REPLY: Final = 64 << 20
 MAX_TEXT: Final = 256
 """The maximal characters of names of owners, threads and clients, and of patterns."""
 
-# those of a UUID, and of an MD5 for types
+# a UUID has 16 bytes, and so has the MD5 of a type
 SERIAL_SIZE: Final = 16
 """The bytes of the ids of sessions, epochs, instances and types."""
 
@@ -173,7 +173,7 @@ class Send(Request, array_like=True, tag_field="frame", tag=7):
 class Write(Frame, array_like=True, tag_field="frame", tag=8):
     """The block of a writer.
 
-    :param stamped: whether the time stamp is new; None: to be found by comparison.
+    :param stamped: whether the time stamp is new; None if only a comparison of the blocks can tell.
     """
 
     instance: Serial
@@ -204,7 +204,7 @@ class Bye(Frame):
     """The end of a session by the client."""
 
 
-# frames from here on are sent by the server; only Beat goes both ways
+# the server sends the frames from here on; both peers send Beat
 class Welcome(Frame):
     """The reply to Hello.
 
@@ -220,8 +220,8 @@ class Welcome(Frame):
 class Reply(Response, array_like=True, tag_field="frame", tag=21):
     """The outcome of a request.
 
-    :param text: for log lines; of WRITER_ACTIVE the owner of the writer.
-    :param hash: of VERSION_MISMATCH, the type's version at the server.
+    :param text: the text for log lines; for WRITER_ACTIVE the owner of the writer.
+    :param hash: for VERSION_MISMATCH, the hash of the type at the server.
     """
 
     code: ResultCode = ResultCode.OK
@@ -389,19 +389,19 @@ def _decode(data: bytes, decode_data: Callable[[bytes], _F], kinds: Mapping[str,
             return decode_data(data)
         envelope = _Envelope.FromString(data)
     except (message.DecodeError, DecodeError, UnicodeError) as error:
-        raise _invalid(error) from error
+        raise _invalid_error(error) from error
     if envelope.version != VERSION:
         raise ProtocolError(
             f"version {envelope.version} of the blackboard's protocol, here is version {VERSION}", hint=_HINT
         )
     kind = envelope.WhichOneof("body")
     if kind not in kinds:
-        raise _invalid(f"{kind or 'an envelope without a frame'} in this direction")
+        raise _invalid_error(f"{kind or 'an envelope without a frame'} in this direction")
     fields = _fields(getattr(envelope, kind))
     try:
         return convert({**fields, "number": envelope.number}, kinds[kind])
     except ValidationError as error:
-        raise _invalid(error) from error
+        raise _invalid_error(error) from error
 
 
 def _fields(body: Any) -> dict[str, Any]:
@@ -420,7 +420,7 @@ def _fields(body: Any) -> dict[str, Any]:
 _HINT: Final = "let both sides run the same version of cxbridge"
 
 
-def _invalid(reason: object) -> ProtocolError:
+def _invalid_error(reason: object) -> ProtocolError:
     return ProtocolError(
         f"not a frame of version {VERSION} of the blackboard's protocol: {reason}", hint=_HINT
     )

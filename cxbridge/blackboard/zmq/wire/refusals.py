@@ -25,9 +25,9 @@ def raise_refusal(
 ) -> NoReturn:
     """Raise the error that a reply stands for.
 
-    :param uid: the interface of the request.
-    :param hash_: the type to be opened.
-    :param serial: the sending instance.
+    :param uid: the interface of the request, ``Type::id``.
+    :param hash_: the hash of the type that the client has requested.
+    :param serial: the serial of the sending instance.
     """
     interface_type, interface_id = parse_uid(uid)
     match reply.code:
@@ -54,7 +54,7 @@ def raise_refusal(
             raise RemoteRefusalError(reply.text or f"the server refuses: {reply.code.name}")
 
 
-def refusal_of(error: CxbridgeError, request: int) -> Reply:  # noqa: PLR0911 - a table
+def refusal_of(error: CxbridgeError, request: int) -> Reply:  # noqa: PLR0911 - one return per error
     """Return the reply that refuses a request."""
     match error:
         case WriterActiveError():

@@ -27,9 +27,9 @@ SERVER_QUEUE = 4096
 """The maximal number of frames waiting for a client."""
 
 CLIENT_QUEUE = 1000
-"""The maximal number of frames waiting for the server, ZeroMQ's own default."""
+"""The maximal number of frames waiting for the server, as many as by default in ZeroMQ."""
 
-# further clients retry after a second, by their operating system
+# the operating systems of further clients retry after a second
 BACKLOG = 1024
 """The maximal number of connections waiting to be accepted."""
 
