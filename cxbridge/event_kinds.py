@@ -94,5 +94,6 @@ class Event(Struct, frozen=True):
         :raises ValueError: if another class has the name.
         """
         name = cls.KIND.name
+        # recordings find the class by this name
         if name and EVENT_TYPES.setdefault(name, cls) is not cls:
             raise ValueError(f"two kinds of events are called '{name}'")

@@ -44,7 +44,7 @@ def is_private(endpoint: str) -> bool:
     if not endpoint.startswith("tcp://"):
         return not is_abstract(endpoint)
     try:
-        # ZeroMQ's `*` for any free port is no port of a URL
+        # ZeroMQ's `*` for any free port is not a valid port of a URL
         return is_loopback(urlsplit(endpoint.replace(":*", ":0")).hostname or "")
     except ValueError:
         return False

@@ -54,7 +54,7 @@ HOOKS: Final = frozenset(
 # The name of a plug-in's own tables, to which other plug-ins may add rows.
 _OWN_HOOKS: Final = "HOOKS"
 
-# The names in capitals of a plug-in's module that are no tables.
+# The names in capitals of a plug-in's module that are not tables.
 _NO_TABLES: Final = frozenset({"API", _OWN_HOOKS})
 
 _HEADING: Final = re.compile(r"^\[([^\]\n]+)\]", re.MULTILINE)

@@ -107,7 +107,7 @@ class VisibleStream:
     Other attributes are those of the stream. The program writes its colours and cursor movements to
     `terminal`.
 
-    :param stream: e.g. ``sys.stdout``.
+    :param stream: the stream to filter, e.g. ``sys.stdout``.
     """
 
     def __init__(self, stream: IO[str]) -> None:

@@ -26,6 +26,7 @@ def spawning() -> Iterator[SpawnContext]:
     The setting applies to processes that start before the context is left.
     """
     setting = os.environ.get(_SAFE_PATH)
+    # by the environment, because multiprocessing passes no option -P
     os.environ[_SAFE_PATH] = "1"
     try:
         yield multiprocessing.get_context("spawn")

@@ -36,6 +36,7 @@ class Pattern:
             raise InvalidNameError(
                 f"'{text}' selects no interface: no type has such a name as '{type_glob}'", hint=_HINT
             )
+        # fnmatch takes an unclosed bracket literally, and no type has a bracket in its name
         if _OPEN_BRACKET.search(type_glob):
             raise InvalidNameError(f"'{text}' selects no interface: a '[' is not closed", hint=_HINT)
         return cls(type_glob, id_glob if separator else "*")

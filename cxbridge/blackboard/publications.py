@@ -31,6 +31,7 @@ def emit_write(
     :param hash_: the 16 byte hash of the type's definition, by which Fawkes tells versions apart.
     :param values: returns the values of the block.
     """
+    # most recorders need the values, and those of bblogger files need the bytes
     if bus.wants(InterfaceWrite):
         bus.emit(InterfaceWrite(time_us, uid, values()))
     if bus.wants(BlockWrite):

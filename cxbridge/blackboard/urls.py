@@ -38,6 +38,7 @@ def transport_of(url: str) -> Transport:
     :raises BadUrlError: if no transport has the URL's scheme.
     """
     scheme, colon, _ = url.partition(":")
+    # not by `find`, whose error would name the scheme instead of the URL
     row = next((row for row in TRANSPORTS.rows if row.name == scheme.lower()), None)
     if not colon or row is None:
         starts = ", ".join("local:" if row.name == "local" else f"{row.name}://" for row in TRANSPORTS.rows)

@@ -42,6 +42,7 @@ class Checkouts(Struct, frozen=True):
         """Return the checkout of a configuration file, else the last checkout, else the file's folder."""
         resolved = file.resolve()
         owners = (folder for folder in self.folders if resolved.is_relative_to(folder.resolve()))
+        # the last checkout is Fawkes', which has the files that a team does not replace
         return next(owners, self.folders[-1] if self.folders else resolved.parent)
 
     def find_configuration(self, name: Path) -> Path:
@@ -60,7 +61,7 @@ class Checkouts(Struct, frozen=True):
         :param base: the base of relative paths.
         """
         default = base / substitute_path(text, placeholders)
-        if f"@{_BASE}@" not in text:
+        if f"@{_BASE}@" not in text:  # the path does not depend on the checkout
             return [default]
         bases = (placeholders | {_BASE: str(folder)} for folder in self.folders)
         paths = [base / substitute_path(text, values) for values in bases]

@@ -54,7 +54,7 @@ class Configuration:
         self.files: tuple[Path, ...] = ()
         """The files in the order in which they are laid over each other."""
         self.warnings: tuple[str, ...] = ()
-        """Probable mistakes that are no errors, such as duplicate keys, with file and line."""
+        """Probable mistakes that are not errors, such as duplicate keys, with file and line."""
 
     @classmethod
     def load(

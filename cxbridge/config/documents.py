@@ -26,8 +26,8 @@ class Mark(NamedTuple):
     """The place of a value.
 
     :param file: the file or another name of the text; empty for a value set at run time.
-    :param line: from 1; 0 for a value set at run time.
-    :param column: from 1.
+    :param line: the line, from 1; 0 for a value set at run time.
+    :param column: the column, from 1; 0 if it is unknown.
     """
 
     file: str = ""

@@ -55,7 +55,7 @@ class ConfigLoader:
 
     @property
     def warnings(self) -> list[str]:
-        """Probable mistakes that are no errors, with their places."""
+        """Probable mistakes that are not errors, with their places."""
         return self._builder.warnings
 
     def load_file(self, file: Path) -> None:

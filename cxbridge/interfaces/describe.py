@@ -71,7 +71,7 @@ def describe(schema: InterfaceSchema) -> Iterator[str]:
     """Yield lines that describe a schema."""
     yield f"{schema.name}: {schema.datasize} bytes, hash {schema.hash_printable}"
     hashes = known_hashes(schema)
-    if hashes and schema.hash not in hashes:
+    if hashes and schema.hash not in hashes:  # another hash with an equal layout is not a mistake
         yield f"  Fawkes knows this layout as {', '.join(hash_.hex().upper() for hash_ in hashes)}"
     if schema.comment:
         yield f"  {schema.comment}"

@@ -22,9 +22,9 @@ _BOOLS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0"
 class FieldType(Struct, frozen=True):
     """A scalar type.
 
-    :param name: as in XML.
+    :param name: the name of the type in XML.
     :param code: the character of an element in :mod:`struct`.
-    :param size: bytes of an element, also its alignment.
+    :param size: the bytes of an element, also its alignment.
     :param low: the minimum of an integer type.
     :param high: the maximum of an integer type.
     """

@@ -53,4 +53,5 @@ def place_fields(fields: Iterable[FieldSchema]) -> tuple[tuple[FieldSchema, ...]
 
 def align(offset: int, alignment: int) -> int:
     """Round an offset up to a multiple of the alignment."""
+    # `//` rounds down, so the negative number is divided
     return -(-offset // alignment) * alignment

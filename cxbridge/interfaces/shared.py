@@ -222,7 +222,7 @@ class SharedBlock(BufferedBlock):
     def publish_block(self, block: bytes, stamped: bool | None, changed: bool) -> None:
         """Publish a block that was written in another process; for transports.
 
-        :param block: of the interface's size.
+        :param block: the block, of the interface's size.
         :param stamped: whether the time stamp is new; None if only a comparison of the blocks can tell.
         :param changed: whether a value changed since the previous write.
         """
@@ -289,7 +289,7 @@ class SharedBlock(BufferedBlock):
     def set_timestamp(self, time_us: int | None = None) -> None:
         """Set the time stamp of the next write, which then counts as refreshed and changed.
 
-        :param time_us: in microseconds since the epoch; None takes the time of the clock.
+        :param time_us: the time in microseconds since the epoch, by default the time of the clock.
         :raises TimestampError: on a reader, or while :attr:`auto_timestamping` is on.
         """
         if self._explicit_us is None:

@@ -115,7 +115,7 @@ class FawkesServer(BoardServer):
             listener.close()
             raise BlackBoardError(
                 f"cannot listen on {host}:{port}: {error.strerror}",
-                hint="does a Fawkes, or another cxbridge, run there already?",
+                hint="does Fawkes, or another cxbridge, run there already?",
             ) from None
         listener.setblocking(False)
         return listener

@@ -271,7 +271,7 @@ class InterfaceMirror(Listener):
             self._reader.msgq_enqueue(message, proxy=True)
 
     def _warn_of(self, controller: str) -> None:
-        """Warn of a controller that is no sender of this gateway."""
+        """Warn of a controller that is not a sender of this gateway."""
         if controller and self._sender_of(controller) is None:
             self._hooks.warn(f"{name_controller(self._reader, controller)} has control")
 

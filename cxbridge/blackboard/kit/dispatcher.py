@@ -24,6 +24,7 @@ class Dispatcher:
     def __init__(self, name: str, report: Callable[[str, Exception], None]) -> None:
         self._report: Final = report
         self._queue: queue.SimpleQueue[Work | None] = queue.SimpleQueue()
+        # a daemon thread, because a listener that hangs must not keep the process alive
         self._thread: Final = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
         self.ident: Final = self._thread.ident

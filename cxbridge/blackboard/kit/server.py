@@ -50,7 +50,7 @@ class BoardServer(ABC):
         self._stopping = False
         self._started = False
         self._released = False
-        self._ident = 0  # of the serving thread, which sets it before it calls other code
+        self._ident = 0  # the identifier of the serving thread, set by that thread before it serves
         self._thread = threading.Thread(target=self._serve_thread, name=thread_name, daemon=True)
 
     def __enter__(self) -> Self:

@@ -28,6 +28,7 @@ def create_keys(folder: Path, name: str) -> tuple[Path, Path]:
         raise EndpointError(f"'{name}' cannot name a key", hint="use letters, digits, '_', '-' and '.'")
     folder.mkdir(parents=True, exist_ok=True)
     public_file, secret_file = folder / f"{name}.key", folder / f"{name}.key_secret"
+    # both are checked before the first is written, so that half a pair never remains
     for file in (public_file, secret_file):
         if file.exists():
             raise EndpointError("there are such keys already", file=file, hint="take another name or folder")

@@ -36,7 +36,7 @@ class ZmqTransport(Transport):
 
     def read_query(self, url: str, query: str) -> dict[str, Any]:
         """Return the keys of the query, or whether it allows a connection without keys."""
-        if not takes_keys(url):
+        if not takes_keys(url):  # the mode of its file protects the endpoint, and keys would have no effect
             return super().read_query(url, query)
         parameters = dict(parse_qsl(query, keep_blank_values=True))
         insecure = parameters.pop("insecure", "no").lower() in _YES

@@ -241,7 +241,7 @@ class _Definition:
                 block, "the data block has no field", 'add at least one <field type="..." name="...">'
             )
         for element in elements:
-            # known even if it is wrong, so that references to it are no further errors
+            # known even if it is wrong, so that references to it cause no further errors
             self._fields.setdefault(element.attributes.get("name", ""), None)
             with findings.collect():
                 field = read_field(element, self._enums, RESERVED_IN_INTERFACES, self._scope, findings)

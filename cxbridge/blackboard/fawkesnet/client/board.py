@@ -78,7 +78,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self.now_us: Final = clock.now_us
         self._timeout: Final = timeout
         self._lock = threading.Lock()
-        self._ports: dict[bytes, RemotePort] = {}  # those that are open at the server, by serial
+        self._ports: dict[bytes, RemotePort] = {}  # the ports that are open at the server, by serial
         self._all_ports: dict[RemotePort, None] = {}  # in the order of opening
         self._mem_serials: dict[tuple[str, str], int] = {}
         self._next_mem_serial = itertools.count(1)

@@ -125,7 +125,7 @@ class RequestSender:
         with self._turn:
             connection = self._send_request(request, 0.0 if any_sign else timeout)
             connection.send(message.to_bytes())
-            patience = timeout
+            patience = timeout  # with `any_sign`, from the last received data
             while not request.done.wait(patience) and any_sign:
                 patience = connection.last_received_s + timeout - time.monotonic()
                 if patience <= 0:

@@ -22,8 +22,8 @@ _STOP_SECONDS: Final = 5.0  # a worker may be within a request that takes longer
 class FawkesPlugin:
     """A loadable plugin.
 
-    :param name: at most 31 bytes reach a Fawkes client.
-    :param description: one line of text.
+    :param name: the name, of which at most 31 bytes reach a client of Fawkes.
+    :param description: the description, one line of text.
     """
 
     name: str

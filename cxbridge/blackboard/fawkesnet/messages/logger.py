@@ -17,7 +17,7 @@ from cxbridge.events import Level
 _WORD: Final = Struct("=I")
 _TIME: Final = Struct(">QI")
 _HEAD_SIZE: Final = _WORD.size + _TIME.size
-_EXCEPTION: Final = 16  # a bit above those of the level
+_EXCEPTION: Final = 16  # the flag above the bits of the level
 _LEVELS: Final = {Level.DEBUG: 0, Level.INFO: 1, Level.WARN: 2, Level.ERROR: 4}
 _BY_NUMBER: Final = {number: level for level, number in _LEVELS.items()}
 

@@ -50,8 +50,8 @@ LISTS: Final = frozenset({PluginKind.AVAIL_LIST, PluginKind.LOADED_LIST})
 class PluginMessage(WireValue):
     """A message of the plugin manager.
 
-    :param name: the plugin, for kinds in :data:`NAMED`.
-    :param items: for kinds in :data:`LISTS`: names, or alternating names and descriptions.
+    :param name: the name of the plugin, for kinds in :data:`NAMED`.
+    :param items: the texts of the kinds in :data:`LISTS`: names, or alternating names and descriptions.
     """
 
     # one class, because the kinds differ only in which of the two fields they have

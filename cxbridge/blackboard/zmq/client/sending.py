@@ -164,7 +164,7 @@ class CommandSender:
                 if not wait_ms:
                     return False
                 if not self._socket.poll(wait_ms, zmq.POLLOUT):
-                    self.broken = not isinstance(frame, Write)  # of several writes only the last one counts
+                    self.broken = not isinstance(frame, Write)  # a lost write is replaced by the next write
                     return False
                 return self.send(frame, wait_ms=0)
             except zmq.ZMQError:

@@ -8,7 +8,7 @@ from uuid import UUID
 import pytest
 
 from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard, listening
-from cxbridge.blackboard.fawkesnet.components.opened import Opened
+from cxbridge.blackboard.fawkesnet.components.opened import OpenedInstance
 from cxbridge.clock import VirtualClock
 from tests.blackboard.samples import SampleInterface, SampleRegistry
 
@@ -36,7 +36,7 @@ class Introduces(Listener):
 
     def __init__(self, step: EventKind) -> None:
         self.step = step
-        self.opened: Opened
+        self.opened: OpenedInstance
 
     def _come(self, step: EventKind) -> None:
         if step is self.step:
@@ -70,7 +70,7 @@ def test_a_write_that_is_being_told_when_the_client_comes_is_in_open_success_onl
         listening(comes)(writer, table[0])
 
     def listen(instance: Any, listeners: Any) -> None:
-        comes.opened = Opened(instance, session, lambda: 0)  # type: ignore[arg-type] # only what it needs
+        comes.opened = OpenedInstance(instance, session, lambda: 0)  # type: ignore[arg-type] # only what it needs
         listening(comes.opened)(instance, listeners)
 
     board.open_for_reading(SampleInterface, "a", listen=listen)
