@@ -234,7 +234,7 @@ def test_a_client_that_never_reads_gets_the_newest_data_and_slows_nobody(site):
 
 
 def test_a_client_with_too_much_waiting_is_dropped(served, monkeypatch):
-    monkeypatch.setattr("cxbridge.blackboard.fawkesnet.outbox.MOST", 100_000)
+    monkeypatch.setattr("cxbridge.blackboard.fawkesnet.outbox.MAX_QUEUED_BYTES", 100_000)
     client = served.raw()
     client.send(*[bb.ListAll().to_frame()] * 300_000)
     assert client.closed_by_server()

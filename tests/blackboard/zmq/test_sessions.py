@@ -66,7 +66,9 @@ def test_what_the_servers_process_wrote_before_a_flush_is_there_after_it(made):
     reader = client.open_for_reading(SampleInterface, "a")
     really_drain = made.server.drain
     requests = made.server._requests
-    requests._loop = SimpleNamespace(inside=made.server.inside, post=made.server.post, drain=really_drain)
+    requests._loop = SimpleNamespace(
+        is_current_thread=made.server.is_current_thread, post=made.server.post, drain=really_drain
+    )
     made.server.drain = lambda: None  # as if there was a frame after each frame, and no time for it
     try:
         writer.count = 7
