@@ -152,9 +152,9 @@ def walk(root: Path) -> Iterator[tuple[str, list[str], list[str]]]:
     """Walk through folders like :func:`os.walk`, following links, but visiting each folder once."""
     visited: set[str] = set()
     for folder, subfolders, files in os.walk(root, followlinks=True):
-        target = os.path.realpath(folder)
-        if target in visited:
+        resolved = os.path.realpath(folder)
+        if resolved in visited:
             subfolders.clear()  # os.walk then does not enter them
         else:
-            visited.add(target)
+            visited.add(resolved)
             yield folder, subfolders, files

@@ -23,14 +23,14 @@ from cxbridge.interfaces.message_ids import id_in, id_offset, next_id
 class Snapshot(Struct, frozen=True, gc=False):
     """The data of an interface after a write.
 
-    :param version: the number of the write.
-    :param stamped: the number of the last write with a new time stamp.
-    :param changed: the number of the last write with changed values.
+    :param version: the number of the write, from 1; 0 before the first write.
+    :param last_stamped: the number of the last write with a new time stamp.
+    :param last_changed: the number of the last write with changed values.
     """
 
     version: int
-    stamped: int
-    changed: int
+    last_stamped: int
+    last_changed: int
     block: bytes
 
 
@@ -78,7 +78,7 @@ class BoardPort:
         """Copy the block, see :class:`~cxbridge.interfaces.message.Port`."""
         snapshot = self._snapshot  # once: another thread may replace it
         into[:] = snapshot.block
-        return snapshot.version, snapshot.stamped, snapshot.changed
+        return snapshot.version, snapshot.last_stamped, snapshot.last_changed
 
     def _store(self, block: bytes, stamped: bool | None, changed: bool) -> Snapshot:
         """Replace the data by those of a write; the caller holds the lock.
@@ -89,8 +89,8 @@ class BoardPort:
         version = previous.version + 1
         if stamped is None:
             stamped = block[: STAMP.size] != previous.block[: STAMP.size]
-        last_stamped = version if stamped else previous.stamped
-        last_changed = version if changed else previous.changed
+        last_stamped = version if stamped else previous.last_stamped
+        last_changed = version if changed else previous.last_changed
         self._snapshot = Snapshot(version, last_stamped, last_changed, block)
         return self._snapshot
 

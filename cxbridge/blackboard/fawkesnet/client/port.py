@@ -87,7 +87,7 @@ class RemotePort(BoardPort):
             completes_pair = changed and self._changed_may_follow and block == snapshot.block
             self._changed_may_follow = not changed
             if completes_pair:
-                if snapshot.changed != snapshot.version:
+                if snapshot.last_changed != snapshot.version:
                     self._store(block, stamped=False, changed=True)
                 return self._events(EventKind.DATA_CHANGED)
             self._store_received(block, changed=changed)

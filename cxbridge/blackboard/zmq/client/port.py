@@ -201,7 +201,7 @@ class InterfaceCopy(BoardPort):
             snapshot = self._readable
             self._fetched = snapshot.version
         into[:] = snapshot.block
-        return snapshot.version, snapshot.stamped, snapshot.changed
+        return snapshot.version, snapshot.last_stamped, snapshot.last_changed
 
     def publish(
         self, writer: OpenedBlock, block: bytes | bytearray, stamped: bool | None, changed: bool

@@ -160,7 +160,7 @@ class Channel(MembershipListener):
     def _encode(self, snapshot: Snapshot, sent: int) -> bytes:
         """Return the Update for a client that has the data of write number ``sent``."""
         seq = snapshot.version
-        stamped, changed = snapshot.stamped > sent, snapshot.changed > sent
+        stamped, changed = snapshot.last_stamped > sent, snapshot.last_changed > sent
         return encode(Update(self.memory.mem_serial, seq, stamped, changed, seq - sent - 1, snapshot.block))
 
     def membership_changed(self, interface: Interface, kind: EventKind, serial: UUID) -> None:  # noqa: ARG002
