@@ -375,7 +375,8 @@ class Configuration:
     def overlay(self, over: Configuration) -> None:
         """Lay another configuration over this one; its values take precedence.
 
-        :raises ConfigError: if a value would replace one of another kind, such as a list in place of a scalar.
+        :raises ConfigError: if a value would replace one of another kind, such as a list in place of a
+            scalar.
         """
         overlay(self._root, over._root)
         self.files += over.files
