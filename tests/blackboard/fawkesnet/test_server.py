@@ -338,9 +338,9 @@ def test_beyond_the_loopback_needs_a_list_of_peers(site):
 def test_peers():
     peers = AllowedPeers(["192.168.0.0/24", "10.0.0.7", "fd00::/8"])
     assert all(
-        map(peers.admit, ["192.168.0.9", "10.0.0.7", "127.0.0.1", "::1", "fd00::1", "::ffff:10.0.0.7"])
+        map(peers.admits, ["192.168.0.9", "10.0.0.7", "127.0.0.1", "::1", "fd00::1", "::ffff:10.0.0.7"])
     )
-    assert not any(map(peers.admit, ["192.168.1.9", "10.0.0.8", "::2", "no address"]))
+    assert not any(map(peers.admits, ["192.168.1.9", "10.0.0.8", "::2", "no address"]))
     with pytest.raises(BlackBoardError, match="'robot' is not an address"):
         AllowedPeers(["robot"])
 
