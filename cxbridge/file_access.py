@@ -100,8 +100,8 @@ def write_file(path: str | Path, content: str | bytes) -> None:
     :raises CxbridgeError: if the file cannot be written.
     """
     data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
-    with replacing(path) as new_path:
-        new_path.write_bytes(data)
+    with replacing(path) as fresh:
+        fresh.write_bytes(data)
 
 
 def _temporary_folder(target: Path) -> Path | None:
