@@ -346,7 +346,7 @@ def test_peers():
 
 
 def test_who_is_not_allowed_is_sent_away(served, monkeypatch):
-    monkeypatch.setattr(served.server._allowed, "admit", lambda host: False)
+    monkeypatch.setattr(served.server._allowed, "admits", lambda host: False)
     assert served.raw().closed_by_server()
     served.wait_warning("not among the allowed peers")
 
