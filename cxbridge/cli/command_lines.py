@@ -14,19 +14,23 @@ from typing import Any, Final, Self, TextIO
 from cxbridge.errors import CxbridgeError
 
 _SLICE_S: Final = 0.2  # seconds between calls of ``enough`` while no input comes
-_CHUNK: Final = 4096
-_LONGEST: Final = 65_536  # bytes: a longer line is cut, as the input may have no line feeds
-_QUIT_KEYS: Final = (b"q", b"Q", b"\x04")  # the last is Ctrl-D, which is no end of input in cbreak mode
+_CHUNK: Final = 4096  # bytes of one read
+_MAX_LINE_BYTES: Final = 65_536  # a longer line is split, since the input may have no line feeds
+_QUIT_KEYS: Final = (
+    b"q",
+    b"Q",
+    b"\x04",
+)  # the last key is Ctrl-D, which does not end the input in cbreak mode
 
 
 class CommandLines:
     """Waits for lines.
 
-    :param stream: a file or terminal; None: stdin.
+    :param stream: a file or a terminal; by default stdin.
     """
 
     def __init__(self, stream: TextIO | None = None) -> None:
-        # a closed stdin is None and counts as an ended one
+        # sys.stdin is None if it was closed, which counts as the end of input
         self._stream: TextIO | None = sys.stdin if stream is None else stream
         self._buffer = b""
         self._ended = self._stream is None
@@ -36,10 +40,10 @@ class CommandLines:
         return self._stream is not None and self._stream.isatty()
 
     def next(self, enough: Callable[[], bool]) -> str | None:
-        """Return the next line without line feed; None at the end of input, or if ``enough`` returns True."""
+        """Return the next line, stripped; None at the end of input, or when ``enough`` returns True."""
         while not enough():
             line, end, rest = self._buffer.partition(b"\n")
-            if end or (self._ended and line) or len(line) > _LONGEST:
+            if end or (self._ended and line) or len(line) > _MAX_LINE_BYTES:
                 self._buffer = rest
                 return line.decode("utf-8", "replace").strip()
             if self._ended:
@@ -48,8 +52,8 @@ class CommandLines:
         return None
 
     def _read(self, size: int) -> None:
-        """Add at most ``size`` bytes to the buffer, or return after a time without input."""
-        # select instead of a blocking read: a client or a signal may end the wait, which ``enough`` reports
+        """Add at most ``size`` bytes to the buffer, or return after `_SLICE_S` without input."""
+        # select instead of a blocking read, because ``enough`` may report an end of the wait at any time
         assert self._stream is not None
         ready, _, _ = select.select([self._stream], [], [], _SLICE_S)
         if ready:
@@ -59,7 +63,10 @@ class CommandLines:
 
 
 class StepKeys(CommandLines):
-    """Waits for a key on a terminal, else for a line; a context manager that restores the terminal."""
+    """Waits for keys on a terminal, otherwise for lines; a context manager that restores the terminal.
+
+    :raises CxbridgeError: on entry, if the system is Windows.
+    """
 
     _terminal_settings: list[Any] | None = None
 
@@ -85,7 +92,7 @@ class StepKeys(CommandLines):
             termios.tcsetattr(self._stream, termios.TCSADRAIN, self._terminal_settings)
 
     def __call__(self, enough: Callable[[], bool]) -> bool:
-        """Wait for a step; return False at the end of input, after ``q``, or if ``enough`` does."""
+        """Wait for a key or a line; return False at the end of input, at ``q``, or when ``enough`` does."""
         if not self.on_terminal:
             return self.next(enough) is not None
         while not (self._buffer or self._ended or enough()):

@@ -1,4 +1,4 @@
-"""Options and arguments that several commands have: the connection to a blackboard, and recorded runs."""
+"""Options and arguments of several commands: the connection to a blackboard, and recorded runs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 TIMED_OUT = 3
 """The exit status if an awaited event does not occur in time."""
 
-# Seconds in which a daemon must reply: it may load the files of an agent before.
+# Seconds to wait for the reply of a daemon, which may load the files of an agent before.
 ANSWER_S: Final = 30.0
 
 DEFAULT_URL = DAEMON_URL
@@ -35,7 +35,7 @@ RunPath = Annotated[
     Path,
     typer.Argument(
         metavar="FILE",
-        help="a recorded run: mcap, text log of Fawkes, transitions text, bblogger files, a bag of ROS 2",
+        help="a recorded run: mcap, a text log of Fawkes, transitions text, bblogger files, a bag of ROS 2",
     ),
 ]
 
@@ -53,7 +53,7 @@ def connect(url: str, interface_dirs: Sequence[Path] | None) -> BlackBoard:
 
 
 def say_unmatched(board: BlackBoard, globs: Sequence[str]) -> None:
-    """Report on stderr the patterns that match no interface, with similar names."""
+    """Print to stderr the patterns that match no interface, with similar names."""
     for glob in globs:
         if not list(board.list(*split_glob(glob))):
             say(f"nothing matches {glob} yet{or_similar_interface(board, glob)}", err=True)

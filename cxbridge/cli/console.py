@@ -22,18 +22,19 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.printing import VisibleStream, indented, one_line, terminal_of, visible
 
-# Rules without end print a hundred thousand lines at one moment of a virtual clock. At one moment, the same
-# line is printed so often, and so many lines that differ in their numbers only.
-_MOST_EQUAL: Final = 3
-_MOST_SIMILAR: Final = 1000
+# Endless rules print a hundred thousand lines at one moment of a virtual clock. The limits at one moment are
+# for equal lines, and for lines that differ in their numbers only.
+_MAX_EQUAL: Final = 3
+_MAX_SIMILAR: Final = 1000
 
 _NUMBER: Final = re.compile(r"\d+")
 
-# Microseconds of the run's clock: less than a loop, so that lines of two loops are not taken together.
+# Duration of a moment in microseconds of the run's clock: less than a cycle, so that the lines of two cycles
+# are counted separately.
 _MOMENT_US: Final = 10_000
 
-# Different lines of one moment that are remembered, which bounds the memory.
-_MOST_COUNTED: Final = 10_000
+# The limit of remembered lines of one moment, which bounds the memory.
+_MAX_COUNTED: Final = 10_000
 
 _COLOURS = {Level.DEBUG: "2", Level.INFO: "0", Level.WARN: "33", Level.ERROR: "31"}
 
@@ -64,7 +65,7 @@ def say_json(data: Any, *, indent: int | None = None, flush: bool = False) -> No
 
 
 def complain(text: object) -> None:
-    """Print an error, with its further lines indented."""
+    """Print an error to stderr, with all lines but the first one indented."""
     print(f"cxbridge: error: {indented(str(text))}", file=sys.stderr)
 
 
@@ -84,14 +85,14 @@ class _NamedStdout(io.FileIO):
 
 
 def name_stdout() -> None:
-    """Make errors of stdout contain its name, without which they look like those of a socket."""
+    """Make errors of stdout contain its name, without which they look like errors of a socket."""
     out = sys.stdout
     if not isinstance(out, io.TextIOWrapper):
         return
     if not isinstance(getattr(out.buffer, "raw", out.buffer), io.FileIO):
-        return  # a test's or another program's stream
+        return  # the stream of a test or of an embedding program
     raw = _NamedStdout(out.fileno(), "w", closefd=False)
-    buffered = isinstance(out.buffer, io.BufferedWriter)  # unbuffered with PYTHONUNBUFFERED
+    buffered = isinstance(out.buffer, io.BufferedWriter)  # PYTHONUNBUFFERED removes the buffer
     sys.stdout = io.TextIOWrapper(
         io.BufferedWriter(raw) if buffered else raw,
         out.encoding,
@@ -104,9 +105,9 @@ def name_stdout() -> None:
 class ConsoleLog:
     """Prints log lines to stderr, in colour on a terminal.
 
-    :param quiet: errors only.
-    :param verbose: all lines; by default warnings and errors.
-    :param info: include general messages, unless quiet.
+    :param quiet: print errors only.
+    :param verbose: print all lines; by default warnings and errors.
+    :param info: include lines of the level INFO, unless quiet.
     """
 
     def __init__(self, *, quiet: bool = False, verbose: bool = False, info: bool = False) -> None:
@@ -127,7 +128,7 @@ class ConsoleLog:
             return
         if (
             event.time_us - self._time_us > _MOMENT_US
-            or max(len(self._counts), len(self._similar)) > _MOST_COUNTED
+            or max(len(self._counts), len(self._similar)) > _MAX_COUNTED
         ):
             self.finish()
         self._time_us = event.time_us
@@ -135,10 +136,10 @@ class ConsoleLog:
         if line not in self._counts:
             similar = *line[:2], _NUMBER.sub("#", event.text)
             self._similar[similar] += 1
-            if self._similar[similar] > _MOST_SIMILAR:
+            if self._similar[similar] > _MAX_SIMILAR:
                 return
         self._counts[line] += 1
-        if self._counts[line] <= _MOST_EQUAL:
+        if self._counts[line] <= _MAX_EQUAL:
             self._print(*line)
 
     def show_info(self) -> None:
@@ -149,12 +150,12 @@ class ConsoleLog:
     def finish(self) -> None:
         """Print the numbers of omitted lines, and forget the counts."""
         for (level, component, text), count in self._counts.items():
-            if count > _MOST_EQUAL:
-                self._print(level, component, f"{text} ... repeated {count - _MOST_EQUAL:,} times")
+            if count > _MAX_EQUAL:
+                self._print(level, component, f"{text} ... repeated {count - _MAX_EQUAL:,} times")
         for (level, component, text), count in self._similar.items():
-            if count > _MOST_SIMILAR:
+            if count > _MAX_SIMILAR:
                 self._print(
-                    level, component, f"{text} ... {count - _MOST_SIMILAR:,} more lines with other numbers"
+                    level, component, f"{text} ... {count - _MAX_SIMILAR:,} more lines with other numbers"
                 )
         self._counts.clear()
         self._similar.clear()
@@ -176,7 +177,7 @@ class ConsoleOptions:
     def log(self, *, info: bool = False) -> ConsoleLog:
         """Return a printer of log lines.
 
-        :param info: print also general messages by default, as for services.
+        :param info: whether to print lines of the level INFO by default, as services do.
         """
         return ConsoleLog(quiet=self.quiet, verbose=self.verbose, info=info)
 
@@ -184,7 +185,7 @@ class ConsoleOptions:
 def check_folders(*files: Path | None) -> None:
     """Check that files can be written, before long work.
 
-    :raises CxbridgeError: if the folder of one does not exist, or one is a folder.
+    :raises CxbridgeError: if the folder of a file does not exist, or a path is a folder.
     """
     for file in files:
         if file is not None and not file.parent.is_dir():

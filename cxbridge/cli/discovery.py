@@ -1,4 +1,4 @@
-"""The table of commands: modules of a package and rows of plug-ins, imported when they are used."""
+"""The table of commands: modules of a package and rows of plug-ins. A command is imported when it is used."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def rows_of_group(group: str, package: ModuleType | None = None) -> list[Row]:
 
 
 class CommandModules(UserDict[str, Any]):
-    """The commands of a table by name: a row until the command is used, then the imported command.
+    """The commands of a table by name; each value is a row until the command is used, then the command.
 
-    :param rows: the commands; an object is a function, a group, or a module with either.
+    :param rows: the rows; a row names a function, a group, or a module with either.
     :param order: the names that come first in the help.
     :param commands: further existing commands.
     """
@@ -64,7 +64,7 @@ def _load(row: Row) -> Any:
     name, loaded = row.name, COMMANDS.load(row)
     if isinstance(loaded, ModuleType):
         loaded = getattr(loaded, "app", None) or getattr(loaded, name.replace("-", "_"))
-    # typer then treats a function as in its other groups
+    # typer turns a function into a command only within a group
     parent = typer.Typer(add_completion=False, rich_markup_mode=None)
     if isinstance(loaded, typer.Typer):
         parent.add_typer(loaded, name=name)
@@ -74,9 +74,9 @@ def _load(row: Row) -> Any:
 
 
 def in_sections(rows: Sequence[Row], sections: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-    """Return the names of commands by heading of the help, those without heading last.
+    """Return the names of commands by heading of the help; commands without a heading are last.
 
-    :param sections: names by heading, in order; rows of the table may name further headings.
+    :param sections: the names by heading, in order; rows of plug-ins may name further headings.
     """
     names_of_rows = {row.name for row in rows}
     by_section = {
@@ -96,12 +96,12 @@ def group_of_commands(
 
     :param rows: returns the table's rows.
     :param sections: the names of commands by heading of the help, in order;
-        :attr:`~cxbridge.plugins.Row.section` adds further ones.
+        :attr:`~cxbridge.plugins.Row.section` adds further headings.
     """
 
-    # No inner interface of typer: ``cls`` of an app and ``commands`` of a group, which is any mapping, are
-    # public parameters, and ``format_commands`` is of the interface that click documents for groups. Typer
-    # itself has sections only in help that rich draws.
+    # Only public interfaces: typer documents ``cls`` of an app and ``commands`` of a group, which may be any
+    # mapping, and click documents ``format_commands`` for subclasses of groups. Typer itself supports
+    # sections only in help that rich draws.
     class CommandGroup(TyperGroup):
         def __init__(self, *, commands: Any = None, **attributes: Any) -> None:
             table = rows()

@@ -1,7 +1,7 @@
 """The entry point of the program, and the signals that end a command.
 
-Signals are handled from the first import on: a KeyboardInterrupt within an import would be a traceback, or
-would be raised where Python drops exceptions.
+Signals are handled from the first import on: a KeyboardInterrupt within an import would print a traceback, or
+would get lost where Python ignores exceptions.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final, ParamSpec, TypeVar
 
-# Objects made before Python looks for garbage: at its own 700 it looks 80 times while modules are loaded.
+# The number of new objects that starts a garbage collection: with Python's default of 700, the imports cause
+# 80 useless collections.
 _GARBAGE_THRESHOLD: Final = 10_000
 
 _P = ParamSpec("_P")
@@ -25,7 +26,8 @@ _T = TypeVar("_T")
 def plain_interrupt() -> Iterator[None]:
     """Let Ctrl-C end the process immediately, as in C programs."""
     handler = signal.getsignal(signal.SIGINT)
-    # a program that calls the command line from a thread, or has its own handler, keeps the handler
+    # a program that calls the command line keeps its own handler; Python sets handlers in the main thread
+    # only
     replaced = handler is signal.default_int_handler and threading.current_thread() is threading.main_thread()
     if replaced:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -68,4 +70,6 @@ def main() -> None:
     finally:
         gc.freeze()  # the objects are freed with the process, so a final collection is useless
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            signal.signal(signal.SIGINT, signal.SIG_DFL)  # nothing is left to clean up
+            signal.signal(
+                signal.SIGINT, signal.SIG_DFL
+            )  # nothing is left to clean up, so Ctrl-C may end the process at once

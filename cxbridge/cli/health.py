@@ -14,7 +14,7 @@ from cxbridge.extras import CORE, PURPOSES, extras, install_command, missing_req
 from cxbridge.plugins import Plugin, installed_plugins
 from cxbridge.resources import VERSION
 
-# What pyproject.toml depends on; a test compares them.
+# The dependencies in pyproject.toml; a test compares both lists.
 _PACKAGES = (
     "clipspy",
     "lupa",
@@ -35,8 +35,11 @@ _OLDEST = (3, 11)
 class HealthCheck:
     """The result of one check.
 
-    :param required: whether a run of the shipped scenario needs it.
-    :param remedy: how to install it.
+    :param what: the name of the checked part.
+    :param fine: whether the part works.
+    :param required: whether a run of the shipped scenario needs the part.
+    :param detail: the version, or the reason of the failure.
+    :param remedy: the command that installs the part.
     """
 
     what: str
@@ -51,7 +54,7 @@ class HealthCheck:
 
 
 def examine() -> list[HealthCheck]:
-    """Run all checks; parts are used, not only searched for."""
+    """Run all checks, which use the parts instead of only searching for them."""
     return [
         HealthCheck("cxbridge", fine=True, required=True, detail=VERSION),
         HealthCheck(
@@ -113,7 +116,7 @@ def _plugin(plugin: Plugin) -> HealthCheck:
 
 
 def _try(name: str, attempt: Callable[[], str], remedy: str) -> HealthCheck:
-    """Call ``attempt``; its value is the detail, its exception the reason of the failure."""
+    """Call ``attempt``, which returns the detail, or raises any error if the part does not work."""
     try:
         return HealthCheck(name, fine=True, required=True, detail=attempt())
     except Exception as error:  # noqa: BLE001 - any error is a finding for the user
@@ -139,7 +142,7 @@ def _clips() -> str:
 def _lua() -> str:
     from lupa import lua51
 
-    if lua51.LuaRuntime(encoding="latin-1").eval("6 * 7") != 42:  # noqa: PLR2004
+    if lua51.LuaRuntime(encoding="latin-1").eval("6 * 7") != 42:  # noqa: PLR2004 - the product
         raise RuntimeError("Lua cannot count")
     return "Lua 5.1 runs"
 
@@ -159,11 +162,11 @@ def _planners() -> Iterator[HealthCheck]:
 
     for name in planner_names():
         planner = make_planner(name)
-        missing = planner.not_installed
-        can = ", ".join(sorted(need.value for need in planner.understands))
-        remedy = missing.partition(": ")[2]
-        detail = "not installed" if missing else f"takes {can}"
-        yield HealthCheck(f"planner {name}", not missing, required=False, detail=detail, remedy=remedy)
+        not_installed = planner.not_installed
+        needs = ", ".join(sorted(need.value for need in planner.understands))
+        remedy = not_installed.partition(": ")[2]
+        detail = "not installed" if not_installed else f"takes {needs}"
+        yield HealthCheck(f"planner {name}", not not_installed, required=False, detail=detail, remedy=remedy)
 
 
 def _speech() -> HealthCheck:
@@ -178,7 +181,7 @@ def _speech() -> HealthCheck:
 
 
 def _speaker() -> list[HealthCheck]:
-    """Check the audio player on Linux; other systems have one."""
+    """Check the audio player on Linux; other systems include a player."""
     if platform.system() != "Linux":
         return []
     return [_program("speaker", "aplay", "--speech on is not heard", "apt install alsa-utils")]

@@ -29,16 +29,16 @@ FAULT = 4
 INTERRUPTED = 130
 """The exit status after Ctrl-C."""
 
-# Errors of the system that runs out of a resource: no mistake of the user's.
+# Errors of a system without a free resource, which are not mistakes of the user.
 _EXHAUSTED = frozenset(
     {errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ENOSPC, errno.EIO, errno.ENOBUFS, errno.EAGAIN}
     | ({errno.EDQUOT} if hasattr(errno, "EDQUOT") else set())
 )
 
 _UNKNOWN_COMMAND = re.compile(r"No such command '([\w-]+)'")
-_SILENCED = "PacifyFlushWrapper"  # the stdout with which click replaces that of a closed pipe
+_SILENCED = "PacifyFlushWrapper"  # the class of click's substitute for the stdout of a closed pipe
 
-# typer depends on click or contains a copy of it; this is the ClickException of either
+# Typer depends on click or contains a copy of click, depending on its version; this finds the ClickException.
 _UsageProblem: type[Exception] = next(
     kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
 )
@@ -69,19 +69,19 @@ def _options(
         False, "--version", callback=_print_version, is_eager=True, help="Show the version and exit."
     ),
 ) -> None:
-    """Take the options before a command."""
+    """Process the options before a command."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit with the command's status.
 
-    :param arguments: None: ``sys.argv[1:]``.
+    :param arguments: the arguments; by default ``sys.argv[1:]``.
     """
     name_stdout()
     guard_streams()
     try:
         status = invoke(arguments)
-    except Exception as error:  # noqa: BLE001 - Python's status 1 has another meaning here
+    except Exception as error:  # noqa: BLE001 - Python's exit status 1 has another meaning for the commands
         traceback.print_exc()
         say(f"cxbridge: a fault of cxbridge: {type(error).__name__}: {error}", err=True)
         status = FAULT
@@ -112,15 +112,15 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         status = 0
     except OSError as error:
-        status = _system_failed(error)
+        status = _report_system_error(error)
     except SystemExit as end:
-        # the same error, caught by the command line's library, which then silences stdout
+        # click has caught the BrokenPipeError, replaced stdout and exited with status 1
         status = 0 if type(sys.stdout).__name__ == _SILENCED else end.code
     return status if isinstance(status, int) else 0
 
 
 def _package_hint(error: Exception) -> str:
-    """Return a hint to the package with a missing option or command, otherwise empty."""
+    """Return a hint to the package that has an unknown option or command; empty if there is none."""
     name = getattr(error, "option_name", "")
     if not name and (unknown := _UNKNOWN_COMMAND.search(str(getattr(error, "message", "")))):
         name = unknown[1]
@@ -129,15 +129,15 @@ def _package_hint(error: Exception) -> str:
 
 
 def _call(arguments: Sequence[str] | None) -> object:
-    """Run the command line."""
+    """Run the command line; an error about a missing module names the package to install."""
     try:
         return app(arguments, standalone_mode=False, prog_name="cxbridge")
     except ModuleNotFoundError as error:
         raise missing_package(error) or error from None
 
 
-def _system_failed(error: OSError) -> int:
-    """Report an error of the operating system with its place; return the exit status."""
+def _report_system_error(error: OSError) -> int:
+    """Print an error of the operating system with its place; return the exit status."""
     if error.filename == STDOUT:
         complain(f"cannot write to stdout: {error.strerror or error}")
         # Python flushes stdout at exit, which would fail again
@@ -149,12 +149,13 @@ def _system_failed(error: OSError) -> int:
     frame = traceback.extract_tb(error.__traceback__)[-1]
     complain(
         f"the system refused something: {error.strerror or error} "
-        f"(in {frame.name}, {os.path.basename(frame.filename)}:{frame.lineno})"  # noqa: PTH119 - may be no path
+        f"(in {frame.name}, {os.path.basename(frame.filename)}:{frame.lineno})"  # noqa: PTH119 - the name may be '<string>'
     )
     return FAULT
 
 
 def _is_exhausted(error: BaseException | None) -> bool:
+    # the error of the system may be the cause of an error of cxbridge
     while error is not None:
         if getattr(error, "errno", None) in _EXHAUSTED:
             return True

@@ -1,9 +1,10 @@
 """Groups of options: a dataclass parameter of a command becomes one option per field.
 
 A field ``Annotated[T, Meta(description=...)]`` is an option with this help text; ``ge`` and ``le`` are its
-bounds, and the field's name makes the option's name. :data:`DECLARED` or a ``typer.Option`` in the annotation
-define exceptions. Other fields are not options. Options of base classes come first, in the order of the
-bases. A field of type ``tuple[T, ...]`` is an option that may be given several times, named in the singular.
+bounds, and the option is named like the field. :data:`DECLARED` or a ``typer.Option`` in the annotation
+define exceptions. Fields without an annotation are not options. Options of base classes come first, in the
+order of the bases. A field of type ``tuple[T, ...]`` is an option that may be given several times, named in
+the singular.
 """
 
 from __future__ import annotations
@@ -27,13 +28,14 @@ CONNECT = typer.Option(
     "--connect",
     metavar="URL",
     envvar="CXBRIDGE_CONNECT",
-    help="the blackboard: tcp://HOST:PORT or ipc://FILE of a daemon, fawkes://HOST[:PORT] of a Fawkes; "
+    help="the blackboard: tcp://HOST:PORT or ipc://FILE of a daemon, fawkes://HOST[:PORT] of Fawkes; "
     "tcp://HOST:PORT?key=FILE&server-key=FILE with CURVE keys",
 )
 INTERFACE_DIR = typer.Option(
     "--interface-dir",
     metavar="DIR",
-    help="look for interface definitions here before cxbridge's own; may be given several times",
+    help="folder of interface definitions that take precedence over the shipped ones; may be "
+    "given several times",
 )
 
 _SKILLER: Final = {"metavar": "lua|simulator|none|URL"}
@@ -75,9 +77,10 @@ DECLARED: Final[Mapping[str, Any]] = {
     "ExecutorOptions.settings": {"flags": ("--set",), "metavar": "NAME=VALUE"},
     "ExecutorOptions.interface_dirs": INTERFACE_DIR,
 }
-"""Fields whose parameters need more than name, type and description: keywords of typer, or its parameter.
+"""The fields whose parameters need more than name, type and description.
 
-``flags`` are the option's names; ``is_argument`` marks arguments.
+A value has keywords of ``typer.Option``, or is a ``typer.Option``. The keyword ``flags`` has the names of the
+option; ``is_argument`` marks arguments.
 """
 
 
@@ -97,7 +100,7 @@ def option_groups(command: Callable[..., T]) -> Callable[..., T]:
         options = {name: group.take(values) for name, group in groups.items()}
         return command(**values, **options)
 
-    # typer reads the parameters from the one and their types from the other
+    # typer reads the parameters from the signature and their types from the annotations
     vars(expanded)["__signature__"] = inspect.Signature(parameters)
     expanded.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return expanded
@@ -116,7 +119,7 @@ class _Group:
                 name,
                 Parameter.KEYWORD_ONLY,
                 default=_default(fields[name]),
-                annotation=_as_typer_has_it(_declared(group, fields[name], hints[name])),
+                annotation=_with_list(_declared(group, fields[name], hints[name])),
             )
             for name in dict.fromkeys(_names(group))
             if get_origin(hints[name]) is Annotated
@@ -133,7 +136,7 @@ class _Group:
         for name in options.keys() & self._repeated:
             options[name] = tuple(options[name] or ())
         added = [group.take(values) for group in self._added]
-        # only the groups with a given option: others must not change the run
+        # only the groups with a given option: a group with defaults must not change the run
         if changed := tuple(group for group in added if group != type(group)()):
             options["more"] = changed
         return self._make(**options)
@@ -167,7 +170,7 @@ def _declared(group: type, field: dataclasses.Field[Any], hint: Any) -> Any:
 
 
 def _flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
-    """Return the names of an option that typer would name differently."""
+    """Return the flags of an option if typer's default differs; otherwise none."""
     name = field.name.replace("_", "-")
     if kind is bool and field.default is False:
         return (f"--{name}",)
@@ -177,20 +180,21 @@ def _flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
 
 
 def _item(hint: Any) -> Any:
+    """Return the type of the items if a hint is or contains a tuple; otherwise None."""
     if get_origin(hint) in (Annotated, UnionType):
         return next((item for part in get_args(hint) if (item := _item(part)) is not None), None)
     return get_args(hint)[0] if get_origin(hint) is tuple else None
 
 
-def _as_typer_has_it(hint: Any) -> Any:
+def _with_list(hint: Any) -> Any:
     """Return the hint of a field with a list instead of a tuple."""
-    # for typer, a tuple is an option with several values at once
+    # typer takes a tuple for an option that has several values at once
     item = _item(hint)
     return hint if item is None else Annotated[GenericAlias(list, (item,)) | None, *hint.__metadata__]
 
 
 def _default(field: dataclasses.Field[Any]) -> Any:
-    """Return the default of a field's option; an empty tuple means that the option is missing."""
+    """Return the default of a field's option; None for an empty tuple, which typer does not accept."""
     if field.default is dataclasses.MISSING:
         return Parameter.empty
     return None if field.default == () else field.default

@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge.run.result import RunResult
 
-_WORD: Final = max(len(outcome.word) for outcome in OutcomeKind)
-# shorter times are omitted
+_WORD_WIDTH: Final = max(len(outcome.word) for outcome in OutcomeKind)
+# The duration of a goal in seconds below which it is not printed.
 _SHORT_S: Final = 0.05
 
-# The characters of a reason that are shown even on a narrow terminal.
-_LEAST_REASON: Final = 24
+# The number of characters of a reason that are shown even on a narrow terminal.
+_MIN_REASON: Final = 24
 
-# The start of the lines of a Lua error that are only logged; an interface may have truncated it.
+# The start of the lines of a Lua error that only the log shows; the field of an interface may truncate it.
 _STACK: Final = "stack traceback:"
 
 # The start of error messages of CLIPS.
@@ -39,22 +39,23 @@ _OF_CLIPS: Final = re.compile(r"\[[A-Z]+\d+\] ")
 
 
 def _without_stack(reason: str) -> str:
+    """Return the first line of a Lua error with a stack trace; other reasons unchanged."""
     head, _, tail = reason.partition("\n")
     return head if _STACK.startswith(tail[: len(_STACK)]) else reason
 
 
 class RunLog(ConsoleLog):
-    """Prints the log lines of the run itself, and output of rules only with ``verbose``.
+    """Prints the log lines of the run; the output of rules only with ``verbose``.
 
-    :param quiet: errors only.
-    :param verbose: all lines.
+    :param quiet: print errors only.
+    :param verbose: print all lines.
     """
 
     def __init__(self, *, quiet: bool = False, verbose: bool = False) -> None:
         super().__init__(quiet=quiet, verbose=verbose)
         self._verbose = verbose
-        self._printing = 0  # the thread in which a rule prints
-        self._continues = False
+        self._printing_thread = 0  # the thread in which a rule prints; 0 without one
+        self._continues = False  # whether the last line belongs to an error report of CLIPS
 
     def attach(self, assembly: Run) -> None:
         """Separate the output of an agent's rules from the other log lines of its environment.
@@ -67,11 +68,11 @@ class RunLog(ConsoleLog):
         output = assembly.executive.env.output
 
         def print_line(level: Level, line: str) -> None:
-            self._printing = threading.get_ident()
+            self._printing_thread = threading.get_ident()
             try:
                 print_to_log(level, line)
             finally:
-                self._printing = 0  # the thread in which a rule prints
+                self._printing_thread = 0
 
         print_to_log = output.redirect(print_line)
 
@@ -79,12 +80,12 @@ class RunLog(ConsoleLog):
         """Print a log line if it is to be shown."""
         if (
             self._verbose
-            or self._printing != threading.get_ident()
-            or (isinstance(event, LogLine) and self._is_of_clips(event))
+            or self._printing_thread != threading.get_ident()
+            or (isinstance(event, LogLine) and self._is_clips_error(event))
         ):
             super().__call__(event)
 
-    def _is_of_clips(self, line: LogLine) -> bool:
+    def _is_clips_error(self, line: LogLine) -> bool:
         """Return whether a line belongs to an error report of CLIPS, whose further lines are indented."""
         self._continues = line.level is Level.ERROR and (
             _OF_CLIPS.match(line.text) is not None or (self._continues and line.text.startswith("  "))
@@ -114,7 +115,7 @@ class RunStory:
 
     def _check(self) -> None:
         """Raise an error that stdout has caused."""
-        # goals end within a call of CLIPS, which exceptions must not leave
+        # raised between cycles: goals end within a call of CLIPS, through which exceptions must not pass
         if self._failed is not None:
             raise self._failed
 
@@ -123,8 +124,9 @@ class RunStory:
     ) -> None:
         """Print the end of a goal.
 
-        :param seconds: since the start of the run.
-        :param took_s: since the selection of the goal; None: it was not selected.
+        :param seconds: the seconds since the start of the run.
+        :param took_s: the seconds since the selection of the goal; None if the goal was not selected.
+        :param why: the reason of a failure; empty without one.
         """
         outcome = goal_outcome(goal.mode, goal.outcome)
         took = "" if took_s is None or took_s < _SHORT_S else f" in {took_s:.1f} s"
@@ -133,8 +135,8 @@ class RunStory:
         time = f"{seconds:7.1f} s"
         reason = one_line(f": {_without_stack(why)}" if why else "")
         room = self._width - sum(map(len, (time, name, self._plain_mark(outcome), title))) - 2 * len("  ")
-        if self._width and len(reason) > max(room, _LEAST_REASON):
-            reason = reason[: max(room, _LEAST_REASON) - 1] + "…"
+        if self._width and len(reason) > max(room, _MIN_REASON):
+            reason = reason[: max(room, _MIN_REASON) - 1] + "…"
         if self._failed is not None:
             return
         try:
@@ -148,7 +150,7 @@ class RunStory:
 
     def _plain_mark(self, outcome: OutcomeKind) -> str:
         icon = f"{outcome.icon} " if self._brush.on else ""
-        return f"{icon}{outcome.word:{_WORD}}"
+        return f"{icon}{outcome.word:{_WORD_WIDTH}}"
 
     def _print(self, *columns: str) -> None:
         terminal = terminal_of(sys.stdout)
@@ -206,14 +208,14 @@ class _GoalFollower:
             return
         if event.mode in ENDED_MODES:
             self._report_end(event)
-        elif event.mode == "FORMULATED":  # perhaps once more
+        elif event.mode == "FORMULATED":  # a goal may be formulated again, which starts a new life
             self._selected_us.pop(event.goal, None)
             self._printed.pop(event.goal, None)
         elif event.mode == "SELECTED":
             self._selected_us[event.goal] = event.time_us
 
     def _report_end(self, goal: GoalTransition) -> None:
-        # FINISHED may be skipped, so any of the modes after it counts
+        # a goal passes several ended modes and may skip FINISHED, so the first of them prints the end
         if self._printed.get(goal.goal) == goal.outcome:
             return
         self._printed[goal.goal] = goal.outcome
@@ -237,8 +239,8 @@ _CODES: Final[Mapping[str, str]] = {
 def wants_colour(stream: IO[str], environ: Mapping[str, str] = os.environ) -> bool:
     """Return whether text for a stream is to be coloured.
 
-    ``FORCE_COLOR`` enables colours, ``NO_COLOR`` or ``FORCE_COLOR=0`` disables them; by default terminals
-    have them. Empty variables are ignored, see https://no-color.org.
+    ``FORCE_COLOR`` enables colours, ``NO_COLOR`` or ``FORCE_COLOR=0`` disables them; by default output to
+    terminals is coloured. Empty variables are ignored, see https://no-color.org.
     """
     if environ.get("NO_COLOR") or environ.get("FORCE_COLOR") == "0":
         return False

@@ -11,10 +11,10 @@ from typer.core import TyperCommand
 EXAMPLE: Final = "\n\nExample: "
 """The start of the last paragraph of a command's docstring."""
 
-# Preserves the line breaks of a paragraph of a help text.
+# Makes click preserve the line breaks of a paragraph.
 _UNMARKED: Final = "\b"
 
-# Metavars by the names of parameters, so that the same word means the same in all commands.
+# Metavars by the names of parameters, so that all commands use the same word for the same kind of value.
 _DIRECTORY: Final = re.compile(r"(?:dir|bblog|clients|checkout|ros2cx)s?$")
 _SECONDS: Final = re.compile(r"(?:timeout|duration|hold|seconds)$")
 _NAMES: Final = {
@@ -39,8 +39,8 @@ _NAMES: Final = {
 class StyledCommand(TyperCommand):
     """A command in which options with a metavar like ``[PORT]`` have an optional value.
 
-    The next word is the value only if it is a number. ``parse_args`` is of the interface that click documents
-    for commands; its own ``flag_value``, which typer does not have, takes any next word, e.g. a scenario.
+    The next word is the value only if it is a number. Click's ``flag_value``, which typer does not support,
+    would take any next word, e.g. a scenario. Click documents ``parse_args`` for subclasses of commands.
     """
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -50,10 +50,10 @@ class StyledCommand(TyperCommand):
             if parameter.param_type_name == "option" and (parameter.metavar or "").startswith("[")
             for name in parameter.opts
         ]
-        return list(super().parse_args(ctx, _filled(args, optional) if optional else args))
+        return list(super().parse_args(ctx, _fill_optional_values(args, optional) if optional else args))
 
 
-def _filled(arguments: Sequence[str], options: Sequence[str]) -> list[str]:
+def _fill_optional_values(arguments: Sequence[str], options: Sequence[str]) -> list[str]:
     """Return the arguments with ``--web`` as ``--web=``, and ``--web 80`` as ``--web=80``."""
     filled: list[str] = []
     remaining = list(arguments)
@@ -68,7 +68,7 @@ def _filled(arguments: Sequence[str], options: Sequence[str]) -> list[str]:
 
 def style(command: Any) -> Any:
     """Give the help of a command and its subcommands the common style; return the command."""
-    # an epilog, because a paragraph of the help would be refilled, and the lines of the example be joined
+    # an epilog, because click would refill a paragraph of the help and join the lines of the example
     text, has_example, example = (command.help or "").partition(EXAMPLE)
     if has_example:
         command.help = text

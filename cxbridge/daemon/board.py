@@ -1,4 +1,4 @@
-"""A daemon on its blackboard: the states of its components, and messages with commands.
+"""The presence of a daemon on its blackboard: the states of its components, and messages with commands.
 
 ``DaemonInterface::cxbridge`` is the daemon, each ``ComponentInterface::NAME`` a component. Every client of
 the blackboard can therefore reach the daemon, and recorders record it.
@@ -24,7 +24,7 @@ EXPLAIN_ID = "cxbridge"
 REQUEST_TYPE = "RequestInterface"
 OWNER = "cxbridge daemon"
 MAX_COMMANDS = 16
-"""The maximal number of waiting commands; more clients are refused, as a stuck loop takes none."""
+"""The maximal number of waiting commands; further ones are refused, since a stuck loop processes none."""
 
 INTERRUPT = "InterruptMessage"
 """The message that is processed on arrival, because the main loop may be stuck."""
@@ -36,7 +36,7 @@ COMMANDS = {
     "ShutdownMessage": "shutdown",
     INTERRUPT: "interrupt",
 }
-"""The messages of DaemonInterface, and their commands."""
+"""The commands by the messages of DaemonInterface."""
 
 
 class DaemonBoard:
@@ -44,7 +44,7 @@ class DaemonBoard:
 
     The constructor opens the interfaces, which are closed with the blackboard.
 
-    :param components: the names in the order of the start.
+    :param components: the names of the components in the order of their start.
     :param time_source: the name of the clock.
     :param on_message: called with the type of each new message, in the thread of its arrival.
     """
@@ -80,7 +80,8 @@ class DaemonBoard:
         """
         with self._lock:
             if not self._daemon.valid:
-                return  # the blackboard is closed, and a stall or a last state comes too late
+                # the blackboard is closed; the watchdog or the end of the daemon may publish afterwards
+                return
             for status in components:
                 interface = self._components[status.name]
                 interface.state = int(status.state)
@@ -91,7 +92,7 @@ class DaemonBoard:
             self._write(self._daemon)
 
     def note(self, *, endpoints: Sequence[str] | None = None, error: str | None = None) -> None:
-        """Set the endpoints or the error; written by the next :meth:`publish`."""
+        """Set the endpoints or the error, which the next :meth:`publish` writes."""
         with self._lock:
             if self._daemon.valid:
                 if endpoints is not None:
@@ -101,6 +102,7 @@ class DaemonBoard:
 
     @staticmethod
     def _write(interface: Any) -> None:
+        # without a change no write, except for the first one, which readers wait for
         if interface.changed or not interface.timestamp_us:
             interface.write()
 
@@ -112,11 +114,11 @@ class DaemonBoard:
         return None if message is None else (COMMANDS.get(message.type, ""), message.id)
 
     def acknowledge(self, msgid: int) -> None:
-        """Set the id of the last processed message; written by the next :meth:`publish`."""
+        """Set the id of the last processed message, which the next :meth:`publish` writes."""
         with self._lock:
             if self._daemon.valid:
                 self._daemon.msgid = msgid
-                # the same command twice leaves all values equal, and its client waits for a change
+                # a repeated command may leave all values equal, but its client waits for a change
                 self._daemon.mark_data_changed()
 
 

@@ -25,7 +25,7 @@ OWNER = "cxbridge daemon client"
 SKILLER = "SkillerInterface"
 _TYPE = "DaemonInterface"
 
-MOST_ARGUMENTS: Final = 8191
+MAX_ARGUMENT_BYTES: Final = 8191
 """The maximal bytes of a request's arguments as JSON."""
 
 
@@ -111,12 +111,12 @@ def command(board: BlackBoard, verb: str, timeout_s: float) -> bool:
 def _replies(
     feed: Feed, interface: Interface, message: Message, timeout_s: float
 ) -> Iterator[InterfaceChange]:
-    """Send a message and yield the changes that follow it, until the time is over."""
+    """Send a message and yield the changes of the interface afterwards, until the timeout."""
     deadline = Deadline(timeout_s)
     before = feed.now(interface)
     interface.msgq_enqueue(message)
     while (change := feed.next(deadline)) is not None:
-        # a listener may get the write before the message once more
+        # a listener may get a write that precedes the message a second time
         is_stale = change.values == before.values and change.time_us <= before.time_us
         if change.kind == "writer removed" or not is_stale:
             yield change
@@ -134,7 +134,7 @@ def _result(change: InterfaceChange) -> dict[str, Any]:
 
 
 def _check_reply(reply: dict[str, Any]) -> None:
-    """Raise the error of a refused request."""
+    """Raise an error if the daemon has refused the request."""
     if "error" in reply:
         raise CxbridgeError(reply["error"], hint=reply["hint"])
 
@@ -144,8 +144,8 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
 
     :param kind: ``rule``, ``goal``, ``action``, ``fact``, ``run`` or empty.
     :param rules: the maximal number of firings before each step of a goal.
-    :returns: ``lines`` and ``data``, or None if there is no reply in time.
-    :raises CxbridgeError: if there is no daemon with an executive, or it has no explanation.
+    :returns: the reply with ``lines`` and ``data``, or None if there is no reply in time.
+    :raises CxbridgeError: if there is no daemon with an executive, or no explanation of the name.
     """
     if not _has_writer(board, EXPLAIN_TYPE, EXPLAIN_ID):
         raise BlackBoardError(
@@ -179,14 +179,16 @@ def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) ->
     """
     check_executive(board)
     text, token = json.dumps(arguments), uuid4().hex
-    if len(text) > MOST_ARGUMENTS:
-        raise CxbridgeError(f"the arguments of {verb} are too long", hint=f"{MOST_ARGUMENTS} bytes at most")
+    if len(text) > MAX_ARGUMENT_BYTES:
+        raise CxbridgeError(
+            f"the arguments of {verb} are too long", hint=f"{MAX_ARGUMENT_BYTES} bytes at most"
+        )
     with Feed(board, OWNER) as feed:
         interface = feed.open(REQUEST_TYPE, DAEMON_ID)
         message: Any = interface.create_message("AskMessage")
         message.verb, message.arguments, message.token = verb, text, token
         for change in _replies(feed, interface, message, timeout_s):
-            # the token, because replies to other clients come in the same field
+            # compares tokens, because the same field holds the replies to all clients
             reply = _result(change)
             if reply.get("token") == token:
                 _check_reply(reply)

@@ -9,7 +9,7 @@ from cxbridge.trace.switch import RecordingSwitch
 
 
 class BlackBoardComponent(Component):
-    """Closes the blackboard and the robot memory after all other components, as it starts first."""
+    """Starts first, and therefore closes the blackboard and the robot memory after all other components."""
 
     steady = True
 

@@ -16,11 +16,11 @@ from cxbridge.run.options import RunOptions, SourceOptions
 from cxbridge.run.source import source_of
 
 DEFAULT_CONFIG = Path("cxbridge.yaml")
-"""The name of a missing configuration file."""
+"""The name of the configuration file in errors of a daemon without one."""
 
 
 def make_daemon_base(options: DaemonOptions) -> tuple[RunBase, DaemonSettings]:
-    """Read the configuration and make a clock, a bus and a main loop; return them and the settings.
+    """Read the configuration and make the parts that a run starts from; return them and the settings.
 
     :raises CxbridgeError: if a file is missing or invalid, or a setting is invalid.
     """
@@ -55,13 +55,13 @@ def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
 
 
 def _source_options(options: DaemonOptions) -> RunOptions:
-    """Return the options of the sources of an agent's files."""
+    """Return the options of a run that has the same sources of files."""
     sources = {field.name: getattr(options, field.name) for field in fields(SourceOptions)}
     return RunOptions(scenario=options.config, config=options.overlay, **sources)
 
 
 def make_run_options(options: DaemonOptions, config: Configuration, settings: DaemonSettings) -> RunOptions:
-    """Return the options of the parts that daemons share with runs.
+    """Return the options for the parts that daemons share with runs.
 
     :raises CxbridgeError: if an option is invalid.
     """

@@ -49,7 +49,7 @@ _WATCH_US = MICROSECONDS  # the period of checks, and of the notification that f
 
 
 class Daemon(Run):
-    """A run that lasts until it is stopped.
+    """A run that serves clients until it is stopped.
 
     :param options: the options of the command line.
     :param console: gets the log lines.
@@ -105,11 +105,11 @@ class Daemon(Run):
 
     @property
     def operations(self) -> OperationContext:
-        """The objects that operations work on."""
+        """The context of operations: the executive, the components, the rights."""
         return self._requests.context
 
     def _make_nodes(self) -> None:
-        """Make the nodes of all components, which make the components when they are configured."""
+        """Make the nodes of all components; each node makes its component when it is configured."""
         nodes = [self._node(row) for row in needed_components(self, *DAEMON_COMPONENTS)]
         self.lifecycle = ComponentManager(
             nodes, self.clock, self.log, policy=self.settings.on_failure, on_change=self._publish
@@ -169,7 +169,7 @@ class Daemon(Run):
                     # an interrupted start may have failed only because of the interrupt
                     self.lifecycle.failure = ""
                 elif self.lifecycle.failure:
-                    raise self._foreseen(self.lifecycle.failure_error)
+                    raise self._with_component(self.lifecycle.failure_error)
                 else:
                     self._work()
             finally:
@@ -179,11 +179,11 @@ class Daemon(Run):
                 self.stalls.watchdog.stop()
                 self.clock.close()
         if isinstance(self.lifecycle.failure_error, BrokenAgentError):
-            raise self.lifecycle.failure_error  # in a file that was loaded later
+            raise self.lifecycle.failure_error  # a mistake in a file that was loaded after the start
         return FAULT if self.lifecycle.failure else 0
 
-    def _foreseen(self, error: Exception) -> Exception:
-        """Return a user's error unchanged, and other errors with the name of the component."""
+    def _with_component(self, error: Exception) -> Exception:
+        """Return a mistake of the user unchanged, and any other error with the name of the component."""
         if isinstance(error, CxbridgeError) or (isinstance(error, OSError) and error.filename is not None):
             return error
         component_error = ComponentFailedError(self.lifecycle.failure)
@@ -191,6 +191,7 @@ class Daemon(Run):
         return component_error
 
     def _work(self) -> None:
+        """Report readiness and run the main loop."""
         self._settle()
         self._notifier.ready(f"serving at {', '.join(self.endpoints) or 'nowhere'}")
         self.log.info("Ready")
@@ -205,6 +206,7 @@ class Daemon(Run):
         if self.node is None:
             return
         if self._state == "STOPPING":
+            # no cycle follows, so no rule may start either
             self.node.interrupt()
         else:
             self.node.break_off()
@@ -223,7 +225,7 @@ class Daemon(Run):
     def _take_message(self, message: str) -> None:
         """Process a command on arrival that a stuck loop cannot process."""
         if not self.settings.rights.control or message == "ResumeMessage":
-            return  # resumed rules are stopped, not stuck
+            return  # the rules that a client resumes are stopped at a breakpoint, not stuck
         if message == INTERRUPT:
             self.stalls.interrupt()
         elif self.stalls.current is not None:
@@ -234,7 +236,7 @@ class Daemon(Run):
         if stall is None:
             self.log.info("The loop continues")
         elif self.loop.stopping:
-            self.stalls.watchdog.interrupt()  # no client is left to interrupt it
+            self.stalls.watchdog.interrupt()  # the servers are stopping, so no client can interrupt the rules
         self._notifier.status("goes on" if stall is None else str(stall))
         self._publish()
 
@@ -244,7 +246,7 @@ class Daemon(Run):
             self._command(*command)
         if self.plugins is not None and self.plugins.poll():
             self._settle()
-        self._requests.attend()
+        self._requests.process_next()
         now_us = self.clock.now_us()
         if now_us >= self._next_watch_us:
             self._next_watch_us = now_us + _WATCH_US
@@ -301,7 +303,7 @@ class Daemon(Run):
     def change_component(self, name: str, transition: str) -> None:
         """Let a component make a transition of its lifecycle, in the thread of the main loop.
 
-        :raises LifecycleError: if it cannot.
+        :raises LifecycleError: if the state of the component does not allow the transition, or it fails.
         """
         try:
             self.lifecycle.change_one(name, transition)

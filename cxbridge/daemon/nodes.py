@@ -1,4 +1,4 @@
-"""The executive of a daemon, for clients."""
+"""The executive of a daemon, as its clients use it."""
 
 from __future__ import annotations
 
@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 
 
 class ExecutiveNode(ManagedNode[ThinkingComponent]):
-    """The executive for clients, without environments unless it is configured.
-
-    Breakpoints survive a reset.
+    """The executive of a daemon across resets, each of which makes a new component; breakpoints survive.
 
     :param run: the daemon.
     """
@@ -33,7 +31,7 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
         self._control: RuleControl | None = None
         """The debugger of the rules, which a reset moves to the new executive."""
         self._checks: AgentChecks | None = None
-        """The checks of the files of the initialisation; None afterwards."""
+        """The checks of the files that are loaded during the initialisation; None afterwards."""
 
     def configure_component(self, component: ThinkingComponent) -> None:
         component.watch()
@@ -56,7 +54,9 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
         if self._checks is not None:
             self._checks.look()
             if self._checks.all_initialized:
-                self._checks = None  # from here on clients load files, too
+                self._checks = (
+                    None  # from now on clients may load files, whose mistakes must not end the daemon
+                )
         if self._configured and self.component is not None:
             self.component.manager.run_extra()
 
@@ -68,16 +68,17 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
 
     @property
     def env(self) -> ClipsEnvironment | None:
+        """The environment of the executive, None unless it is configured."""
         return None if self.executive is None else self.executive.env
 
     @property
     def goals(self) -> Mapping[str, GoalState]:
-        """The goals with a fact, by id."""
+        """The goals that have a fact, by id."""
         return {} if self.executive is None else self.executive.goals.open
 
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:
-        """All environments by name, including those being loaded or finalized."""
+        """All environments by name, including environments that are being loaded or finalized."""
         return {} if self.component is None else self.component.manager.environments
 
     def interrupt(self) -> None:

@@ -11,7 +11,7 @@ from msgspec import Meta
 
 from cxbridge.run.options import BrokenOptions, LogOptions, Setting, SourceOptions
 
-# The settings that options override, by path below ``cxbridge``.
+# The settings by the options that override them, as paths below ``cxbridge``.
 _SETTINGS = {
     "endpoints": "zmq/endpoints",
     "insecure": "zmq/insecure",
@@ -44,13 +44,14 @@ class ConfigurationOptions:
     config: Annotated[
         Path | None,
         Meta(
-            description="A scenario or a Fawkes configuration, its tree 'cxbridge:' says what to do. "
-            "Without: a blackboard and a Skiller with the shipped skills."
+            description="A scenario or a Fawkes configuration, whose tree "
+            "'cxbridge:' has the settings of the "
+            "daemon. Without CONFIG: a blackboard and a Skiller with the shipped skills."
         ),
     ] = None
     overlay: Annotated[
         Path | tuple[Path, ...] | None,
-        Meta(description="A configuration file on top of CONFIG. Repeatable: each over those before it."),
+        Meta(description="A configuration file that overrides CONFIG and the files before it. Repeatable."),
     ] = None
 
 
@@ -60,24 +61,27 @@ class ServerOptions:
 
     endpoints: Annotated[
         tuple[str, ...],
-        Meta(description="Serve over ZeroMQ here: tcp://HOST:PORT, ipc://FILE. Repeatable."),
+        Meta(description="Serve over ZeroMQ at this endpoint: tcp://HOST:PORT or ipc://FILE. Repeatable."),
     ] = ()
-    insecure: Annotated[bool | None, Meta(description="ZeroMQ beyond this machine without CURVE keys.")] = (
-        None
-    )
+    insecure: Annotated[
+        bool | None, Meta(description="Serve ZeroMQ beyond this machine without CURVE keys.")
+    ] = None
     secret_key: Annotated[Path | None, Meta(description="CURVE key file of the daemon.")] = None
     clients: Annotated[Path | None, Meta(description="Folder with the clients' public keys.")] = None
     fawkes: Annotated[
         bool | None,
-        Meta(description="A port for Fawkes' tools; on by default."),
+        Meta(description="Serve Fawkes' tools on a port; on by default."),
     ] = None
-    fawkes_host: Annotated[str | None, Meta(description="Where that port is; 127.0.0.1 by default.")] = None
+    fawkes_host: Annotated[
+        str | None, Meta(description="The address of that port; 127.0.0.1 by default.")
+    ] = None
     fawkes_port: Annotated[
-        int | None, Meta(description="Its number; 1910 by default, 0: any free one.", ge=0, le=65535)
+        int | None,
+        Meta(description="The number of that port; 1910 by default, 0: any free port.", ge=0, le=65535),
     ] = None
     fawkes_allow: Annotated[
         tuple[str, ...],
-        Meta(description="Who may connect to it from elsewhere. Repeatable."),
+        Meta(description="An address or a network whose clients may use that port. Repeatable."),
     ] = ()
 
 
@@ -85,18 +89,20 @@ class ServerOptions:
 class PartOptions:
     """The parts of a daemon.
 
-    :param agent: its agent in a scenario with several.
+    :param agent: the agent of the daemon, in a scenario with several agents.
     """
 
-    skiller: Annotated[str | None, Meta(description="Who executes skills.")] = None
+    skiller: Annotated[str | None, Meta(description="The Skiller that executes skills.")] = None
     executive: Annotated[
         bool | None,
-        Meta(description="By default if CONFIG has specs."),
+        Meta(description="Run the executive; by default if CONFIG has specs."),
     ] = None
-    agent: Annotated[str | None, Meta(description="Which agent it is, of a CONFIG with several.")] = None
+    agent: Annotated[
+        str | None, Meta(description="The agent of the daemon, if CONFIG has several agents.")
+    ] = None
     spec: Annotated[str | None, Meta(description="The executive's spec.")] = None
-    speech: Annotated[str | None, Meta(description="speak what skills say")] = None
-    clock: Annotated[str | None, Meta(description="real, scaled:N or ros2.")] = None
+    speech: Annotated[str | None, Meta(description="Speak the texts of the skill say.")] = None
+    clock: Annotated[str | None, Meta(description="The clock: real, scaled:N or ros2.")] = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,7 +111,8 @@ class DaemonSourceOptions(SourceOptions):
 
     clips_dirs: Annotated[tuple[Path, ...], Meta(description="A folder of CLIPS files. Repeatable.")] = ()
     on_failure: Annotated[
-        str | None, Meta(description="stop or continue: whether a failure stops the other components.")
+        str | None,
+        Meta(description="Whether the failure of a component stops the other ones: stop or continue."),
     ] = None
     trace: Annotated[Path | None, Meta(description="Record to this mcap file.")] = None
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.fawkesnet.components.plugins import PluginManager
 
 ANSWER_S = 30.0
-"""The maximal seconds of loading or unloading: an executive loads all files of an agent."""
+"""The time limit of loading or unloading in seconds: an executive loads all files of an agent."""
 
 
 class _Request:
@@ -35,8 +35,7 @@ class _Request:
     def claim(self) -> bool:
         """Claim the request; only the first claim succeeds.
 
-        The main loop claims a request before it processes it, a client whose wait has timed out to withdraw
-        it.
+        The main loop claims a request to process it, and a client claims it to withdraw it after a timeout.
         """
         return self._claimed.acquire(blocking=False)
 
@@ -44,8 +43,8 @@ class _Request:
 class DaemonPlugins:
     """Starts and stops components for other threads, in the thread of the main loop.
 
-    :param manager: of the components; those that serve clients are not plugins.
-    :param allowed: whether clients may change anything.
+    :param manager: the manager of the components; components that serve clients are not plugins.
+    :param allowed: whether clients may load and unload.
     """
 
     def __init__(self, manager: ComponentManager, *, allowed: bool) -> None:
@@ -55,7 +54,7 @@ class DaemonPlugins:
         self._closed = False
         self._notified: list[str] = []
         self.watchers: PluginManager | None = None
-        """Gets notifications of all loaded and unloaded plugins."""
+        """Notifies the connected tools of loaded and unloaded plugins."""
 
     def available(self) -> Sequence[FawkesPlugin]:
         """Return the components that can be loaded and unloaded."""
@@ -68,7 +67,7 @@ class DaemonPlugins:
     def load(self, name: str) -> None:
         """Start components, separated by commas, and wait until they are active.
 
-        :raises CxbridgeError: if one cannot be started.
+        :raises CxbridgeError: if a component cannot be started.
         """
         for component in name.split(","):
             self._request(_Request(component.strip(), load=True))
@@ -76,14 +75,14 @@ class DaemonPlugins:
     def unload(self, name: str) -> None:
         """Stop a component.
 
-        :raises CxbridgeError: if it cannot be stopped.
+        :raises CxbridgeError: if the component cannot be stopped.
         """
         self._request(_Request(name.strip(), load=False))
 
     def _request(self, request: _Request) -> None:
         if not self._allowed:
             raise LifecycleError("clients may not load or unload anything: cxbridge/remote-control is off")
-        # appended before the check: close() at the same time either refuses the request or is seen here
+        # appended before the check: a concurrent close() either refuses the request or is noticed here
         self._requests.append(request)
         if self._closed:
             raise LifecycleError("the daemon is stopping")

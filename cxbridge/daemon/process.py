@@ -18,12 +18,13 @@ _OPEN_FILES: Final = 16384
 class Notifier:
     """Reports the state of a service to the service manager by sd_notify(3), datagrams to a socket.
 
-    :param address: the socket; None: ``NOTIFY_SOCKET`` of the environment, without which nothing is sent.
+    :param address: the path of the socket; by default the variable ``NOTIFY_SOCKET`` of the environment,
+        without which nothing is sent.
     """
 
     def __init__(self, address: str | None = None) -> None:
         path = os.environ.get("NOTIFY_SOCKET", "") if address is None else address
-        # systemd writes an abstract socket with @, the system call takes NUL
+        # @ stands for the NUL byte with which the system call starts the name of an abstract socket
         self._address = "\0" + path[1:] if path.startswith("@") else path
 
     def ready(self, status: str) -> None:
@@ -44,17 +45,17 @@ class Notifier:
 
     def _send(self, text: str) -> None:
         if self._address and hasattr(socket, "AF_UNIX"):
-            # a daemon also works if systemd does not listen
+            # the daemon must also work if systemd does not receive the notification
             with (
                 contextlib.suppress(OSError),
                 socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender,
             ):
-                sender.setblocking(False)  # a full queue of a listener must not block the daemon
+                sender.setblocking(False)  # a full queue of the receiver must not block the daemon
                 sender.sendto(text.encode(), self._address)
 
 
 def raise_file_limit() -> None:
-    """Let the process open as many files, which include sockets, as the system allows, up to 16384."""
+    """Raise the limit of open files and sockets to the maximum that the system allows, at most 16384."""
     if sys.platform == "win32":
         return
     try:
@@ -64,5 +65,5 @@ def raise_file_limit() -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     limit = _OPEN_FILES if hard == resource.RLIM_INFINITY else min(hard, _OPEN_FILES)
     if soft != resource.RLIM_INFINITY and soft < limit:
-        with contextlib.suppress(OSError, ValueError):  # macOS has a second limit
+        with contextlib.suppress(OSError, ValueError):  # macOS has a second, lower limit
             resource.setrlimit(resource.RLIMIT_NOFILE, (limit, hard))

@@ -29,27 +29,28 @@ if TYPE_CHECKING:
     from cxbridge.mainloop import MainLoop
     from cxbridge.run.components.manager import ComponentStatus
 
-MOST_GOALS: Final = 400  # the reply must fit into the field of RequestInterface
-MOST_ACTIONS: Final = 400
-MOST_LINES: Final = 200
+# The limits keep a reply within the field of RequestInterface.
+MAX_GOALS: Final = 400
+MAX_ACTIONS: Final = 400
+MAX_LINES: Final = 200
 """The maximal numbers of goals, plan-actions and log lines in a reply."""
 
-_TEXT: Final = 200  # characters of a text in a reply
+_MAX_TEXT: Final = 200  # limit of characters of a text in a reply
 
 
 class DaemonState:
     """Collects the state of the daemon.
 
-    :param bus: emits log lines and skills.
-    :param node: the executive, None without one.
-    :param loop: counts the cycles.
+    :param bus: emits log lines and the states of skills.
+    :param node: the executive; None for a daemon without an executive.
+    :param loop: counts the cycles; None for 0 cycles.
     """
 
     def __init__(self, bus: EventBus, node: ExecutiveNode | None, loop: MainLoop | None = None) -> None:
         self._clock = bus.clock
         self._node = node
         self._loop = loop
-        self._lines: deque[tuple[int, str, str, str]] = deque(maxlen=MOST_LINES)
+        self._lines: deque[tuple[int, str, str, str]] = deque(maxlen=MAX_LINES)
         self._numbers = count(1)
         self._lock = threading.Lock()
         self._skills: dict[str, tuple[str, str]] = {}
@@ -59,18 +60,19 @@ class DaemonState:
         if isinstance(event, LogLine):
             # assigns the number under the lock, so that a client that asks for later lines misses none
             with self._lock:
-                line = (next(self._numbers), event.level.value, event.component, cut(event.text, _TEXT))
+                line = (next(self._numbers), event.level.value, event.component, cut(event.text, _MAX_TEXT))
                 self._lines.append(line)
         elif isinstance(event, SkillStatus):
-            self._skills[event.skiller] = (cut(event.skill_string, _TEXT), event.status)
+            self._skills[event.skiller] = (cut(event.skill_string, _MAX_TEXT), event.status)
 
     def describe(self, parameters: Mapping[str, Any]) -> dict[str, Any]:
         """Return the state for JSON.
 
-        :param parameters: ``since``: only later log lines. ``goals``: the maximal number of goals, by default
-            `MOST_GOALS`. ``words``: only goals with this text, and their ancestors.
+        :param parameters: ``since``: the number of a log line, to return later lines only. ``goals``: the
+            maximal number of goals, by default `MAX_GOALS`. ``words``: a text, to return only the goals that
+            contain it, and their ancestors.
         """
-        since, limit = int(parameters.get("since", 0)), int(parameters.get("goals", MOST_GOALS))
+        since, limit = int(parameters.get("since", 0)), int(parameters.get("goals", MAX_GOALS))
         goals = self._goals(str(parameters.get("words", "")).lower())
         return {
             "time_us": self._clock.now_us(),
@@ -83,11 +85,11 @@ class DaemonState:
         }
 
     def _goals(self, words: str) -> list[dict[str, str]]:
-        """Return the goals with a text, and their ancestors."""
+        """Return the goals that contain a text, and their ancestors; all goals if it is empty."""
         if self._node is None:
             return []
         rows = {
-            goal.goal: plain_goal(goal) | {"error": cut(goal.error, _TEXT)}
+            goal.goal: plain_goal(goal) | {"error": cut(goal.error, _MAX_TEXT)}
             for goal in self._node.goals.values()
         }
         if not words:
@@ -99,35 +101,36 @@ class DaemonState:
         return [row for goal, row in rows.items() if goal in goals]
 
     def _actions(self) -> list[dict[str, str]]:
-        """Return slots of the present plan-actions."""
+        """Return the slots of the present plan-actions that tools show."""
         env = None if self._node is None else self._node.env
         if env is None:
             return []
         with env.lock:
             return [
                 {
-                    slot: cut(show(slots.get(slot, "")), _TEXT)
+                    slot: cut(show(slots.get(slot, "")), _MAX_TEXT)
                     for slot in ("goal-id", "plan-id", "id", "action-name", "param-values", "state")
                 }
-                for _, _, slots in islice(env.facts("plan-action"), MOST_ACTIONS)
+                for _, _, slots in islice(env.facts("plan-action"), MAX_ACTIONS)
             ]
 
 
-MOST_REQUESTS: Final = 16
+MAX_REQUESTS: Final = 16
 """The maximal number of waiting requests."""
 
-_REPLY_BYTES: Final = 262_143  # bytes of the interface's field without its NUL
-_REASON_BYTES: Final = 1000  # bytes of the interface's field for the reason
-_LOGGED: Final = 500  # characters of a request in the log
+_MAX_REPLY_BYTES: Final = 262_143  # size of the interface's field for replies, without the final NUL
+_MAX_REASON_BYTES: Final = 1000  # size of the interface's field for the reason of a stop
+_MAX_LOGGED: Final = 500  # limit of characters of a request in the log
 
 
 class DaemonRequests:
-    """Takes requests and processes one per cycle.
+    """Takes requests and processes one per cycle, so that clients cannot delay the agent.
 
-    :param node: the executive, None without one.
-    :param rights: of clients.
+    :param node: the executive; None for a daemon without an executive.
+    :param rights: the rights of clients.
     :param components: returns the state of each component in the order of the start.
     :param change_component: lets a component make a transition.
+    :param loop: counts the cycles.
     """
 
     def __init__(
@@ -142,12 +145,12 @@ class DaemonRequests:
     ) -> None:
         # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing(
-            REQUEST_TYPE, DAEMON_ID, owner=OWNER, queue_limit=MOST_REQUESTS
+            REQUEST_TYPE, DAEMON_ID, owner=OWNER, queue_limit=MAX_REQUESTS
         )
         self._interface.write()
         self._log = bus.logger("Daemon")
         self._node = node
-        self._stop: Stopped | None = None
+        self._reported_stop: Stopped | None = None
         self.context: Final = OperationContext(
             rights,
             None if node is None else lambda: node.executive,
@@ -157,9 +160,11 @@ class DaemonRequests:
         )
         """The objects that operations work on."""
 
-    def attend(self) -> None:
+    def process_next(self) -> None:
         """Report whether the rules are stopped, and process the next request; called once per cycle."""
-        if (self._interface.msgq_empty() and self._stopped is self._stop) or not self._interface.valid:
+        if (
+            self._interface.msgq_empty() and self._stopped is self._reported_stop
+        ) or not self._interface.valid:
             return
         self._report_stop()
         message = self._interface.msgq_pop()
@@ -185,13 +190,15 @@ class DaemonRequests:
 
     def _report_stop(self) -> None:
         stop = self._stopped
-        if stop is self._stop:
+        if stop is self._reported_stop:
             return
-        self._stop = stop
+        self._reported_stop = stop
         if stop is not None:
             self._interface.stops += 1
         reason = "" if stop is None else stop.reason
-        self._interface.stopped = reason.encode("utf-8", "replace")[:_REASON_BYTES].decode("utf-8", "ignore")
+        self._interface.stopped = reason.encode("utf-8", "replace")[:_MAX_REASON_BYTES].decode(
+            "utf-8", "ignore"
+        )
         self._interface.write()
 
     def _reply(self, verb: str, token: str, arguments: str) -> None:
@@ -202,7 +209,7 @@ class DaemonRequests:
         except Exception as error:  # noqa: BLE001 - no request may end a daemon
             reply = _refusal(CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}"))
         text = json.dumps(reply | {"token": token})
-        if len(text) > _REPLY_BYTES:
+        if len(text) > _MAX_REPLY_BYTES:
             reply = _refusal(CxbridgeError("the answer is too long", hint="ask for less"))
             text = json.dumps(reply | {"token": token})
         self._interface.answer = text
@@ -211,14 +218,14 @@ class DaemonRequests:
 
     def _carry_out(self, verb: str, arguments: str) -> Any:
         """Process a request and return the reply for JSON."""
-        from cxbridge.daemon.operations.table import operations  # noqa: PLC0415 - start-up time is a feature
+        from cxbridge.daemon.operations.table import operations  # noqa: PLC0415 - keeps the start of a daemon fast
 
         operation = operations().get(verb)
         if operation is None or not operation.is_verb:
             raise CxbridgeError(f"this daemon knows no request '{verb}'")
         if operation.right is not Right.LOOK:
             self.context.rights.check(operation.right, verb)
-            self._log.info(f"A client asks: {verb} {_in_one_line(arguments)}")
+            self._log.info(f"A client asks: {verb} {_loggable(arguments)}")
         values = _parse(verb, arguments)
         try:
             return plain(operation.carry_out(self.context, operation.parse(values)))
@@ -228,9 +235,9 @@ class DaemonRequests:
             raise CxbridgeError(f"the arguments of {verb} are wrong: {error!r}") from None
 
 
-def _in_one_line(text: str) -> str:
-    """Return the start of a client's text for the log, on one line so that it cannot imitate other lines."""
-    return one_line(text[:_LOGGED])
+def _loggable(text: str) -> str:
+    """Return the start of a client's text on one line, so that it cannot imitate other log lines."""
+    return one_line(text[:_MAX_LOGGED])
 
 
 def _parse(verb: str, arguments: str) -> Mapping[str, Any]:

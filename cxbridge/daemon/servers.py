@@ -19,7 +19,7 @@ from cxbridge.run.components.component import Component
 
 
 class Server(Protocol):
-    """Serves in its threads."""
+    """A server with its own threads."""
 
     def start(self) -> None:
         """Start serving."""
@@ -32,7 +32,7 @@ ServerType = TypeVar("ServerType", bound=Server)
 
 
 class ServerComponent(Component, ABC, Generic[ServerType]):
-    """A server, made and started on activation; it runs while other components are paused."""
+    """Makes and starts a server on activation; the server continues while other components are paused."""
 
     steady = True
 
@@ -65,6 +65,8 @@ class ServerComponent(Component, ABC, Generic[ServerType]):
 
 
 class ZmqComponent(ServerComponent[ZmqBlackBoardServer]):
+    """Serves the blackboard over ZeroMQ."""
+
     def make(self) -> ZmqBlackBoardServer:
         """Make the server, with CURVE if there are keys."""
         raise_file_limit()
@@ -92,7 +94,7 @@ class FawkesComponent(ServerComponent[FawkesServer]):
         raise_file_limit()
         daemon = self._daemon
         settings, rights = daemon.settings.fawkes, daemon.settings.rights
-        assert settings is not None  # otherwise the component is not needed
+        assert settings is not None  # the table makes this component only with these settings
         plugins = daemon.plugins = DaemonPlugins(daemon.lifecycle, allowed=rights.allow(Right.CONTROL))
         manager = plugins.watchers = PluginManager(plugins, daemon.log.warn)
         components = (

@@ -57,7 +57,7 @@ KEYS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FawkesSettings:
-    """The server for Fawkes' tools.
+    """The settings of the server for Fawkes' tools.
 
     :param allow: addresses and networks that may connect, in addition to loopback.
     """
@@ -72,13 +72,13 @@ class DaemonSettings:
     """The settings of a daemon.
 
     :param skiller: ``lua``, ``simulator``, ``none``, or the URL of a blackboard with a Skiller.
-    :param endpoints: of ZeroMQ.
+    :param endpoints: the endpoints of the ZeroMQ server.
     :param secret_key: the CURVE key file of the daemon; requires ``clients``.
     :param clients: the folder with the public keys of allowed clients.
-    :param fawkes: None: no server for Fawkes' tools.
+    :param fawkes: the server for Fawkes' tools; None without this server.
     :param sections: the settings of plug-ins by the names of their rows in the table SETTINGS.
-    :param rights: of clients.
-    :param watchdog_s: the duration of a cycle in seconds after which to warn; 0: never.
+    :param rights: the rights of clients.
+    :param watchdog_s: the duration of a cycle in seconds after which the daemon warns; 0: never.
     """
 
     clock: str
@@ -175,7 +175,8 @@ def _choice(
 ) -> str:
     """Return a setting with a fixed set of values.
 
-    :param url: also allow the URL of a blackboard.
+    :param url: whether the URL of a blackboard is also allowed.
+    :raises ConfigError: if the setting has another value.
     """
     path = f"{TREE}/{name}"
     value = config.get_str(path, default=default)
@@ -186,7 +187,10 @@ def _choice(
 
 
 def _seconds(config: Configuration, name: str, default: float) -> float:
-    """Return a non-negative time."""
+    """Return a non-negative time in seconds.
+
+    :raises ConfigError: if the time is negative or infinite.
+    """
     path = f"{TREE}/{name}"
     value = config.get_float(path, default=default)
     if not 0 <= value < math.inf:
@@ -195,12 +199,12 @@ def _seconds(config: Configuration, name: str, default: float) -> float:
 
 
 def core_of(config: Configuration) -> str | None:
-    """Return the CX core, None for the one that fits the checkout."""
+    """Return the configured CX core, None for the core that fits the checkout."""
     return _choice(config, "core", CORES, "builtin") if config.exists(f"{TREE}/core") else None
 
 
 def _refuse_unknown(config: Configuration) -> None:
-    """Raise an error for unknown settings, because a misspelt one would have no effect."""
+    """Raise an error for unknown settings, because a misspelt setting would have no effect."""
     keys = (*KEYS, *plugin_keys())
     for value in config.search(TREE):
         name = value.path.removeprefix(f"{TREE}/")

@@ -1,4 +1,4 @@
-"""The table of components of daemons in the order of their start, before those of runs."""
+"""The components that only daemons have, in the order of their start; the components of runs follow."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from cxbridge.run.team import Team
 
 
-LEAST_STALL_S = 60.0
+MIN_STALL_S = 60.0
 """The minimum limit on the real time of a loop's rules, in seconds."""
 
 
@@ -253,7 +253,7 @@ class _LoopLimit:
         self.verdict: tuple[int, str] | None = None
         """Status and reason if the limit ended the run; else None."""
         self._run = run
-        self._limit_s = max(timeout_s, LEAST_STALL_S)
+        self._limit_s = max(timeout_s, MIN_STALL_S)
 
     def check(self, stall: Stall | None) -> None:
         """Handle the report of the watchdog, in its thread."""

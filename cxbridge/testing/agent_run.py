@@ -39,23 +39,24 @@ from cxbridge.trace.compare.model import Order
 # Seconds of real time, to end tests of agents whose rules fire forever.
 PATIENCE_S: Final = 60.0
 
-# The start of CLIPS' message that names the rule of an error; the message before it is the error.
+# The start of CLIPS' message that names the rule of an error; CLIPS prints the error in the message before.
 _HALTED = "[PRCCODE4]"
 
-_LAST_RULES = 10  # in the report of a failure
-_LAST_LINES = 15
+_LAST_RULES = 10  # number of rules in the report of a failure
+_LAST_LINES = 15  # number of log lines, and of skill calls, in the report of a failure
 
 
 class AgentRun(Closing):
     """A run whose clock moves only when the test advances it; a context manager.
 
-    The constructor loads the agent; only rules that fire during loading have fired.
+    The constructor loads the agent and runs no cycle: rules have fired only if the agent runs them during
+    loading.
 
-    :param options: as for ``cxbridge run``.
+    :param options: the options of ``cxbridge run``.
     :param scripted: execute skills by the script `skills` instead of ``options.skiller``.
     :param strict: raise an error for mistakes in the loaded files.
-    :param patience: the maximal seconds of real time of a wait.
-    :param golden: the recording for `assert_golden`.
+    :param patience: the limit of each wait, in seconds of real time.
+    :param golden: the golden files for `assert_golden`; None if the run has none.
     :raises CxbridgeError: if the scenario is invalid.
     :raises AssertionError: if the agent has mistakes.
     """
@@ -112,12 +113,12 @@ class AgentRun(Closing):
 
     @property
     def assembly(self) -> Run:
-        """The agent of the run."""
+        """The assembled run: its executive, blackboard, clock and main loop."""
         return self._assembly
 
     def _record_event(self, event: Event) -> None:
         if isinstance(event, LogLine):
-            if event.text.startswith(_HALTED):  # CLIPS prints the error first, then the rule
+            if event.text.startswith(_HALTED):
                 cause = self.log[-1].text if self.log and self.log[-1].level is Level.ERROR else ""
                 self._errors.append(f"{cause} {event.text}".strip())
             self.log.append(event)
@@ -152,14 +153,15 @@ class AgentRun(Closing):
         self._run(lambda: self._assembly.loop.loops >= end)
 
     def advance(self, seconds: float) -> None:
-        """Let time pass."""
+        """Run cycles for a number of seconds of the run's clock."""
         end = self.seconds + seconds
         self._run(lambda: self.seconds >= end)
 
     def until(self, condition: Callable[[], object], timeout: float = 60.0) -> None:
         """Run until the condition is true after a cycle.
 
-        :raises AssertionError: after this many seconds of the run's clock.
+        :param timeout: the limit in seconds of the run's clock.
+        :raises AssertionError: if the condition is still false at the limit.
         """
         if not self.wait_for(condition, timeout):
             raise AssertionError(self._with_goals(f"the condition was not met within {timeout:g} s"))
@@ -169,19 +171,21 @@ class AgentRun(Closing):
 
         An agent with only MAINTAIN goals, which has no such end, runs for ``timeout``.
 
-        :raises AssertionError: after this many seconds of the run's clock, or if the agent quits before.
+        :param timeout: the limit in seconds of the run's clock.
+        :raises AssertionError: if the run is not over at the limit, or the agent quits before.
         """
         self.wait_for(lambda: self.is_over, timeout)
         executive = self._assembly.executive
-        # a MAINTAIN goal that rests is no end, but no failure, either
+        # a resting MAINTAIN goal never ends, so it is no failure of the run either
         if not self.is_over and not executive.maintained:
             raise AssertionError(self._with_goals(f"the run was not over within {timeout:g} s"))
         if executive.env.quit_requested and executive.goals.open_roots and not executive.maintained:
             raise AssertionError(self._with_goals("the agent quit before its root goals were over"))
 
     def wait_for(self, condition: Callable[[], object], timeout: float = 60.0) -> bool:
-        """Run until the condition is true after a cycle, or this many seconds of the run's clock pass.
+        """Run until the condition is true after a cycle, or the time limit is reached.
 
+        :param timeout: the limit in seconds of the run's clock.
         :returns: whether the condition is true.
         """
         end = self.seconds + timeout
@@ -235,7 +239,7 @@ class AgentRun(Closing):
     def _limited(self) -> Iterator[threading.Event]:
         """Interrupt rules that fire forever.
 
-        :raises AssertionError: at the end, if the time of :attr:`patience` is over.
+        :raises AssertionError: on exit from the context, if :attr:`patience` is exceeded.
         """
         expired = threading.Event()
 
@@ -265,7 +269,7 @@ class AgentRun(Closing):
         return self._skills
 
     def unmet_skills(self) -> list[str]:
-        """Return a line per unused entry of the script."""
+        """Return a complaint for each unused entry of the script."""
         return [] if self._skills is None else self._skills.unmet()
 
     def facts(self, template: str, **slots: object) -> list[dict[str, Value]]:
@@ -304,7 +308,7 @@ class AgentRun(Closing):
         return self._world.read(uid)
 
     def goals(self, goal_class: str | None = None) -> list[GoalRecord]:
-        """Return all goals of a class, or all goals, including former ones, in order."""
+        """Return the goals of a class, or all goals, in the order of creation; removed goals included."""
         return [goal for goal in self._history.goals if goal_class is None or goal.goal_class == goal_class]
 
     def goal(self, name: str) -> GoalRecord:
@@ -321,11 +325,11 @@ class AgentRun(Closing):
         return goals[0]
 
     def actions(self, name: str | None = None) -> list[PlanActionRecord]:
-        """Return all plan-actions with a name, or all, including former ones, in order."""
+        """Return the plan-actions with a name, or all, in the order of creation; removed ones included."""
         return [action for action in self._history.actions if name is None or action.name == name]
 
     def assert_outcomes(self, **outcomes: str) -> None:
-        """Check the outcomes of all goals of classes; ``_`` in names of classes also means ``-``."""
+        """Check the outcomes of all goals of the named classes; ``_`` in a class name also means ``-``."""
         for name, outcome in outcomes.items():
             goals = self.goals(name) or self.goals(name.replace("_", "-"))
             wrong = [f"{goal.id} is {goal.mode} {goal.outcome}" for goal in goals if goal.outcome != outcome]
@@ -357,7 +361,7 @@ class AgentRun(Closing):
         return list(map(indented, lines))
 
     def _last_rules(self) -> str:
-        """Return the last fired rules in order; repetitions in a row are counted."""
+        """Return the last fired rules in order; several firings in a row become one entry with the count."""
         rows = [(rule, len(list(firings))) for rule, firings in groupby(self.rules)]
         return ", ".join(rule if count == 1 else f"{rule} ({count} times)" for rule, count in rows)
 
@@ -376,8 +380,8 @@ class AgentRun(Closing):
     ) -> None:
         """Compare the run so far with a golden file, which ``pytest --update-golden`` writes.
 
-        :param name: of the file; None: of the test.
-        :param order: ``partial`` or ``total``.
+        :param name: the name of the golden file; by default the name of the test.
+        :param order: ``partial`` (the order of each goal's transitions) or ``total`` (the order of all).
         :param level: ``transitions`` or ``skills``.
         :param time_tolerance: the allowed difference between times in seconds; None: times are not compared.
         :param time_from: the reference of times: ``thread`` or ``begin``.

@@ -40,9 +40,9 @@ class GoldenFiles:
     pages: Path | None = None
 
     def file(self, name: str | None = None) -> Path:
-        """Return the file with a name, or of the test.
+        """Return the golden file called ``name``, by default the golden file of the test.
 
-        :raises AssertionError: if there is no name.
+        :raises AssertionError: if neither the file nor the test has a name.
         """
         if not (name or self.test):
             raise AssertionError("several tests share this run: assert_golden needs a name for its file")
@@ -63,7 +63,9 @@ class GoldenFiles:
         :param tolerance: the allowed difference between times; None: times are neither compared nor written.
         :param start_us: the start of the run in microseconds.
         :raises AssertionError: if the runs differ, or there is no such file.
-        :raises TraceError: if the file cannot be read or written.
+        :raises TraceError: if the file cannot be read, or lacks transitions or times.
+        :raises CxbridgeError: if the file cannot be written.
+        :raises OSError: if a folder cannot be created.
         """
         file = self.file(name)
         since_us = None if tolerance is None else start_us
@@ -81,18 +83,19 @@ class GoldenFiles:
 
 
 def file_name(text: str) -> str:
-    """Return a text as a portable file name, including parameters of a test."""
+    """Return a text as a portable file name, e.g. ``test_move_a-1_`` for ``test_move[a-1]``."""
     return re.sub(r"[^A-Za-z0-9._=-]+", "_", text).strip("_")
 
 
 def write_golden(file: Path, transitions: Sequence[Transition], start_us: int | None = None) -> None:
-    """Write a golden file, and create its folders.
+    """Write a golden file, and create its folder.
 
     :param start_us: the start of the run in microseconds, to write times; None omits them.
-    :raises CxbridgeError: if it cannot be written.
+    :raises CxbridgeError: if the file cannot be written.
+    :raises OSError: if the folder cannot be created.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(file) as fresh, TransitionsWriter(fresh, details=True, start_us=start_us) as writer:
+    with replacing(file) as new_file, TransitionsWriter(new_file, details=True, start_us=start_us) as writer:
         for transition in transitions:
             writer.write(transition)
 
@@ -115,7 +118,7 @@ def compare_with_golden(
     with tempfile.TemporaryDirectory(prefix="cxbridge-golden-") as folder:
         run_file = Path(folder, "this run")
         write_golden(run_file, transitions, start_us)
-        # both as files of the same format: what the format does not keep cannot differ
+        # both runs are read from files of one format: properties that the format omits cannot differ
         run, golden = TransitionsText(run_file), TransitionsText(file)
         if not any(True for _ in golden):
             raise TraceError("holds no transitions", file=file, hint="write it with pytest --update-golden")
@@ -127,16 +130,16 @@ def compare_with_golden(
         report = make_report(comparison, run, [golden])
         lines = [line.replace(str(run_file), "this run") for line in text_report(report)]
         if page is not None:
-            lines.append(_written_page(page, file.stem, page_report(report)))
+            lines.append(_write_page(page, file.stem, page_report(report)))
         return lines
 
 
-def _written_page(page: Path, name: str, document: dict[str, Any]) -> str:
-    """Write a page; return a line with its name, or with the reason of a failure."""
+def _write_page(page: Path, name: str, document: dict[str, Any]) -> str:
+    """Write a page; return a line with its path, or with the reason of a failure."""
     document["a"]["path"] = "this run"
     try:
         page.parent.mkdir(parents=True, exist_ok=True)
         write_document(page, "comparison", f"{name}: this run and the golden one", document)
-    except CxbridgeError as error:
+    except (CxbridgeError, OSError) as error:
         return f"no page shows both runs: {error}"
     return f"both runs side by side: {page}"

@@ -11,7 +11,7 @@ from cxbridge.plugins import Table, package_hint
 MEMBERS: Final[Table[Callable[..., Any]]] = Table(
     "MEMBERS", callable, "a function whose first parameter is the fixture or the run"
 )
-"""The functions by name: ``cx.NAME`` gets the fixture, ``run.NAME`` gets an ``AgentRun``."""
+"""The functions by name: a function ``cx.NAME`` gets the fixture, a function ``run.NAME`` an ``AgentRun``."""
 
 
 def find_member(owner: str, subject: object, name: str) -> Callable[..., Any]:
@@ -19,7 +19,8 @@ def find_member(owner: str, subject: object, name: str) -> Callable[..., Any]:
 
     :param owner: ``cx`` or ``run``.
     :param subject: the fixture or the run.
-    :raises AttributeError: if no installed plug-in has the member; the error names the package with it.
+    :raises AttributeError: if no installed plug-in has the member; the error names the package that has
+        the member.
     """
     member = f"{owner}.{name}"
     row = next((row for row in MEMBERS.rows if row.name == member), None)

@@ -21,11 +21,12 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
 
-_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
-# The template with files of all projects.
+_AGENT_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
+# The template with the files that every project has.
 _SHARED: Final = "shared"
 # The tutorial's agent, whose name is replaced by that of the new agent.
 _TUTORIAL: Final = "courier"
+# The prefix of the option that selects a template.
 _FROM: Final = "from_"
 
 
@@ -38,8 +39,8 @@ class Template:
     def files(self, name: str) -> Mapping[str, str]:
         """Return the texts of a project's files by path.
 
-        :param name: of the project.
-        :raises CxbridgeError: if the options name nothing from which to make a project.
+        :param name: the name of the project.
+        :raises CxbridgeError: if the options name no source of a project.
         """
         raise NotImplementedError
 
@@ -55,7 +56,7 @@ TEMPLATES: Final[Table[type[Template]]] = Table(
 
 @dataclass(frozen=True, kw_only=True)
 class NewOptions:
-    """The options of ``cxbridge new``: those of all templates."""
+    """The options of ``cxbridge new``, which are the options of all templates."""
 
     more: tuple[Template, ...] = ()
 
@@ -99,11 +100,11 @@ class FawkesTemplate(Template):
 def make_project(folder: Path, options: NewOptions) -> list[Path]:
     """Make a project.
 
-    :param folder: of the project; its name is the agent's.
-    :returns: the new files.
+    :param folder: the new folder, whose name becomes the name of the agent.
+    :returns: the written files.
     :raises CxbridgeError: if the name is invalid, a file exists, or a file cannot be written.
     """
-    name, template, shipped = _name_of(folder), options.chosen(), shipped_dir("templates")
+    name, template, shipped = _agent_name(folder), options.chosen(), shipped_dir("templates")
     if template is None:
         files: Mapping[str, str] = read_template(shipped / _TUTORIAL, {_TUTORIAL: name})
     else:
@@ -114,9 +115,9 @@ def make_project(folder: Path, options: NewOptions) -> list[Path]:
 
 
 def words_of_checkout(name: str, checkout: Path, options: RunOptions) -> dict[str, str]:
-    """Return the replacements of a template for an agent that remains in its checkout.
+    """Return the placeholders of a template, with their texts for an agent that remains in its checkout.
 
-    :param name: of the project.
+    :param name: the name of the project.
     :raises CxbridgeError: if the checkout has no such agent.
     """
     options.check()
@@ -137,18 +138,23 @@ def read_template(folder: Path, words: Mapping[str, str] = MappingProxyType({}))
 
     In paths, ``dot-`` becomes a dot, and the suffix ``.in``, which hides files from tools, is removed. Names
     of tests become valid module names.
+
+    :param words: the replacements by placeholder.
     """
     return {
-        _renamed(file.relative_to(folder), words): _worded(file.read_text("utf-8"), words)
+        _target_path(file.relative_to(folder), words): _replace_words(file.read_text("utf-8"), words)
         for file in sorted(folder.rglob("*"))
         if file.is_file()
     }
 
 
-def _name_of(folder: Path) -> str:
-    """Return the name of a project's agent."""
+def _agent_name(folder: Path) -> str:
+    """Return the name of a project's agent.
+
+    :raises CxbridgeError: if the name is not usable in files and identifiers.
+    """
     name = folder.absolute().name
-    if _NAME.fullmatch(name) is None:
+    if _AGENT_NAME.fullmatch(name) is None:
         raise CxbridgeError(f"'{name}' cannot name an agent", hint="use letters, digits, - and _")
     if yaml.safe_load(name) != name:  # e.g. no, or 1e3
         raise CxbridgeError(f"'{name}' cannot name an agent: YAML takes it for a value, not a text")
@@ -156,6 +162,7 @@ def _name_of(folder: Path) -> str:
 
 
 def _write(files: Mapping[Path, str]) -> list[Path]:
+    """Write all files, or none if one of them exists; return their paths."""
     for file in files:
         if file.exists() or file.is_symlink():
             hint = "nothing was written: choose another name"
@@ -170,16 +177,16 @@ def _write(files: Mapping[Path, str]) -> list[Path]:
     return list(files)
 
 
-def _renamed(path: Path, words: Mapping[str, str]) -> str:
+def _target_path(path: Path, words: Mapping[str, str]) -> str:
     names = []
     for name in path.parts:
-        if name.startswith("test_"):  # a module
+        if name.startswith("test_"):  # a Python module, whose name cannot have a dash
             words = {old: new.replace("-", "_") for old, new in words.items()}
-        names.append(re.sub("^dot-", ".", _worded(name, words)).removesuffix(".in"))
+        names.append(re.sub("^dot-", ".", _replace_words(name, words)).removesuffix(".in"))
     return "/".join(names)
 
 
-def _worded(text: str, words: Mapping[str, str]) -> str:
+def _replace_words(text: str, words: Mapping[str, str]) -> str:
     return (
         re.sub("|".join(map(re.escape, words)), lambda match: words[match.group()], text) if words else text
     )

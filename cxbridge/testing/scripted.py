@@ -23,7 +23,7 @@ _SKILL: Final = re.compile(r"\w+")
 class ScriptedSkills(SkillScript):
     """Replaces the Skillers, and directs the executors of the skill board, by the script of a test.
 
-    It must be made before the components of the run.
+    It is created before the components of the run, which otherwise create the usual Skillers.
 
     :param usual: the deciders for skills without an entry in the script. A skill without a decider succeeds
         after a second.
@@ -33,6 +33,7 @@ class ScriptedSkills(SkillScript):
         super().__init__(context.clock)
         served = () if context.skill_board is None else context.skill_board.skillers
         self._context = context
+        # the lowest priority: the last resort if no decider knows the skill
         self._usual = (*usual, StaticEstimator(seconds=1.0, priority=-sys.maxsize))
         skillers = skiller_settings(context.config, "simulator", served)
         self._names = [settings.name for settings in skillers]
@@ -45,6 +46,7 @@ class ScriptedSkills(SkillScript):
 
     @property
     def running(self) -> bool:
+        """Whether any Skiller executes a skill."""
         return any(skiller.running for skiller in self._skillers.values())
 
     def state(self, now_us: int) -> tuple[Hashable, ...]:
@@ -62,7 +64,7 @@ class ScriptedSkills(SkillScript):
             self.vanish(name)
 
     def unmet(self) -> list[str]:
-        """Return a line per unused entry of the script."""
+        """Return a complaint for each unused entry of the script."""
         mappings = (
             item.text
             for item in self._context.config.search("/clips-executive/specs")
@@ -72,7 +74,7 @@ class ScriptedSkills(SkillScript):
         return self.complaints({name.group() for name in names if name})
 
     def vanish(self, skiller: str = "Skiller") -> None:
-        """Let a Skiller crash: its interface loses its writer, and its skill is lost."""
+        """Let a Skiller crash: its interface loses its writer, and its current skill never ends."""
         self._check_known(skiller)
         self._skillers.pop(skiller).close()
 

@@ -16,17 +16,18 @@ from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.suggestions import nearest
 
-_PATTERN: Final = re.compile(r"[*?[]")
-_MOST_SHOWN: Final = 3  # different calls in a complaint
+_PATTERN: Final = re.compile(r"[*?[]")  # a character with a meaning in shell patterns
+_MAX_EXAMPLES: Final = 3  # limit of different calls in a complaint
 
 
 @dataclass(frozen=True, slots=True)
 class Call:
     """A started call of a skill.
 
-    :param seconds: since the start of the run.
-    :param name: the skill.
+    :param seconds: the seconds since the start of the run.
+    :param name: the name of the skill.
     :param args: the arguments by name, or by position from 1.
+    :param skiller: the Skiller that executes the skill, or the agent on the skill board.
     """
 
     seconds: float
@@ -46,9 +47,10 @@ class SkillAnswer(Protocol):
     """Determines the outcome of a call."""
 
     def __call__(self, call: Call) -> Outcome | None:
-        """Return the outcome of a started call, or None for the usual one.
+        """Return the outcome of a started call, or None for the usual outcome.
 
-        The usual outcome is that of the skill board's executor; without one it is success after a second.
+        The skill board's executor determines the usual outcome; without an executor the call succeeds after
+        a second.
         """
 
 
@@ -56,7 +58,8 @@ class SkillAnswer(Protocol):
 class _Behaviour:
     """The outcome of a number of calls.
 
-    :param times: None: of all further calls.
+    :param times: the number of calls; None for all further calls.
+    :param then: the effect of each call on the world, if any.
     """
 
     answer: SkillAnswer
@@ -68,8 +71,9 @@ class _Behaviour:
 class SkillRule:
     """The outcomes of calls of a skill, in order.
 
-    :param name: the skill; ``*`` for all.
-    :param args: the arguments to match; texts may have shell patterns.
+    :param name: the name of the skill; ``*`` for all skills.
+    :param args: the arguments to match; texts may be shell patterns.
+    :param calls: the matching calls so far.
     """
 
     name: str
@@ -80,7 +84,7 @@ class SkillRule:
     _optional: bool = False
 
     def optional(self) -> Self:
-        """Allow that there is no call, for which a test otherwise fails."""
+        """Accept a run without a matching call, which otherwise fails the test."""
         self._optional = True
         return self
 
@@ -120,10 +124,10 @@ class SkillRule:
         return f"run.skills({', '.join([repr(self.name), *(f'{k}={v!r}' for k, v in self.args.items())])})"
 
     def complaint(self, skills: Collection[str], calls: Iterable[Call] = ()) -> str:
-        """Return the complaint that no call came, or empty.
+        """Return the complaint that no call matches the rule; empty if a call matches or none is needed.
 
         :param skills: the names of skills that were called, or to which actions are mapped.
-        :param calls: of the run.
+        :param calls: the calls of the run.
         """
         if self.calls or self._optional:
             return ""
@@ -131,19 +135,21 @@ class SkillRule:
             similar = nearest(self.name, skills)
             hint = f": skills here are {', '.join(sorted(skills))}" if skills else ""
             hint = f"; did you mean '{similar[0]}'?" if similar else hint
+            # a rule without outcomes only looks calls up, often to check that there are none: its name is a
+            # typo only if it is a plain name, and the names of the skills are known
             is_typo = self._scripted or (skills and not _PATTERN.search(self.name))
             return f"{self} has met no call, there is no skill '{self.name}'{hint}" if is_typo else ""
-        of_skill = dict.fromkeys(str(call) for call in calls if fnmatchcase(call.name, self.name))
-        examples = f", calls were {', '.join(list(of_skill)[:_MOST_SHOWN])}" if of_skill else ""
+        calls_of_skill = dict.fromkeys(str(call) for call in calls if fnmatchcase(call.name, self.name))
+        examples = f", calls were {', '.join(list(calls_of_skill)[:_MAX_EXAMPLES])}" if calls_of_skill else ""
         return f"{self} has met no call{examples}; say .optional() if it need not" if self._scripted else ""
 
     @property
     def has_outcomes(self) -> bool:
-        """Whether the rule has outcomes."""
+        """Whether the rule has outcomes for further calls."""
         return bool(self._behaviours)
 
     def take(self) -> _Behaviour:
-        """Return the outcome of the next call."""
+        """Return the outcome of the next call, and use it up if its number is limited."""
         behaviour = self._behaviours[0]
         if behaviour.times is not None:
             behaviour.times -= 1
@@ -153,7 +159,7 @@ class SkillRule:
 
 
 def _always(outcome: Outcome) -> SkillAnswer:
-    def answer(call: Call) -> Outcome:  # noqa: ARG001 - the same for all calls
+    def answer(call: Call) -> Outcome:  # noqa: ARG001 - all calls have the same outcome
         return outcome
 
     return answer
@@ -166,7 +172,7 @@ def _is_like(value: object, pattern: object) -> bool:
 class SkillScript:
     """The script of a run's skills.
 
-    :param clock: of the run.
+    :param clock: the clock of the run.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -177,7 +183,7 @@ class SkillScript:
         self._rules: list[SkillRule] = []
 
     def __call__(self, name: str, **args: object) -> SkillRule:
-        """Return the rule for calls of a skill with these arguments."""
+        """Return the rule for calls of a skill with these arguments; the first call creates the rule."""
         for rule in self._rules:
             if (rule.name, rule.args) == (name, args):
                 return rule
@@ -192,7 +198,7 @@ class SkillScript:
         return [text for rule in self._rules if (text := rule.complaint(skills, self.calls))]
 
     def begin(self, skiller: str, call: SkillStringCall) -> Outcome | None:
-        """Record the start of a call; return its outcome, or None without an entry."""
+        """Record the start of a call; return its outcome, or None if the script has none."""
         seconds = (self._clock.now_us() - self._start_us) / MICROSECONDS
         started = Call(seconds, call.name, dict(call.args), skiller)
         self.calls.append(started)
@@ -224,5 +230,5 @@ class ScriptedDecider(Decider):
         self._skiller = skiller
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
-        """Return the outcome of a started call, or None without an entry."""
+        """Return the outcome of a started call, or None if the script has none."""
         return self._script.begin(self._skiller, call)

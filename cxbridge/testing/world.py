@@ -1,4 +1,4 @@
-"""The world of an agent for tests: facts, interfaces, messages."""
+"""Access of a test to the world of an agent: facts, interfaces, messages."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ OWNER = "test"
 
 
 class World:
-    """The facts of an environment, and a blackboard."""
+    """The facts of an environment, and the interfaces of a blackboard."""
 
     def __init__(self, env: ClipsEnvironment, board: BlackBoard) -> None:
         self._env = env
         self._board = board
-        self._written: dict[str, Interface] = {}
-        self._read: dict[str, Interface] = {}
+        self._writers: dict[str, Interface] = {}
+        self._readers: dict[str, Interface] = {}
 
     def facts(self, template: str, slots: dict[str, object]) -> list[dict[str, Value]]:
         """Return the facts of a deftemplate with these slot values."""
@@ -38,7 +38,7 @@ class World:
             raise AssertionError(
                 f"there is no deftemplate '{template}'{or_similar(template, template_names(self._env))}"
             )
-        # Python's names have no dash; a slot may have either
+        # Python's keywords cannot have a dash, names of slots may have a dash or an underscore
         values = {name.replace("_", "-"): _comparable(value) for name, value in slots.items()}
         matching = []
         for index, _, fact in self._env.facts(template):
@@ -53,12 +53,12 @@ class World:
         return matching
 
     def assert_fact(self, text: str) -> None:
-        """Assert a fact.
+        """Assert the fact that a text describes.
 
-        :raises AssertionError: if CLIPS cannot parse it, or an equal fact exists.
+        :raises AssertionError: if CLIPS cannot parse the text, or an equal fact exists.
         """
         with self._env.lock:
-            # None without a fault: CLIPS has printed why; a fault is of the agent's Python code
+            # without a new fault, None means an invalid or equal fact; the run reports faults of Python code
             faults = len(self._env.faults)
             if self._env.assert_string(text) is None and len(self._env.faults) == faults:
                 raise AssertionError(
@@ -76,10 +76,10 @@ class World:
 
         :raises CxbridgeError: if there is no such interface or field, or it has another writer.
         """
-        if uid not in self._written:
-            self._written[uid] = self._board.open_for_writing(*parse_uid(uid), owner=OWNER)
-        interface = self._written[uid]
-        _set(interface, fields)
+        if uid not in self._writers:
+            self._writers[uid] = self._board.open_for_writing(*parse_uid(uid), owner=OWNER)
+        interface = self._writers[uid]
+        _set_fields(interface, fields)
         interface.write()
 
     def send(self, uid: str, message: str, fields: dict[str, object]) -> int:
@@ -89,7 +89,7 @@ class World:
         """
         interface = self._reader(uid)
         outgoing = interface.create_message(message if message.endswith("Message") else f"{message}Message")
-        _set(outgoing, fields)
+        _set_fields(outgoing, fields)
         return interface.msgq_enqueue(outgoing)
 
     def read(self, uid: str) -> dict[str, Any]:
@@ -102,28 +102,28 @@ class World:
         return interface.as_dict()
 
     def _reader(self, uid: str) -> Interface:
-        if uid not in self._read:
-            self._read[uid] = self._board.open_for_reading(*parse_uid(uid), owner=OWNER)
-        return self._read[uid]
+        if uid not in self._readers:
+            self._readers[uid] = self._board.open_for_reading(*parse_uid(uid), owner=OWNER)
+        return self._readers[uid]
 
     def close(self) -> None:
         """Close the opened interfaces."""
-        for interface in (*self._written.values(), *self._read.values()):
+        for interface in (*self._writers.values(), *self._readers.values()):
             self._board.close(interface)
-        self._written, self._read = {}, {}
+        self._writers, self._readers = {}, {}
 
 
-def _set(block: Block, fields: dict[str, object]) -> None:
+def _set_fields(block: Block, fields: dict[str, object]) -> None:
     for name, value in fields.items():
         set_field(block, name, value)
 
 
 def _comparable(value: object) -> object:
-    """Return a value in a form in which values of CLIPS and Python can be compared."""
+    """Return a value in a form that is equal for equal values of CLIPS and Python."""
     if isinstance(value, bool):
         return "TRUE" if value else "FALSE"
     if isinstance(value, str):
-        return str(value)
+        return str(value)  # symbols and strings of CLIPS are equal in tests
     if isinstance(value, (tuple, list)):
         return tuple(_comparable(item) for item in value)
     return value

@@ -285,7 +285,7 @@ def test_a_skill_string_inside_a_function_of_c_is_named_and_fails_once_the_funct
 
 def test_a_run_whose_rule_does_not_end_says_which_and_ends_after_its_timeout(tmp_path, monkeypatch):
     monkeypatch.setattr("cxbridge.run.run.STALL_S", LIMIT_S)
-    monkeypatch.setattr("cxbridge.run.run.LEAST_STALL_S", 2 * LIMIT_S)
+    monkeypatch.setattr("cxbridge.run.run.MIN_STALL_S", 2 * LIMIT_S)
     scenario = write_scenario(tmp_path / "s", agent=SPIN)
     lines: list[str] = []
     options = RunOptions(scenario=scenario, timeout=0.5)

@@ -1,4 +1,4 @@
-"""The commands of `cxbridge`, one module each, imported when it is used.
+"""The commands of `cxbridge`, each in a module that is imported when the command is used.
 
 A module ``NAME.py`` has either a function ``NAME``, the command, or a :class:`typer.Typer` ``app``, a group
 of commands.

@@ -1,4 +1,4 @@
-"""``cxbridge bb``: look at a blackboard, and drive it."""
+"""``cxbridge bb``: read and write a blackboard."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ Glob = Annotated[
 
 @app.callback()
 def _bb() -> None:
-    """Look at a blackboard, in a cxbridge daemon or in a Fawkes, and drive it."""
+    """Read and write the blackboard of a cxbridge daemon or of Fawkes."""
 
 
 @app.command("list")
@@ -58,11 +58,11 @@ def list_interfaces(
     interface_dir: InterfaceDirs = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the open interfaces: their writers, readers and last writes.
+    """List the open interfaces with their writers, readers and last writes.
 
     Exit status: 0 listed; 2 no interface matches GLOB.
 
-    A Fawkes does not tell owners' names: its lists have numbers of readers.
+    Fawkes does not report the names of owners: its lists contain the number of readers.
 
     Example: cxbridge bb list 'Skiller*'
     """
@@ -84,7 +84,9 @@ def list_interfaces(
         writer = (info.writer or "yes") if info.has_writer else "-"
         readers = ", ".join(name for name in info.readers if name) or str(info.num_readers)
         rows.append((info.uid, writer, readers, local_time(info.timestamp_us)))
-    widths = [max(len(row[column]) for row in rows) for column in range(3)]  # the last needs no padding
+    widths = [
+        max(len(row[column]) for row in rows) for column in range(3)
+    ]  # the last column needs no padding
     for row in rows:
         cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
         say("  ".join([*cells, row[3]]))
@@ -94,12 +96,12 @@ def list_interfaces(
 def show(
     uid: Uid, url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
 ) -> None:
-    """Show one interface: who has it open, and all its fields.
+    """Show an interface with its writer, its readers and its fields.
 
     Example: cxbridge bb show SkillerInterface::Skiller
     """
     with connect(url, interface_dir) as board:
-        info = _existing(board, uid)
+        info = _find_interface(board, uid)
         with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
             instance.read()
             if as_json:
@@ -116,12 +118,12 @@ def watch(
     interface_dir: InterfaceDirs = None,
     count: Annotated[int | None, typer.Option(min=1, help="end after N lines")] = None,
     timeout: Annotated[float | None, typer.Option(min=0, help="end after SECONDS")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object per line")] = False,
 ) -> int:
-    """Print changes, one line a write: the changed fields. Ends with Ctrl-C.
+    """Print the changed fields of each write on a line, until Ctrl-C.
 
-    Interfaces that come later are watched, too. Exit status: 0 after --count lines or without --count; 3 when
-    --timeout came before --count was reached; 130 after Ctrl-C.
+    Interfaces that are opened later are watched, too. Exit status: 0 after --count lines, or after --timeout
+    without --count; 3 after --timeout with fewer than --count lines; 130 after Ctrl-C.
 
     Example: cxbridge bb watch 'ComponentInterface' --count 10
     """
@@ -131,7 +133,7 @@ def watch(
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
         last_values: dict[str, dict[str, Any]] = {}
         say_unmatched(board, globs)
-        # the present values, so that the first line of an interface has the changed fields only
+        # reads the present values, so that the first line of an interface has the changed fields only
         for type_glob, id_glob in map(split_glob, globs):
             for instance in feed.follow(type_glob, id_glob):
                 last_values[instance.uid] = feed.now(instance).values
@@ -149,11 +151,13 @@ def set_fields(
     assignments: Assignments = None,
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,
-    hold: Annotated[float | None, typer.Option(min=0, help="stay the writer for SECONDS afterwards")] = None,
+    hold: Annotated[
+        float | None, typer.Option(min=0, help="remain the writer for SECONDS afterwards")
+    ] = None,
 ) -> None:
-    """Write fields of an interface; the other fields keep their values. Refused when it has another writer.
+    """Write fields of an interface without another writer; the other fields keep their values.
 
-    The data last as long as a process has the interface open: with --hold at least that long.
+    The values last as long as a process has the interface open, with --hold at least SECONDS.
 
     Example: cxbridge bb set SwitchInterface::Light enabled=true --hold 60
     """
@@ -180,18 +184,19 @@ def set_fields(
 @app.command()
 def send(
     uid: Uid,
-    message: Annotated[str, typer.Argument(metavar="MESSAGE", help="its type, e.g. ExecSkill")],
+    message: Annotated[str, typer.Argument(metavar="MESSAGE", help="type of the message, e.g. ExecSkill")],
     assignments: Assignments = None,
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,
     wait: Annotated[
-        bool, typer.Option("--wait", help="until the interface's field msgid is the message's id")
+        bool,
+        typer.Option("--wait", help="wait until the field msgid of the interface is the id of the message"),
     ] = False,
-    timeout: Annotated[float, typer.Option(min=0, help="seconds for --wait")] = 10.0,
+    timeout: Annotated[float, typer.Option(min=0, help="limit of --wait, in seconds")] = 10.0,
 ) -> int:
-    """Send a message to the writer of an interface, print its id, with --wait then the interface's fields.
+    """Send a message to the writer of an interface; print its id, and with --wait the fields after the reply.
 
-    Exit status: 0 sent (and answered); 2 not sent; 3 no answer in time.
+    Exit status: 0 sent, and with --wait answered; 2 not sent; 3 no reply in time.
 
     Example: cxbridge bb send SkillerInterface::Skiller ExecSkill skill_string='say{text="hi"}'
     """
@@ -200,7 +205,7 @@ def send(
     from cxbridge.interfaces.assignments import assign
 
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
-        info = _existing(board, uid)
+        info = _find_interface(board, uid)
         instance = feed.open(info.type, info.id)
         if wait and instance.SCHEMA.field("msgid") is None:
             raise BlackBoardError(
@@ -212,24 +217,24 @@ def send(
         before = feed.now(instance)
         msgid = instance.msgq_enqueue(outgoing)
         say(msgid, flush=True)
-        if wait and not _answered(feed, before, msgid, Deadline(timeout)):
+        if wait and not _print_reply(feed, before, msgid, Deadline(timeout)):
             say(f"no answer to message {msgid} after {timeout:g} s", err=True)
             return TIMED_OUT
     return 0
 
 
-def _answered(feed: Feed, before: InterfaceChange, msgid: int, deadline: Any) -> bool:
-    """Wait for the reply to a message and print it; return whether it came."""
+def _print_reply(feed: Feed, before: InterfaceChange, msgid: int, deadline: Any) -> bool:
+    """Wait for the reply to a message and print the fields; return whether there is a reply in time."""
     while (change := feed.next(deadline)) is not None:
-        # a listener may get the write before the message once more
-        stale = change.values == before.values and change.time_us <= before.time_us
-        if change.kind == "data" and not stale and change.values["msgid"] == msgid:
+        # a listener may get a write that precedes the message a second time
+        is_stale = change.values == before.values and change.time_us <= before.time_us
+        if change.kind == "data" and not is_stale and change.values["msgid"] == msgid:
             _print_fields(change.values)
             return True
     return False
 
 
-def _existing(board: BlackBoard, uid: str) -> InterfaceInfo:
+def _find_interface(board: BlackBoard, uid: str) -> InterfaceInfo:
     """Return the description of an interface.
 
     :raises BlackBoardError: if no process has it open.
@@ -289,7 +294,7 @@ def _print_fields(values: Mapping[str, Any]) -> None:
 def _print_change(change: InterfaceChange, last_values: dict[str, dict[str, Any]], *, as_json: bool) -> bool:
     """Print a line for a change, unless it is a write of equal values; return whether it was printed.
 
-    :param last_values: the printed values by interface, updated.
+    :param last_values: the last printed values by interface; updated.
     """
     from cxbridge.interfaces.assignments import fields_text
 

@@ -26,17 +26,19 @@ _COMMAND_S = 30.0  # a reset loads all files of an agent, which takes seconds
 _WHERE_S = 5.0  # a stuck main loop does not reply
 
 
-# parse_args and shell_complete are of the interface that click documents for groups.
+# Click documents parse_args and shell_complete as the interface for subclasses of groups.
 class _StartByDefault(group_of_commands(lambda: rows_of_group("daemon"), {})):  # type: ignore[misc]
     """Passes arguments without a command to ``start``: ``daemon CONFIG`` means ``daemon start CONFIG``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         has_command = args and (args[0] in self.commands or args[0] in ("-h", "--help"))
         word = args[0] if args and not has_command and not args[0].startswith("-") else ""
-        # a command of a plug-in that is not installed is no CONFIG
+        # a missing plug-in's command would otherwise be taken for CONFIG
         if (hint := package_hint(word)) and not Path(word).exists():
             raise CxbridgeError(f"there is no command 'daemon {word}'", hint=hint)
-        if not has_command and (args or not ctx.resilient_parsing):  # a completion has no complete word yet
+        if not has_command and (
+            args or not ctx.resilient_parsing
+        ):  # a completion without words lists the commands
             args = ["start", *args]
         parsed: list[str] = super().parse_args(ctx, args)
         return parsed
@@ -46,8 +48,8 @@ class _StartByDefault(group_of_commands(lambda: rows_of_group("daemon"), {})):  
         words = {item.value for item in items}
         start = self.commands["start"]
         with start.make_context("start", [], parent=ctx, resilient_parsing=True) as start_ctx:
-            of_start = start.shell_complete(start_ctx, incomplete)
-        return items + [item for item in of_start if item.value not in words]
+            start_items = start.shell_complete(start_ctx, incomplete)
+        return items + [item for item in start_items if item.value not in words]
 
 
 app = typer.Typer(name="daemon", cls=_StartByDefault)
@@ -67,7 +69,7 @@ def _daemon() -> None:
 def start(options: DaemonOptions, console: ConsoleOptions) -> int:
     """Serve a blackboard, with Skiller and executive, in the foreground until SIGINT or SIGTERM.
 
-    Options win over CONFIG. Exit status: 0 stopped on request; 2 bad input; 4 a component failed.
+    Options override CONFIG. Exit status: 0 stopped on request; 2 bad input; 4 a component failed.
 
     Example: cxbridge daemon start scenarios/test-scenario --web
     """
@@ -83,7 +85,7 @@ def start(options: DaemonOptions, console: ConsoleOptions) -> int:
 def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
     """Show the state of a daemon and its components.
 
-    Exit status: 0 all components are active; 1 some are not; 2 there is no daemon.
+    Exit status: 0 all components are active; 1 some components are not; 2 there is no daemon.
 
     Example: cxbridge daemon status
     """
@@ -101,7 +103,7 @@ def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
 
 @app.command()
 def pause(url: Connect = DEFAULT_URL) -> int:
-    """Let Skiller and executive rest; clients are served.
+    """Pause the Skiller and the executive; the daemon still serves clients.
 
     Example: cxbridge daemon pause
     """
@@ -119,7 +121,7 @@ def resume(url: Connect = DEFAULT_URL) -> int:
 
 @app.command()
 def reset(url: Connect = DEFAULT_URL) -> int:
-    """Take Skiller and executive down and start them again.
+    """Stop the Skiller and the executive, and start them again.
 
     Example: cxbridge daemon reset
     """
@@ -128,9 +130,9 @@ def reset(url: Connect = DEFAULT_URL) -> int:
 
 @app.command()
 def interrupt(url: Connect = DEFAULT_URL) -> int:
-    """End what rules do at this moment, as an error in them would; the next loop is as usual.
+    """Interrupt the running rule, as an error in the rule does; the next cycle runs normally.
 
-    For a rule that does not come to its end: `status` says which.
+    Use this for a rule that never ends; `status` names it.
 
     Example: cxbridge daemon interrupt
     """
@@ -195,7 +197,8 @@ def _component_lines(components: Sequence[Mapping[str, str]]) -> Iterator[str]:
 @app.command()
 def component(
     name: Annotated[
-        str, typer.Argument(metavar="[NAME]", help="which; all by default", show_default=False)
+        str,
+        typer.Argument(metavar="[NAME]", help="name of the component; all by default", show_default=False),
     ] = "",
     transition: Annotated[
         str, typer.Argument(metavar="[configure|activate|deactivate|cleanup|shutdown]", show_default=False)
@@ -203,9 +206,9 @@ def component(
     url: Connect = DEFAULT_URL,
     as_json: AsJson = False,
 ) -> int:
-    """Report how components stand, in the order of their start, or let one take a step of its life.
+    """List the components in the order of their start, or let one of them make a transition of its lifecycle.
 
-    Exit status: 0 done; 2 there is no such component, it is in no state for that step, or it fails.
+    Exit status: 0 done; 2 the component is unknown, its state does not allow the transition, or it fails.
 
     Example: cxbridge daemon component executive deactivate
     """

@@ -1,4 +1,4 @@
-"""`cxbridge doctor`: installed packages, tests of them, missing packages and how to install them."""
+"""`cxbridge doctor`: checks of the installed packages, and commands to install the missing ones."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from cxbridge.cli.console import say, say_json
 def doctor(
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> int:
-    """List the installed packages, whether they work, the missing ones and how to install them.
+    """Check the installed packages, and print how to install the missing ones.
 
-    Exit status: 0 everything that a run needs works; 1 something is missing.
+    Exit status: 0 all packages that a run needs work; 1 a needed package is missing.
 
     Example: cxbridge doctor
     """

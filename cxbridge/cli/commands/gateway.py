@@ -28,7 +28,7 @@ def gateway(
             "--interface",
             "-i",
             metavar="GLOB",
-            help="what to mirror: TYPE or TYPE::ID with *, ?, []; may be given several times",
+            help="interfaces to mirror: TYPE or TYPE::ID with *, ?, []; may be given several times",
         ),
     ],
     interface_dir: InterfaceDirs = None,
@@ -37,10 +37,10 @@ def gateway(
 ) -> int:
     """Mirror interfaces between two blackboards, in the foreground until SIGINT or SIGTERM.
 
-    Each interface goes from the side that has its writer to the other one; messages go to the writer, with
-    the serial of the instance that sent them. See docs/daemon.md#the-gateway.
+    Each interface is mirrored from the blackboard with its writer to the other one. Messages are sent to the
+    writer, with the serial of the sending instance. See docs/daemon.md#the-gateway.
 
-    Exit status: 0 stopped on request; 2 bad input, or a side does not answer.
+    Exit status: 0 stopped on request; 2 bad input, or a blackboard does not answer.
 
     Example: cxbridge gateway fawkes://robot tcp://127.0.0.1:1911 -i 'Position3DInterface::*'
     """

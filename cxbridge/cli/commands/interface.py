@@ -26,7 +26,7 @@ InterfaceDirs = Annotated[
     typer.Option(
         "--interface-dir",
         metavar="DIR",
-        help="look for definitions here before cxbridge's own; may be given several times",
+        help="folder of definitions that take precedence over the shipped ones; may be given several times",
     ),
 ]
 Type = Annotated[
@@ -46,12 +46,12 @@ AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
 
 @app.callback()
 def _interface() -> None:
-    """Look at interface definitions, check them, and make Python modules of them."""
+    """Show and check interface definitions, and make Python modules from them."""
 
 
 @app.command("list")
 def list_types(interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> None:
-    """List all interface types that can be found.
+    """List all known interface types.
 
     Example: cxbridge interface list
     """
@@ -65,7 +65,7 @@ def list_types(interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> 
 
 @app.command()
 def show(name: Type, interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> None:
-    """Show the layout of an interface: fields with their places, messages, enums, constants, hash.
+    """Show the layout of an interface: fields with offsets, messages, enums, constants, hash.
 
     Example: cxbridge interface show SkillerInterface
     """
@@ -84,19 +84,20 @@ def check(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="definition files")],
     as_json: AsJson = False,
 ) -> None:
-    """Explain every mistake of definition files; exit status 0 when there is none, 2 otherwise.
+    """Explain every mistake in definition files; exit status 0 without mistakes, 2 otherwise.
 
-    Warnings are things that Fawkes accepts and that are hardly meant; they do not change the status.
+    Warnings are about definitions that Fawkes accepts but that are probably unintended; they do not change
+    the status.
 
     Example: cxbridge interface check interfaces/HandInterface.xml
     """
     from cxbridge.interfaces.xml.parser import check_file
 
     findings = []
-    wrong = False
+    has_errors = False
     for file in files:
         result = check_file(file)
-        wrong = wrong or bool(result.errors)
+        has_errors = has_errors or bool(result.errors)
         mistakes = [
             *(("error", error) for error in result.errors),
             *(("warning", warning) for warning in result.warnings),
@@ -111,7 +112,7 @@ def check(
             say(f"{file}: correct")
     if as_json:
         say_json(findings, indent=2)
-    if wrong:
+    if has_errors:
         raise typer.Exit(BAD_DEFINITION)
 
 
@@ -120,10 +121,13 @@ def print_hash(
     names: Types,
     interface_dir: InterfaceDirs = None,
     wire: Annotated[
-        bool, typer.Option("--wire", help="the hash that Fawkes has for an equal layout, where it is known")
+        bool,
+        typer.Option(
+            "--wire", help="print the hash of Fawkes' own definition with the same layout, if it is known"
+        ),
     ] = False,
 ) -> None:
-    """Print the hash of interfaces as Fawkes does: the MD5 of the definition file, in upper case.
+    """Print the hashes of interfaces as Fawkes computes them: the MD5 of the definition file, in upper case.
 
     Example: cxbridge interface hash SkillerInterface --wire
     """
@@ -141,10 +145,10 @@ def compile_types(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="folder for the modules")],
     interface_dir: InterfaceDirs = None,
     stubs: Annotated[
-        bool, typer.Option("--stubs", help="write stubs (.pyi) for editors in place of modules")
+        bool, typer.Option("--stubs", help="write stubs (.pyi) for editors instead of modules")
     ] = False,
 ) -> None:
-    """Write typed Python modules: the classes of interfaces without XML at run time.
+    """Write typed Python modules with the classes of interfaces, which then need no XML at run time.
 
     Example: cxbridge interface compile HandInterface -o hand --interface-dir interfaces
     """

@@ -11,12 +11,16 @@ from cxbridge.cli.console import say
 
 
 def keys(
-    name: Annotated[str, typer.Argument(help="Whose keys; the files are NAME.key and NAME.key_secret.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="The folder.")] = Path(),
+    name: Annotated[
+        str, typer.Argument(help="Name of the owner; the files are NAME.key and NAME.key_secret.")
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the files.")
+    ] = Path(),
 ) -> None:
-    """Make a pair of CURVE keys, for ZeroMQ beyond this machine.
+    """Make a pair of CURVE keys for ZeroMQ connections between machines, and print the paths of both files.
 
-    NAME.key is public, NAME.key_secret stays on its host, readable by its user only. Prints both files.
+    NAME.key is public. NAME.key_secret stays on its host, where only its user can read it.
 
     Example: cxbridge keys robot -o keys
     """

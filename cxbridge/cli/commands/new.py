@@ -16,14 +16,15 @@ from cxbridge.testing.new_project import NewOptions
 @option_groups
 def new(
     folder: Annotated[
-        Path, typer.Argument(metavar="NAME", help="The project's folder; its name is the agent's.")
+        Path,
+        typer.Argument(metavar="NAME", help="Folder of the project; its name becomes the name of the agent."),
     ],
     options: NewOptions,
 ) -> None:
     """Make an agent with a test, a workflow for CI and a launch file for VS Code.
 
-    By default it is the agent of the tutorial. An agent that there is already stays in its checkout: the
-    project names it, with a configuration on top. No file that is there is overwritten.
+    The default is the agent of the tutorial. An existing agent remains in its checkout: the project refers to
+    it, and adds a configuration. Existing files are not overwritten.
 
     Example: cxbridge new courier
     """

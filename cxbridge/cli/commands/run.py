@@ -30,7 +30,7 @@ class _OutputOptions:
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print the result and errors only.")] = False
     verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="Print the log, too: all that rules and skills print.")
+        bool, typer.Option("--verbose", "-v", help="Also print the log, with all output of rules and skills.")
     ] = False
 
 
@@ -39,9 +39,9 @@ class _OutputOptions:
 def run(options: RunOptions, output: _OutputOptions) -> int:
     """Run a scenario to its end; with --web, watch it in the browser.
 
-    Exit status: 0 every root goal ended COMPLETED or maintains; 1 some ended FAILED or REJECTED; 2 bad input;
-    3 the timeout passed; 4 a fault of the run itself; 130 interrupted. With --replay: 0 it decided the same;
-    1 something else. See docs/recording.md. With --break: docs/debugging.md.
+    Exit status: 0 every root goal is COMPLETED or maintained; 1 a root goal is FAILED or REJECTED; 2 bad
+    input; 3 the time limit was exceeded; 4 a fault of the run itself; 130 interrupted. With --replay: 0 the
+    decisions are the recorded ones; 1 they differ. See docs/recording.md, and for --break docs/debugging.md.
 
     Example: cxbridge run test-scenario --trace out/run.mcap
     """
@@ -70,7 +70,7 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
     shown = False
 
     def stay(result: RunResult, servers: Sequence[RunServer]) -> Callable[[], bool]:
-        """Show the result at the end of the run, while the servers continue, and how to end them."""
+        """Show the result while the servers continue, and tell the user how to end them."""
         nonlocal shown
         shown = True
         show(result)

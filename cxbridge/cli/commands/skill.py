@@ -1,4 +1,4 @@
-"""``cxbridge skill``: let a Skiller execute skills, and look at it."""
+"""``cxbridge skill``: execute skills, and list Skillers and executors."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ app = typer.Typer(
     name="skill", cls=group_of_commands(lambda: rows_of_group("skill"), {}), no_args_is_help=True
 )
 
-Skiller = Annotated[str, typer.Option(metavar="ID", help="the Skiller, by the id of its interface")]
-_LIST_S = 3.0  # seconds for the list of skills, which a Fawkes does not tell
+Skiller = Annotated[str, typer.Option(metavar="ID", help="id of the Skiller's interface")]
+_LIST_S = 3.0  # seconds to wait for the list of skills, which Fawkes does not send
 
 
 @app.callback()
 def _skill() -> None:
-    """Let a Skiller execute skills, in a cxbridge daemon or in a Fawkes, and look at it."""
+    """Execute skills in a cxbridge daemon or in Fawkes, and list Skillers and executors."""
 
 
 @app.command("exec")
@@ -40,10 +40,8 @@ def execute(
     skill_string: Annotated[str, typer.Argument(metavar="SKILL_STRING", help="e.g. 'say{text=\"hi\"}'")],
     url: Connect = DEFAULT_URL,
     skiller: Skiller = "Skiller",
-    steal: Annotated[
-        bool, typer.Option("--steal", help="take control, even from a client that has it")
-    ] = False,
-    wait: Annotated[bool, typer.Option("--wait/--no-wait", help="until the skill is over")] = True,
+    steal: Annotated[bool, typer.Option("--steal", help="take control even from another client")] = False,
+    wait: Annotated[bool, typer.Option("--wait/--no-wait", help="wait for the end of the skill")] = True,
     timeout: Annotated[float | None, typer.Option(min=0, help="stop the skill after SECONDS")] = None,
     interface_dir: InterfaceDirs = None,
     as_json: AsJson = False,
@@ -52,8 +50,8 @@ def execute(
 
     Ctrl-C stops the skill. With --no-wait the skill continues after the end of the command.
 
-    Exit status: 0 it is final; 1 it failed, was stopped, or another client has control; 2 bad usage, no
-    Skiller; 3 the timeout passed; 130 interrupted.
+    Exit status: 0 the skill is final; 1 the skill failed or was stopped, or another client has control; 2 bad
+    usage, or there is no Skiller; 3 the time limit was exceeded; 130 interrupted.
 
     Example: cxbridge skill exec 'say{text="hi"}'
     """
@@ -71,12 +69,12 @@ def execute(
         try:
             result = call.execute(skill_string, timeout)
         finally:
-            progress.end()  # also before the traceback or the error of an interrupt
-    word = result.outcome.name.lower().replace("_", " ")
+            progress.end()  # also before the output of an error or an interrupt
+    outcome = result.outcome.name.lower().replace("_", " ")
     if as_json:
-        say_json({"outcome": word, "error": result.error, "msgid": result.msgid})
+        say_json({"outcome": outcome, "error": result.error, "msgid": result.msgid})
     else:
-        say(f"{word}: {result.error}" if result.error else word)
+        say(f"{outcome}: {result.error}" if result.error else outcome)
     return result.outcome.value
 
 
@@ -84,7 +82,7 @@ def execute(
 def list_skills(
     url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
 ) -> None:
-    """List the Skillers, their states, controllers and skills.
+    """List the Skillers with their states, controllers and skills.
 
     Example: cxbridge skill list
     """
@@ -130,8 +128,8 @@ def executor(
 ) -> None:
     """Execute skills of an agent on the skill board, until SIGINT or SIGTERM.
 
-    The class is Python code, and is run. Exit status: 0 stopped; 2 there is no such class, no server at the
-    URL, or the id is taken.
+    The command runs the Python code of the class. Exit status: 0 stopped on request; 2 the class does not
+    exist, no server answers at the URL, or the id is in use.
 
     Example: cxbridge skill executor robot.py:Arm --agent robot1
     """
@@ -144,7 +142,7 @@ def executor(
 def show_board(
     url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
 ) -> None:
-    """List the executors on the skill board, their skills and their work.
+    """List the executors on the skill board with their skills, states and current actions.
 
     Example: cxbridge skill board
     """
@@ -163,7 +161,7 @@ def show_board(
 
 
 class _Progress:
-    """A line on a terminal with the status of a skill."""
+    """Shows the status of a skill on a line of the terminal, which each status overwrites."""
 
     def __init__(self, skill_string: str) -> None:
         self._skill_string = skill_string

@@ -11,7 +11,14 @@ _STATES: Final = ["UNCONFIGURED", "INACTIVE", "ACTIVE", "FINALIZED"]
 
 
 class StopInfo(Struct):
-    """The stop of the rules."""
+    """The place at which a debugger has stopped the rules.
+
+    :param kind: the event that has stopped the rules.
+    :param breakpoint: the number of the breakpoint; 0 without one.
+    :param rule: the rule that fired last.
+    :param loop: the number of the cycle.
+    :param fired: the number of rules that have fired in the cycle.
+    """
 
     kind: Annotated[str, Meta(extra_json_schema={"enum": _KINDS})]
     reason: str

@@ -21,7 +21,7 @@ from cxbridge.rights import Right
 OPERATIONS: Final = Operations()
 _PATH: Final = "/cxbridge/components"
 _KIND: Final = "ComponentInfo"
-_UNKNOWN: Final = {404: "There is no such component"}
+_UNKNOWN: Final = {404: "No component has this name"}
 _TRANSITIONS: Final = ["configure", "activate", "deactivate", "cleanup", "shutdown"]
 
 
@@ -61,7 +61,7 @@ def _info(context: OperationContext, parameters: Any) -> Mapping[str, Any]:
 
 
 OPERATIONS.add(
-    "component-info", Right.LOOK, _Component, _component_route("GET", "One component."), is_verb=False
+    "component-info", Right.LOOK, _Component, _component_route("GET", "Return a component."), is_verb=False
 )(_info)
 
 
@@ -69,7 +69,7 @@ OPERATIONS.add(
     "component-list",
     Right.LOOK,
     NoParameters,
-    Route("GET", _PATH, "All components, in the order of their start.", list[ComponentState], _KIND),
+    Route("GET", _PATH, "List the components in the order of their start.", list[ComponentState], _KIND),
 )
 def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[Mapping[str, Any]]:
     return context.component_rows()
@@ -81,9 +81,12 @@ def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[Mapp
     _Transition,
     _component_route(
         "PUT",
-        "Let a component take a step of its life.",
+        "Let a component make a transition of its lifecycle.",
         body="Transition",
-        errors={400: "It is in no state for that, fails, or serves clients"},
+        errors={
+            400: "The state of the component does not allow the transition, the transition fails, or the "
+            "component serves clients"
+        },
     ),
 )
 def _change(context: OperationContext, parameters: _Transition) -> None:

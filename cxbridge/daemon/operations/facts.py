@@ -34,32 +34,34 @@ if TYPE_CHECKING:
 
 OPERATIONS: Final = Operations()
 
-MOST_ROWS: Final = 1000
+MAX_ROWS: Final = 1000
 """The maximal number of facts or activations in a reply."""
 
-_SLOTS: Final = "an object: texts of CLIPS by the names of slots"
-# Seconds of one request's search, which holds the lock of CLIPS; the client continues after the last fact.
+_SLOTS: Final = "An object with the names of slots and their new values as texts of CLIPS."
+# Seconds of the search of one request, which holds the lock of CLIPS. The client sends a further request,
+# which starts after the last searched fact.
 _SEARCH_S: Final = 0.005
-_MOST_DIGITS: Final = 18  # digits that fit 64 bits
+_MAX_DIGITS: Final = 18  # digits that fit 64 bits
 _DEFAULT: Final = "executive"
+# The default of the environment over HTTP; RequestInterface requires the name.
 _GIVEN: Final = {"env": _DEFAULT}
 _PATH: Final = "/cxbridge/facts"
-_QUERY: Final = {"env": "Name of a CLIPS environment; executive by default."}
+_QUERY: Final = {"env": "The name of a CLIPS environment; executive by default."}
 
 
 class _Facts(NamedEnvironment):
     template: str = ""
-    limit: int = MOST_ROWS
+    limit: int = MAX_ROWS
 
 
 class _Search(NamedEnvironment):
     words: str = ""
     after: int = 0
-    limit: int = MOST_ROWS
+    limit: int = MAX_ROWS
 
 
 class _Agenda(NamedEnvironment):
-    limit: int = MOST_ROWS
+    limit: int = MAX_ROWS
 
 
 class _Fact(NamedEnvironment):
@@ -82,7 +84,7 @@ class FactIndex(Struct):
 
 def _environment(context: OperationContext, name: str) -> ClipsEnvironment:
     if name not in environment_names(context):
-        if name == _DEFAULT:
+        if name == _DEFAULT:  # not a wrong name: the executive is not running
             raise NotFoundError(f"No CLIPS environment named '{name}' found", 503)
         raise NotFoundError(f"Environment '{name}' is unknown")
     return find_environment(context, name)
@@ -90,7 +92,7 @@ def _environment(context: OperationContext, name: str) -> ClipsEnvironment:
 
 def _check_index(_context: OperationContext, path: Mapping[str, str]) -> None:
     text = path["index"]
-    if not text.isdecimal() or not text.isascii() or len(text) > _MOST_DIGITS:
+    if not text.isdecimal() or not text.isascii() or len(text) > _MAX_DIGITS:
         raise CxbridgeError("The index of a fact is a number")
 
 
@@ -124,7 +126,7 @@ def _fact_route(method: str, about: str, bad_request: str, **fields: Any) -> Rou
 
     :param bad_request: the meaning of status 400.
     """
-    errors = {400: bad_request, 404: "There is no such fact, or environment"}
+    errors = {400: bad_request, 404: "There is no such fact, or no such environment"}
     fields |= {"check": _check_index, "given": _GIVEN, "query": _QUERY, "errors": errors}
     return Route(method, f"{_PATH}/{{index}}", about, FactIndex, **fields)
 
@@ -133,7 +135,7 @@ def _fact_route(method: str, about: str, bad_request: str, **fields: Any) -> Rou
 def _facts(context: OperationContext, parameters: _Facts) -> list[tuple[int, str]]:
     env = find_environment(context, parameters.env)
     with env.lock:
-        return list(islice(fact_texts(env, parameters.template), min(parameters.limit, MOST_ROWS)))
+        return list(islice(fact_texts(env, parameters.template), min(parameters.limit, MAX_ROWS)))
 
 
 @OPERATIONS.add("find-facts", Right.LOOK, _Search, at_prompt=True)
@@ -141,7 +143,7 @@ def _find_facts(context: OperationContext, parameters: _Search) -> dict[str, Any
     env = find_environment(context, parameters.env)
     with env.lock:
         rows, last_index = find_facts(
-            env, parameters.words, parameters.after, min(parameters.limit, MOST_ROWS), _SEARCH_S
+            env, parameters.words, parameters.after, min(parameters.limit, MAX_ROWS), _SEARCH_S
         )
     return {"facts": rows, "after": last_index}
 
@@ -150,7 +152,7 @@ def _find_facts(context: OperationContext, parameters: _Search) -> dict[str, Any
 def _agenda(context: OperationContext, parameters: _Agenda) -> list[tuple[int, str, str]]:
     env = find_environment(context, parameters.env)
     with env.lock:
-        return list(islice(agenda(env), min(parameters.limit, MOST_ROWS)))
+        return list(islice(agenda(env), min(parameters.limit, MAX_ROWS)))
 
 
 @OPERATIONS.add(
@@ -165,7 +167,7 @@ def _agenda(context: OperationContext, parameters: _Agenda) -> list[tuple[int, s
         instead=_assert_over_http,
         body="FactText",
         given=_GIVEN,
-        errors={400: "CLIPS refuses it", 404: "There is no such environment"},
+        errors={400: "CLIPS rejects the fact", 404: "There is no such environment"},
     ),
     at_prompt=True,
 )
@@ -179,7 +181,7 @@ def _assert(context: OperationContext, parameters: _Fact) -> int:
     "retract",
     Right.CONTROL,
     _Index,
-    _fact_route("DELETE", "Retract a fact.", "That is not an index", instead=_retract_over_http),
+    _fact_route("DELETE", "Retract a fact.", "The index is not a number", instead=_retract_over_http),
     at_prompt=True,
 )
 def _retract(context: OperationContext, parameters: _Index) -> None:
@@ -194,8 +196,8 @@ def _retract(context: OperationContext, parameters: _Index) -> None:
     _Slots,
     _fact_route(
         "PATCH",
-        "Give slots of a fact other values; it gets a new index.",
-        "It has no such slot, or cannot have the value",
+        "Change slots of a fact, which gets a new index.",
+        "The fact has no such slot, or the slot cannot have the value",
         instead=_modify_over_http,
         body="SlotTexts",
     ),

@@ -21,13 +21,13 @@ _PARAMETER: Final = re.compile(r"\$\.(\w+)|field `(\w+)`")
 
 
 class UnavailableError(ExecutiveError):
-    """The executive is not running."""
+    """There is no running executive."""
 
 
 class NotFoundError(CxbridgeError):
     """A name in a request is unknown.
 
-    :param status: of HTTP.
+    :param status: the status over HTTP.
     """
 
     def __init__(self, text: str, status: int = 404) -> None:
@@ -47,14 +47,15 @@ class ParameterError(CxbridgeError):
 class OperationContext:
     """The objects that operations work on.
 
-    :param find_executive: returns the executive, None while it is not running; None without an executive.
-    :param component_rows: returns the components of the daemon.
+    :param rights: the rights of clients.
+    :param find_executive: returns the executive, or None while it is not running; None without an executive.
+    :param component_rows: returns the states of the components for JSON.
     :param change_component: lets a component make a transition.
     :param describe_state: returns goals, plan-actions, skills and the log.
     """
 
     rights: Rights
-    find_executive: Callable[[], Executive | None] | None  # a function: a reset makes a new executive
+    find_executive: Callable[[], Executive | None] | None  # a function, because a reset makes a new executive
     component_rows: Callable[[], Sequence[Mapping[str, Any]]] = tuple
     change_component: Callable[[str, str], None] = lambda _name, _transition: None
     describe_state: Callable[[Mapping[str, Any]], dict[str, Any]] = lambda _parameters: {}
@@ -78,11 +79,11 @@ _Result = TypeVar("_Result")
 
 
 class NoParameters(msgspec.Struct):
-    """An operation without parameters."""
+    """The parameters of an operation without parameters."""
 
 
 class NamedEnvironment(msgspec.Struct):
-    """An environment by name."""
+    """Parameters with the name of an environment."""
 
     env: str
 
@@ -103,7 +104,7 @@ def environment_names(context: OperationContext) -> Sequence[str]:
         return ()
 
 
-_Carrier = Callable[[OperationContext, _Parameters], _Result]
+_Function = Callable[[OperationContext, _Parameters], _Result]
 Handler = Callable[[OperationContext, _Parameters], object]
 """The function of an operation; returns JSON values, or dataclasses of them."""
 
@@ -113,17 +114,17 @@ class Route(Generic[_Parameters]):
     """A request over HTTP for an operation.
 
     :param path: below ``/api``; ``{x}`` is a parameter.
-    :param about: the purpose on one line.
-    :param reply: the type of the reply: a struct, or a list of one.
-    :param kind: the member ``kind`` of the reply; empty: the name of its type.
-    :param answer: returns the reply afterwards; None: the operation's result.
-    :param instead: replaces the function of the operation.
+    :param about: a sentence with the purpose of the request, for the description of the API.
+    :param reply: the type of the reply: a struct, or a list of structs.
+    :param kind: the member ``kind`` of the reply; by default the name of its type.
+    :param answer: returns the reply after the operation; by default the reply is the result of the operation.
+    :param instead: the function to call instead of the function of the operation.
     :param check: raises an error if a name in the path is unknown; called before the body is parsed.
     :param body: the name of the model of the body, empty without one.
     :param names: names of parameters that differ in the body.
-    :param given: values of parameters that the client may omit.
-    :param query: parameters of the query, with their meanings.
-    :param errors: further results by status.
+    :param given: the defaults of parameters that the client may omit.
+    :param query: the parameters of the query, with descriptions.
+    :param errors: the descriptions of error replies by status.
     """
 
     method: str
@@ -146,8 +147,8 @@ class Operation(Generic[_Parameters]):
     """An operation that clients can request.
 
     :param name: the verb of RequestInterface, and the command at a prompt.
-    :param right: required of clients.
-    :param carry_out: the function.
+    :param right: the right that clients need.
+    :param carry_out: the function of the operation.
     :param routes: the requests over HTTP.
     :param is_verb: whether RequestInterface offers the operation.
     :param at_prompt: whether the prompt of a run's debugger offers it.
@@ -164,9 +165,9 @@ class Operation(Generic[_Parameters]):
     def parse(self, values: Mapping[str, Any], *, strict: bool = False) -> _Parameters:
         """Return the parameters of a request.
 
-        :param values: by name.
+        :param values: the values by name.
         :param strict: refuse a text in place of a number.
-        :raises ParameterError: if one is missing, or of another type.
+        :raises ParameterError: if a parameter is missing, or has a value of another type.
         """
         try:
             return msgspec.convert(values, self.parameters, strict=strict)
@@ -177,9 +178,9 @@ class Operation(Generic[_Parameters]):
             raise ParameterError(match[1] if match else "", str(error)) from None
 
     def words(self, line: str) -> dict[str, str]:
-        """Return the parameters typed at a prompt, one word each; the last one takes the rest.
+        """Return the parameters typed at a prompt: one word each, the rest of the line for the last one.
 
-        The environment is not typed, because a prompt belongs to one.
+        The environment is not typed, because a prompt belongs to one environment.
         """
         names = [name for name in self.parameters.__struct_fields__ if name != "env"]
         return dict(zip(names, line.split(maxsplit=max(len(names) - 1, 0)), strict=False))
@@ -196,10 +197,10 @@ class Operations(list[Operation[Any]]):
         *routes: Route[_Parameters],
         is_verb: bool = True,
         at_prompt: bool = False,
-    ) -> Callable[[_Carrier[_Parameters, _Result]], _Carrier[_Parameters, _Result]]:
+    ) -> Callable[[_Function[_Parameters, _Result]], _Function[_Parameters, _Result]]:
         """Return a decorator that adds a function as an operation; see :class:`Operation`."""
 
-        def decorate(carry_out: _Carrier[_Parameters, _Result]) -> _Carrier[_Parameters, _Result]:
+        def decorate(carry_out: _Function[_Parameters, _Result]) -> _Function[_Parameters, _Result]:
             self.append(Operation(name, right, parameters, carry_out, routes, is_verb, at_prompt))
             return carry_out
 

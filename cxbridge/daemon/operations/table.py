@@ -47,7 +47,7 @@ def verbs() -> Mapping[str, Right]:
 def carry_out(context: OperationContext, name: str, **parameters: Any) -> Any:
     """Call an operation by name; return its result for JSON.
 
-    :raises CxbridgeError: if they are invalid, or the operation fails.
+    :raises CxbridgeError: if the parameters are invalid, or the operation fails.
     """
     operation = operations()[name]
     return plain(operation.carry_out(context, operation.parse(parameters)))

@@ -21,21 +21,21 @@ from cxbridge.skiller.board.host import ExecutorHost, make_host
 if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface, Message
 
-PERIOD_S = 1 / 30  # seconds between steps, as in the main loop of a daemon
+PERIOD_S = 1 / 30  # seconds between steps, the period of a daemon's main loop
 
 PATIENCE_S = 5.0
-"""The seconds in which a predecessor with the same id must disappear, whose end is noticed late."""
+"""The seconds to wait for the end of a predecessor with the same id, which the server notices late."""
 
-_AGAIN_S = 0.1  # seconds between attempts
+_RETRY_S = 0.1  # seconds between attempts to open the interface
 
 
 class _MessageSignal(Listener):
-    """Signals messages on arrival, so that they do not wait for the next step."""
+    """Signals the arrival of messages, so that they do not wait for the next step."""
 
     def __init__(self) -> None:
         self.arrived = threading.Event()
 
-    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002
+    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - a listener's signature
         self.arrived.set()
         return True
 
@@ -50,7 +50,7 @@ def run_executor(
 
     :param console: gets the log lines.
     :param on_ready: called with a stop function when the executor is on the blackboard.
-    :raises CxbridgeError: if there is no such class, no server at the URL, or the id is in use.
+    :raises CxbridgeError: if the class does not exist, no server answers at the URL, or the id is in use.
     """
     settings = parse_settings(options.settings)
     kind = load_executor(options.target, Path.cwd())
@@ -61,7 +61,7 @@ def run_executor(
         log = service.bus.logger(name)
         board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
         context = ExecutorContext(options.agent, board, service.clock, log, settings, Path.cwd())
-        host = _patiently(lambda: make_host(kind, context, name), service.stopped)
+        host = _make_patiently(lambda: make_host(kind, context, name), service.stopped)
         if host is None:
             return
         service.callback(host.close)
@@ -81,8 +81,11 @@ def run_executor(
             signal.arrived.clear()
 
 
-def _patiently(make: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:
-    """Call ``make`` until its interface has no other writer; return None if it is stopped before."""
+def _make_patiently(make: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:
+    """Call ``make`` until the interface has no other writer; return None if the service is stopped before.
+
+    :raises WriterActiveError: if there is another writer after `PATIENCE_S`.
+    """
     deadline_s = time.monotonic() + PATIENCE_S
     while True:
         try:
@@ -90,16 +93,16 @@ def _patiently(make: Callable[[], ExecutorHost], stopped: threading.Event) -> Ex
         except WriterActiveError:
             if time.monotonic() >= deadline_s:
                 raise
-        if stopped.wait(_AGAIN_S):
+        if stopped.wait(_RETRY_S):
             return None
 
 
 def parse_settings(texts: Iterable[str]) -> dict[str, Any]:
-    """Parse settings ``NAME=VALUE``.
+    """Parse settings of the form ``NAME=VALUE``.
 
-    :raises SkillerError: if the form of one is different.
+    :raises SkillerError: if a setting has another form.
     """
-    from cxbridge.skiller.board.settings import value_of  # noqa: PLC0415 - for those who set something
+    from cxbridge.skiller.board.settings import value_of  # noqa: PLC0415 - needed with settings only
 
     settings = {}
     for text in texts:
@@ -111,7 +114,7 @@ def parse_settings(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def board_rows(board: BlackBoard) -> list[dict[str, Any]]:
-    """Return the states of the executors by agent."""
+    """Return the states of the executors for JSON, sorted by agent."""
     rows = []
     for info in board.list("SkillExecutorInterface"):
         if not info.has_writer:

@@ -25,11 +25,11 @@ def run_gateway(
     """Mirror interfaces between the blackboards at two URLs until SIGINT or SIGTERM.
 
     :param console: gets the log lines.
-    :param on_ready: called with a stop function when both are connected.
+    :param on_ready: called with a stop function when both blackboards are connected.
     :raises CxbridgeError: if a server does not answer, or a pattern is invalid.
     """
     for pattern in patterns:
-        Pattern.parse(pattern)
+        Pattern.parse(pattern)  # called for its errors: the gateway parses patterns after the connections
     if urls[0] == urls[1]:
         raise CxbridgeError(f"both sides are {urls[0]}", hint="name two blackboards")
     with Service(console, on_ready) as service:

@@ -27,7 +27,7 @@ from cxbridge.trace.switch import RecordingSwitch
 if TYPE_CHECKING:
     from cxbridge.trace.formats.base import RunWriter
 
-_TICK_S = 0.5  # seconds between reports of the progress
+_TICK_S = 0.5  # seconds between progress reports
 
 
 @dataclass(slots=True)
@@ -35,9 +35,10 @@ class RecordReport:
     """The result of a recording.
 
     :param seconds: the duration in real time.
-    :param writes: the number of entries by ``Type::id``.
-    :param skipped: the number of conflated updates.
-    :param gaps: start in microseconds since the epoch, and seconds, of each loss of the connection.
+    :param writes: the number of recorded writes by ``Type::id``.
+    :param skipped: the number of writes that the blackboard has merged with later ones.
+    :param gaps: the start in microseconds since the epoch, and the duration in seconds, of each loss of the
+        connection.
     """
 
     url: str
@@ -86,7 +87,7 @@ def record(
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.
     :param on_progress: called with the present result about twice a second.
-    :raises CxbridgeError: if a pattern is invalid, no server is at the URL, or a file cannot be created.
+    :raises CxbridgeError: if a pattern is invalid, no server answers at the URL, or a file cannot be created.
     """
     patterns = [Pattern.parse(text) for text in options.patterns]
     report = RecordReport(options.url, tuple(str(path) for path in options.outputs))
@@ -95,7 +96,7 @@ def record(
         recorded = service.make_bus()
         board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
         definition = partial(interface_source, InterfaceRegistry(options.interface_dirs))
-        writers = _writers(options, service.clock.now_us(), definition)
+        writers = _open_writers(options, service.clock.now_us(), definition)
         recorder = service.enter_context(Recorder(recorded, writers))
         recorder.describe({"cxbridge": VERSION, "clock": service.clock.name, "blackboard": options.url})
         forwarder = WriteForwarder(board, patterns, recorded)
@@ -132,10 +133,10 @@ def record(
     return report
 
 
-def _writers(
+def _open_writers(
     options: RecordOptions, start_us: int, definition: Callable[[str, int], SourceRead | None]
 ) -> list[RunWriter]:
-    """Open the outputs.
+    """Return a writer for each output, or close all of them if an output cannot be opened.
 
     :param definition: returns the definition of an interface type.
     """
@@ -165,7 +166,7 @@ def _serve_switch(
     bus: EventBus,
     stack: ExitStack,
 ) -> None:
-    """Serve the switch for ``ffbblog enable`` and ``disable``, unless another program does."""
+    """Serve the switch for ``ffbblog enable`` and ``disable``, unless another program serves it."""
     if not options.wants_switch:
         return
 
@@ -180,7 +181,7 @@ def _serve_switch(
         log.warn(f"This recording has no switch: {error.message}")
 
 
-def same_output(outputs: Sequence[Path]) -> Path | None:
-    """Return an output that is named twice."""
+def duplicate_output(outputs: Sequence[Path]) -> Path | None:
+    """Return an output that is named twice, or None."""
     paths = [path.absolute() for path in outputs]
     return next((path for path in paths if paths.count(path) > 1), None)

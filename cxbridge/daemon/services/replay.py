@@ -30,10 +30,10 @@ DONE, INTERRUPTED, LOST = "done", "interrupted", "lost"
 """The results of a replay."""
 
 COMPONENT: Final = "Replay"
-_TICK_S = 0.2  # seconds between reports while the values are held
+_TICK_S = 0.2  # seconds between progress reports while the values are held
 
 Keys = Callable[[Callable[[], bool]], bool]
-"""Waits for a key and returns False at the end of input; its argument returns whether to give up."""
+"""Waits for a key and returns False at the end of input; the argument returns whether to give up."""
 
 
 @dataclass(slots=True)
@@ -42,10 +42,13 @@ class ReplayReport:
 
     :ivar end: ``done``, ``interrupted`` or ``lost``; empty during the replay.
     :ivar seconds: the duration in real time.
-    :ivar position_s: in the recording, since its first event.
-    :ivar total: the number of writes and messages of a round.
+    :ivar position_s: the time of the present event in seconds since the first event of the recording.
+    :ivar last_s: the time of the last event to replay, in the same seconds.
+    :ivar total: the number of writes and messages in a round.
     :ivar rounds: the number of started rounds.
     :ivar writes: the number of writes by ``Type::id``.
+    :ivar messages: the number of sent messages.
+    :ivar undelivered: the number of messages without a recipient.
     :ivar notes: warnings about the file.
     """
 
@@ -98,7 +101,7 @@ def replay(
 ) -> ReplayReport:
     """Replay a recording until its end, SIGINT, SIGTERM or the loss of the connection.
 
-    :param keys: replay one event per key; None: in recorded time.
+    :param keys: waits for a key before each event; None: the replay runs in recorded time.
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.
     :param on_progress: called with the present result about five times a second.
@@ -109,8 +112,8 @@ def replay(
     patterns = tuple(Pattern.parse(text) for text in options.patterns)
     selection = ReplaySelection(patterns, options.start_s, options.end_s, options.messages)
     run = open_run(options.run, registry)
-    # one pass before the first write, because all interfaces are opened first: another writer refuses the
-    # whole replay
+    # one pass before the first write finds all interfaces, which are opened first: if one of them has another
+    # writer, nothing is replayed
     overview = _survey(run, selection)
     add_attached(registry, run, overview.writes.keys() | overview.messages.keys())
     report = ReplayReport(str(options.run), options.url, notes=list(run.notes))
@@ -168,7 +171,7 @@ class _Session:
                 report.end = DONE
                 self._board.flush()
             while self._options.hold and not self._stop.wait(_TICK_S):
-                self._player.drop_messages()  # else the queues of the held interfaces would fill up
+                self._player.drop_messages()  # the queues of the held interfaces would otherwise fill up
                 self._update_report()
         except BlackBoardError:
             if self._board.connected and not self._lost:
@@ -202,7 +205,10 @@ class _Session:
 
 
 def _survey(run: Run, selection: ReplaySelection) -> Survey:
-    """Read the run and return the overview of its replay."""
+    """Read the run and return the overview of its replay.
+
+    :raises TraceError: if no write is selected.
+    """
     overview = survey(run, selection)
     if overview.writes:
         return overview

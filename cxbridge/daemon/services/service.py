@@ -1,4 +1,4 @@
-"""The frame of the services: clock, log, blackboards, signals and notifications of systemd."""
+"""The common parts of all services: clock, log, blackboards, signals and notifications of systemd."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def ignore(_value: object) -> None:
 
 
 class Service(ExitStack):
-    """The frame of a service; a context manager that closes the entered context managers in reverse order.
+    """The common parts of a service; a context manager that closes the entered contexts in reverse order.
 
     SIGINT, SIGTERM and SIGHUP set `stopped`, even before the first blackboard is opened.
 
@@ -58,7 +58,7 @@ class Service(ExitStack):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool | None:
-        if self._is_ready:  # systemd must not see the end of a start that failed as a stop
+        if self._is_ready:  # for systemd a failed start must not look like a requested stop
             self._notifier.stopping()
         return super().__exit__(kind, error, trace)
 
@@ -78,7 +78,7 @@ class Service(ExitStack):
     def wake_by(self, wake: Callable[[], None]) -> None:
         """Set a function that ends a wait when the service is to stop."""
         self._wake = wake
-        if self.stopped.is_set():  # the signal came before
+        if self.stopped.is_set():  # a signal has arrived before this call
             wake()
 
     def stop(self) -> None:

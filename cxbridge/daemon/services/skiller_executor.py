@@ -1,7 +1,6 @@
-"""An executor for the skill board that uses a Skiller of a Fawkes or a daemon.
+"""An executor for the skill board that uses the Skiller of Fawkes or of a daemon.
 
-With it the executive of the thesis can use a Fawkes' Skiller without the thesis' plugin for Fawkes (chapter
-5.2).
+An executive with a skill board can thereby use Fawkes' Skiller without a further plugin in Fawkes.
 """
 
 from __future__ import annotations
@@ -32,13 +31,13 @@ class SkillerExecutor(SkillExecutor):
 
     known_settings: ClassVar[tuple[str, ...]] = ("url", "skiller")
     url: ClassVar[str] = "fawkes://localhost:1910"
-    """The blackboard of the Skiller without the setting."""
+    """The default of the setting ``url``."""
 
     def start(self) -> None:
-        self._far: BlackBoard | None = None
+        self._remote_board: BlackBoard | None = None
         if self.clock.is_virtual:
             raise ConfigError("a Skiller elsewhere needs the real clock", hint="add --clock real")
-        self._far = open_blackboard(self.setting("url", self.url), InterfaceRegistry(), self.clock)
+        self._remote_board = open_blackboard(self.setting("url", self.url), InterfaceRegistry(), self.clock)
 
     def execute(self, call: SkillCall) -> Steps:
         """Acquire control, send the skill string and wait for its end; stop it if the skill is cancelled."""
@@ -46,14 +45,14 @@ class SkillerExecutor(SkillExecutor):
         if not skill_string:
             raise SkillFailedError(f"no skill is mapped to {call.skill}: see action-mapping")
         try:
-            # the skill string may come from a client, and a Fawkes would evaluate any Lua code in it
+            # the skill string may come from a client, and Fawkes evaluates any Lua code in skill strings
             parse_skill_string(skill_string)
         except SkillError as error:
             raise SkillFailedError(f"'{skill_string}' is not sent: {error.message}") from error
-        assert self._far is not None
+        assert self._remote_board is not None
         yield Progress(0.0, skill_string)
         try:
-            with SkillerCall(self._far, skiller=self.setting("skiller", "Skiller")) as skill:
+            with SkillerCall(self._remote_board, skiller=self.setting("skiller", "Skiller")) as skill:
                 result = yield from skill.poll(skill_string)
         except CxbridgeError as error:
             raise SkillFailedError(error.message) from error
@@ -62,9 +61,9 @@ class SkillerExecutor(SkillExecutor):
         yield Progress(1.0, "completed")
 
     def close(self) -> None:
-        if self._far is not None:
-            self._far.shutdown()
-            self._far = None
+        if self._remote_board is not None:
+            self._remote_board.shutdown()
+            self._remote_board = None
 
 
 class TalkExecutor(SkillerExecutor):

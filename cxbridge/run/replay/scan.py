@@ -25,7 +25,7 @@ SKILL_BOARD: Final = "SkillBoardInterface"
 
 _LOG: Final = "fawkes-log"
 _CLIPS: Final = "CLIPS ("
-_MOST_DIGITS: Final = 18  # all of them fit 64 bits
+_MAX_DIGITS: Final = 18  # all of them fit 64 bits
 _OVER: Final = "RETRACTED"
 
 
@@ -140,7 +140,7 @@ def scan_recording(run: Run) -> Scan:
     scan = scan_events(run)
     scan.metadata = dict(run.metadata())
     start = scan.metadata.get("start_us", "")
-    if start.isdecimal() and len(start) <= _MOST_DIGITS and scan.is_timed:
+    if start.isdecimal() and len(start) <= _MAX_DIGITS and scan.is_timed:
         scan.begin_us = int(start)
     if not scan.transitions and not scan.samples:
         raise TraceError(

@@ -1,4 +1,4 @@
-"""The cxbridge commands behind tools: child processes with the output of the command line."""
+"""Calls of cxbridge commands as child processes, whose output is the answer of a tool."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.spawning import python_command
 
 _CLEANING_UP_S: Final = 5.0  # seconds for a command to clean up before it is killed
-_LONGEST: Final = 1 << 20  # bytes per output stream; further output is read and dropped
+_MAX_OUTPUT_BYTES: Final = 1 << 20  # limit of each output stream; further output is read and dropped
 
-_BAD_USAGE: Final = 2  # smallest exit status without an answer, except for 3, the time limit
+# The smallest exit status of a command that has no answer, except for `_TIMED_OUT`.
+_BAD_USAGE: Final = 2
 
 _TIMED_OUT: Final = 3  # exit status of a command that has an answer although its time limit has passed
 
@@ -26,9 +27,10 @@ async def call(*arguments: str, patience_s: float) -> tuple[int, str]:
     Cancelling the call ends the process.
 
     :param patience_s: the time limit in seconds of real time.
-    :raises CxbridgeError: if the command fails or exceeds the limit, with the command's own text.
+    :raises CxbridgeError: if the command fails, with the error text of the command, or exceeds the limit.
     """
     command = python_command("-m", "cxbridge", *arguments)
+    # a client takes colour codes for text
     environment = os.environ | {"NO_COLOR": "1"}
     async with await anyio.open_process(
         command, stdin=DEVNULL, stdout=PIPE, stderr=PIPE, env=environment
@@ -57,7 +59,7 @@ async def _outputs(process: Process) -> tuple[str, str]:
 
     async def read(stream: ByteReceiveStream, buffer: bytearray) -> None:
         async for chunk in stream:
-            buffer += chunk[: _LONGEST - len(buffer)]
+            buffer += chunk[: _MAX_OUTPUT_BYTES - len(buffer)]
 
     async with anyio.create_task_group() as group:
         for stream, buffer in zip((process.stdout, process.stderr), buffers, strict=True):
@@ -73,6 +75,7 @@ async def _end(process: Process) -> None:
     if process.returncode is not None:
         return
     process.terminate()
+    # shielded: a cancelled call must still wait for the end of the process
     with anyio.CancelScope(shield=True):
         with anyio.move_on_after(_CLEANING_UP_S):
             await process.wait()

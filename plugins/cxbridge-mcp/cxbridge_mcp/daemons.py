@@ -1,4 +1,4 @@
-"""The tools for a running daemon, whose own table of rights decides in the end."""
+"""The tools for a running daemon, which checks the rights of its clients itself."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cxbridge.daemon.client import ask_why, read_status, request
 from cxbridge.daemon.operations.table import verbs
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
-from cxbridge_mcp.recordings import MOST_ROWS, cut
+from cxbridge_mcp.recordings import MAX_ROWS, cut
 
 _PATIENCE_S: Final = 30.0  # seconds to wait for the daemon's answer
 _OWNER: Final = "mcp"
@@ -43,7 +43,7 @@ class DaemonTools:
         with cx.connect(self._url) as board:
             return [
                 {"interface": info.uid, "writer": info.writer, "readers": list(info.readers)}
-                for info in board.list(kind, name or "*")[:MOST_ROWS]
+                for info in board.list(kind, name or "*")[:MAX_ROWS]
             ]
 
     def read_interface(self, interface: str) -> dict[str, Any]:
@@ -60,19 +60,19 @@ class DaemonTools:
                 return dict(instance.as_dict())
 
     def list_facts(
-        self, template: str = "", environment: str = "executive", limit: int = MOST_ROWS
+        self, template: str = "", environment: str = "executive", limit: int = MAX_ROWS
     ) -> list[dict[str, Any]]:
         """List the facts of a CLIPS environment of the daemon, with their indices.
 
         :param template: only facts of this deftemplate.
-        :param limit: the number of facts at most, up to 1000.
+        :param limit: the maximal number of facts, up to 1000.
         """
         with cx.connect(self._url) as board:
             facts = request(board, "facts", _PATIENCE_S, env=environment, template=template, limit=limit)
         return [{"index": index, "fact": text} for index, text in facts]
 
     def why_in_daemon(self, name: str) -> str:
-        """Return the reason why a goal of the running agent waits, or why a rule of it has not fired.
+        """Return the reason why a goal of the running agent waits, or why a rule has not fired.
 
         :param name: a goal's id, a class of goals, or a rule.
         """
@@ -83,7 +83,7 @@ class DaemonTools:
         return cut("\n".join(reply["lines"]))
 
     def ask_daemon(self, operation: str, arguments: dict[str, Any] | None = None) -> Any:
-        """Ask the daemon for one of its operations."""
+        """Request an operation of the daemon, and return the result."""
         if operation not in self._operations:
             if operation not in verbs():
                 raise CxbridgeError(f"there is no operation {operation}", hint=self.describe())

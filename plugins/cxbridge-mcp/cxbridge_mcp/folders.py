@@ -11,7 +11,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.resources import shipped_scenarios
 from cxbridge.trace.formats.registry import open_run
 
-MOST_FILES: Final = 20_000  # limit of files that are searched
+MAX_FILES: Final = 20_000  # limit of searched files, so that a huge folder does not block the server
 
 _SCENARIO: Final = "scenario.yaml"
 
@@ -40,7 +40,7 @@ class Folders:
 
         :raises CxbridgeError: if the path, with its links resolved, is outside the folders.
         """
-        # resolved first: a link must not lead out of the folders
+        # resolved before the check, since a link may lead out of the folders
         path = (self.home / name).resolve()
         if not any(path.is_relative_to(folder) for folder in self.folders):
             raise CxbridgeError(
@@ -85,7 +85,7 @@ class Folders:
 
     def scenarios(self) -> list[str]:
         """Return the shipped scenarios by name and those in the folders by path."""
-        scenario_folders = [self._short(path.parent) for path in self._files() if path.name == _SCENARIO]
+        scenario_folders = [self._name_of(path.parent) for path in self._files() if path.name == _SCENARIO]
         return [*shipped_scenarios(), *sorted(scenario_folders)]
 
     def recordings(self) -> list[dict[str, Any]]:
@@ -96,25 +96,26 @@ class Folders:
                 run, stat = open_run(path), path.stat()
             except (CxbridgeError, OSError):
                 continue  # no recording, or removed in the meantime
-            entries.append((stat.st_mtime, self._short(path), run.format, stat.st_size))
+            entries.append((stat.st_mtime, self._name_of(path), run.format, stat.st_size))
         rows = sorted(entries, reverse=True)
         return [{"path": path, "format": form, "bytes": size} for _, path, form, size in rows]
 
-    def _short(self, path: Path) -> str:
-        """Return a path in the form that the assistant may use."""
+    def _name_of(self, path: Path) -> str:
+        """Return the name by which the assistant refers to a path."""
         return str(path.relative_to(self.home)) if path.is_relative_to(self.home) else str(path)
 
     def _files(self) -> Iterator[Path]:
         """Yield the regular files of the folders, without hidden files and links."""
         count = 0
         for top in dict.fromkeys(self.folders):
-            for folder, inner, names in os.walk(top):
-                inner[:] = sorted(name for name in inner if not name.startswith("."))
+            for folder, subfolders, names in os.walk(top):
+                # os.walk descends into the remaining folders only
+                subfolders[:] = sorted(name for name in subfolders if not name.startswith("."))
                 for name in sorted(names):
                     path = Path(folder, name)
                     if name.startswith(".") or path.is_symlink() or not path.is_file():
                         continue
                     count += 1
-                    if count > MOST_FILES:
+                    if count > MAX_FILES:
                         return
                     yield path

@@ -19,9 +19,10 @@ class ProgramTools:
     async def run(self, scenario: str, recording: str, limit: float = 600.0, patience: float = 120.0) -> str:
         """Run an agent headless, and record the run with its facts.
 
-        :param recording: the new file, NAME.mcap; goal_tree, why_in_recording and compare_recordings read it.
-        :param limit: seconds of the run's clock.
-        :param patience: seconds of real time.
+        :param recording: the file to create, NAME.mcap; goal_tree, why_in_recording and compare_recordings
+            read it.
+        :param limit: the time limit in seconds of the run's clock.
+        :param patience: the time limit in seconds of real time.
         """
         file = self._folders.new_recording(recording)
         arguments = [
@@ -44,10 +45,12 @@ class ProgramTools:
     ) -> str:
         """Run an agent in every way that its world allows with a number of faults.
 
-        The answer names the properties that are violated, and the shortest way there.
+        The answer names the violated properties, each with the shortest run that violates it.
 
-        :param properties: names or forms; without any the scenario's and those that are built in.
-        :param patience: seconds of real time.
+        :param faults: the maximal number of faults in a run.
+        :param properties: names or forms of properties; by default the properties of the scenario and the
+            built-in ones.
+        :param patience: the time limit in seconds of real time.
         """
         arguments = [self._folders.scenario(scenario), "--faults", str(faults)]
         arguments += [f"--property={text}" for text in properties or ()]

@@ -9,10 +9,10 @@ from cxbridge.printing import visible
 from cxbridge_mcp.commands import call
 from cxbridge_mcp.folders import Folders
 
-MOST_ROWS: Final = 200  # limit of rows in an answer
+MAX_ROWS: Final = 200  # limit of rows in an answer, since the model that reads it has a limit, too
 
-# The limit of characters in an answer, since the model that reads it has a limit, too.
-MOST_CHARACTERS: Final = 60_000
+# The limit of characters in an answer, for the same reason.
+MAX_CHARACTERS: Final = 60_000
 
 _CHECK_S: Final = 120.0  # time limit of a check in seconds
 
@@ -20,9 +20,9 @@ _CHECK_S: Final = 120.0  # time limit of a check in seconds
 def cut(text: str) -> str:
     """Return a text without control characters, cut to the limit of an answer."""
     text = visible(text)
-    if len(text) <= MOST_CHARACTERS:
+    if len(text) <= MAX_CHARACTERS:
         return text
-    return f"{text[:MOST_CHARACTERS]}\n... {len(text) - MOST_CHARACTERS} more characters are left out"
+    return f"{text[:MAX_CHARACTERS]}\n... {len(text) - MAX_CHARACTERS} more characters are left out"
 
 
 class RecordingTools:
@@ -35,15 +35,15 @@ class RecordingTools:
         self._folders = folders
 
     def list_scenarios(self) -> list[str]:
-        """List the agents that can be checked: shipped scenarios by name, further ones by their folder."""
-        return self._folders.scenarios()[:MOST_ROWS]
+        """List the agents that can be checked: shipped scenarios by name, other scenarios by folder."""
+        return self._folders.scenarios()[:MAX_ROWS]
 
     def list_recordings(self) -> list[dict[str, Any]]:
         """List the recordings of runs, the newest first, with format and size."""
-        return self._folders.recordings()[:MOST_ROWS]
+        return self._folders.recordings()[:MAX_ROWS]
 
     def goal_tree(self, recording: str) -> dict[str, Any]:
-        """Return how a recorded run ended, and the tree of its goals with modes, outcomes and errors."""
+        """Return the result of a recorded run, and the tree of its goals with modes, outcomes and errors."""
         run = cx.open_run(self._folders.recording(recording))
         return {
             "status": run.status,
@@ -54,7 +54,7 @@ class RecordingTools:
         }
 
     def why_in_recording(self, recording: str, name: str) -> str:
-        """Return why a goal of a recorded run came to its outcome, or why a rule did not fire.
+        """Explain the outcome of a goal of a recorded run, or why a rule did not fire.
 
         :param name: a goal's id, a class of goals (CLASS#2 for its second goal), or a rule. A rule needs a
             recording with facts.
@@ -66,11 +66,12 @@ class RecordingTools:
     ) -> dict[str, Any]:
         """Compare the transitions of goals and plan-actions of two recorded runs.
 
-        :param order: partial: the order of each goal's transitions; total: the order of all.
+        :param order: partial compares the order of each goal's transitions, total the order of all
+            transitions.
         """
         a, b = (cx.open_run(self._folders.recording(name)) for name in (first, second))
         comparison = a.compare(b, order=order)
-        rows = comparison.differences[:MOST_ROWS]
+        rows = comparison.differences[:MAX_ROWS]
         return {
             "same": comparison.same,
             "transitions": [comparison.count_a, comparison.count_b],
@@ -83,7 +84,7 @@ class RecordingTools:
         }
 
     async def check_agent(self, scenario: str) -> str:
-        """Find mistakes of an agent without running it: each with file, line, code and what to do."""
+        """Find the mistakes of an agent without running it: each with file, line, code and remedy."""
         command = ["check", self._folders.scenario(scenario), "--format", "text"]
         status, output = await call(*command, patience_s=_CHECK_S)
         return cut(output) or ("no mistakes" if status == 0 else "there are mistakes")

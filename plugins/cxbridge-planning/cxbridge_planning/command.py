@@ -21,10 +21,11 @@ from cxbridge_planning.plan_files import PlanNames, load_plan
 from cxbridge_planning.programs import PROGRAMS, PlannerProgram
 from cxbridge_planning.texts import PddlTexts, named, original_texts, plain_texts
 
-_PLAN: Final = "plan"
-_TASK: Final = "task"
+_PLAN: Final = "plan"  # prefix of plan files
+_TASK: Final = "task"  # name of the problem in the text for a program
+_STATUS: Final = "exit status "  # precedes the exit status at the end of a call's output
 
-# A program that fails within this time has refused the text; a later failure is one of the search.
+# Seconds: a program that fails earlier has refused the text, a later failure is a failure of the search.
 _REFUSAL_S: Final = 2.0
 _EXCERPT: Final = 300  # characters of a program's output in an error
 
@@ -48,13 +49,14 @@ class CommandPlanner(EnginePlanner):
     @property
     def not_installed(self) -> str:
         """The reason why the program cannot be called; empty if it can."""
-        missing = self._program.missing(self._own_program)
-        return f"{self.name} is not installed: {missing}" if missing else ""
+        hint = self._program.install_hint(self._own_program)
+        return f"{self.name} is not installed: {hint}" if hint else ""
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return a plan; None if the program proves that none exists.
 
-        The program reads the user's text. If it rejects that at once, it gets the text in basic PDDL.
+        The program reads the user's text. If the program rejects that text at once, it gets a text in basic
+        PDDL.
         """
         texts = original_texts(domain, problem)
         start = time.monotonic()
@@ -85,16 +87,21 @@ class CommandPlanner(EnginePlanner):
                 plan = self.plan_in(Path(folder), names)
                 if plan is not None:
                     return plan
+        # errors refer to the user's files, not to the temporary copies
         for key, file in zip(files, pddl.files, strict=True):
             output = output.replace(texts[key], file or f"the {key}")
-        return self._read(output, names)
+        return self._parse_output(output, names)
 
     def _call(self, arguments: tuple[str, ...], texts: dict[str, str], folder: str) -> str:
-        """Run the program and return its output with its exit status."""
+        """Run the program and return its output with its exit status.
+
+        :param texts: the texts for the placeholders in the arguments.
+        :raises PlanningError: if the program cannot be started.
+        """
         words = [argument.format(**texts) for argument in arguments]
         command = [*self._program.command(self._own_program), *words, *self._options]
         try:
-            process = subprocess.run(  # noqa: S603  no shell, the user's own program
+            process = subprocess.run(  # noqa: S603 - no shell, and the program that the user chose
                 command, cwd=folder, capture_output=True, check=False, stdin=subprocess.DEVNULL
             )
         except OSError as error:
@@ -115,8 +122,11 @@ class CommandPlanner(EnginePlanner):
             return steps if self._program.times and names.durative else _untimed(steps)
         return None
 
-    def _read(self, output: str, names: PlanNames) -> tuple[PlannedAction, ...] | None:
-        """Return the printed plan, or None if the program states that no plan exists."""
+    def _parse_output(self, output: str, names: PlanNames) -> tuple[PlannedAction, ...] | None:
+        """Return the printed plan, or None if the program states that no plan exists.
+
+        :raises PlanningError: if the output is neither a plan nor a proof.
+        """
         text, _, status = output.rpartition(_STATUS)
         program = self._program
         if program.step and program.solved in text:
@@ -131,12 +141,9 @@ class CommandPlanner(EnginePlanner):
         for match in self._program.step.finditer(output):
             name, *arguments = match["step"].split()
             if name.upper() == "REACH-GOAL":
-                continue  # FF's own last step
+                continue  # the last step of FF's plans, which is no action of the domain
             times = {key: float(value) for key, value in match.groupdict().items() if key != "step"}
             yield names.step(name, arguments, **times)
-
-
-_STATUS: Final = "exit status "
 
 
 def _untimed(steps: tuple[PlannedAction, ...]) -> tuple[PlannedAction, ...]:

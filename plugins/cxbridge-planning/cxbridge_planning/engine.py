@@ -17,20 +17,23 @@ from cxbridge.executive.planning.needs import Need
 from cxbridge.executive.planning.planner import RANK, PlannedAction, Planner
 from cxbridge_planning.plan_files import PlanNames
 
-# The engines by measured success in docs/planning.md, the best first.
+# The engines in the order of their measured success in docs/planning.md, the best first.
 _FIRST: Final = ("fast-downward",)
 _CLASSICAL: Final = ("lpg", "enhsp", "fd", "ff", "aries", "tamer")
 _NUMERIC: Final = ("enhsp", "lpg", "tamer", "aries")
 _TEMPORAL: Final = ("lpg", "aries", "tamer", "optic", "popf")
 FOLDER: Final = "cxbridge-plan-"  # prefix of the engines' work folders
 
-_END_S: Final = 0.5  # an engine that improves plans stops this long before its time limit
+_MARGIN_S: Final = 0.5  # seconds before its time limit at which an engine stops to improve plans
 
 
 class Engine(Struct, frozen=True, kw_only=True):
     """The properties of an engine.
 
-    :param proves: whether its claim that no plan exists is reliable.
+    :param understands: the PDDL features that the engine supports.
+    :param ignores: the features that the engine accepts without effect on its plans.
+    :param fails_with: the combinations of supported features with which the engine fails.
+    :param proves: whether the engine's claim that no plan exists is reliable.
     """
 
     understands: frozenset[Need]
@@ -56,14 +59,14 @@ class EnginePlanner(Planner):
 
     @property
     def improve(self) -> float:
-        """Seconds for the search for better plans."""
-        return min(self._improve, max(0.0, self.seconds - _END_S))
+        """The seconds for the search for better plans, within the time limit."""
+        return min(self._improve, max(0.0, self.seconds - _MARGIN_S))
 
     def best_so_far(self, folder: Path, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return the best plan that the engine has written before its time limit."""
         names = PlanNames(domain, problem)
         for work_folder in folder.glob(f"{FOLDER}*"):
-            with suppress(PlanningError):  # the engine may have written a part of a file
+            with suppress(PlanningError):  # the file may be incomplete
                 if plan := self.plan_in(work_folder, names):
                     return plan
         return None
@@ -83,7 +86,7 @@ class EnginePlanner(Planner):
         elif Need.NUMBERS in needs:
             order = _NUMERIC
         elif self.name in _FIRST:
-            return RANK - 1
+            return RANK - 1  # before pyperplan, whose rank is RANK
         else:
             order = _CLASSICAL
         return RANK + 1 + (order.index(self.name) if self.name in order else len(order))

@@ -1,4 +1,4 @@
-"""Reading of plans from planners; names get the case of the domain and problem."""
+"""Reading of planners' plans; names get the spelling of the domain and the problem."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from cxbridge.executive.planning.planner import PlannedAction, parse_plan_text
 
 
 class PlanNames:
-    """Looks up actions and objects of a plan.
+    """Looks up the actions and objects of a plan, in any case of letters.
 
     :ivar durative: whether any action is durative.
     """
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
         self.durative = any(action.durative for action in domain.actions)
-        self._actions = _table(action.name for action in domain.actions)
-        self._objects = _table((*names_of(domain.constants), *names_of(problem.objects)))
+        self._actions = _by_spelling(action.name for action in domain.actions)
+        self._objects = _by_spelling((*names_of(domain.constants), *names_of(problem.objects)))
 
     def step(
         self,
@@ -39,10 +39,10 @@ class PlanNames:
 
 
 def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
-    """Read a plan file with comments, in any case.
+    """Read a plan file, without its comments.
 
     :param names: the known actions and objects.
-    :raises PlanningError: if the file is not readable or a line is not a step.
+    :raises PlanningError: if the file is not readable, or a line is not a step with known names.
     """
     steps = []
     for number, line in enumerate(read_text(path, "plan").splitlines(), start=1):
@@ -58,8 +58,8 @@ def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
     return tuple(steps)
 
 
-def _table(names: Iterable[str]) -> dict[str, str]:
-    """Return names by exact and by case-folded spelling; exact spellings win."""
+def _by_spelling(names: Iterable[str]) -> dict[str, str]:
+    """Return the names by their exact and their case-folded spelling; exact spellings win."""
     exact = {name: name for name in names}
     return {name.casefold(): name for name in exact} | exact
 

@@ -12,13 +12,16 @@ from cxbridge.executive.planning.needs import CLASSICAL, Need
 from cxbridge.spawning import python_command
 from cxbridge_planning.engine import Engine
 
+# The steps of plans as FF, Fast Downward and temporal planners print them, e.g. ``0: MOVE R1 A B``,
+# ``move r1 a b (1)`` and ``0.000: (move r1 a b) [4.000]``.
 _STEP: Final = re.compile(r"^\s*(?:step\s+)?\d+:\s+(?P<step>[^\s(].*?)\s*$", re.MULTILINE)
 _FD_STEP: Final = re.compile(r"^(?P<step>[a-z0-9][^\n]*?) \(\d+\)\s*$", re.MULTILINE)
 _TIMED: Final = re.compile(
     r"^\s*(?P<start>[\d.]+):\s*\((?P<step>[^)]+)\)\s*\[(?P<duration>[\d.]+)\]", re.MULTILINE
 )
 _PYTHON: Final = "python"
-# Starts Fast Downward's driver with its folder on the import path, which our processes lack.
+# Starts Fast Downward's driver with its folder on the import path, from which python_command (-P) excludes
+# it.
 _DRIVER: Final = "import sys; sys.path.insert(0, sys.argv.pop(1)); from driver.main import main; main()"
 
 _NEVER: Final = re.compile(r"(?!)")
@@ -29,19 +32,19 @@ class PlannerProgram(Engine, frozen=True):
 
     :param words: the command, program first; ``{folder}`` is the folder of its package, :data:`_PYTHON` the
         current Python.
-    :param arguments: its arguments; ``{domain}`` and ``{problem}`` are files, ``{plan}`` is the prefix of
-        plan files.
-    :param unsolvable: its output after it has proved that no plan exists.
-    :param step: a printed step with the groups ``step`` and optionally ``start`` and ``duration``; None if
-        the program writes plan files.
-    :param solved: its output before a printed plan.
-    :param no_plan: the content of a file without a plan.
-    :param improving: its arguments to search for better plans for ``{improve}`` seconds; empty if
+    :param arguments: the arguments of the program; ``{domain}`` and ``{problem}`` are files, ``{plan}`` is
+        the prefix of plan files.
+    :param unsolvable: the output of a program that has proved that no plan exists.
+    :param step: the pattern of a printed step, with the groups ``step`` and optionally ``start`` and
+        ``duration``; None if the program writes plan files.
+    :param solved: the text that the program prints before a plan.
+    :param no_plan: a text in a plan file that holds no plan.
+    :param improving: the arguments to search for better plans for ``{improve}`` seconds; empty if
         unsupported.
     :param package: the package that contains the program; empty if it is on the PATH.
     :param module: the module of that package.
     :param times: whether plans with durative actions have times.
-    :param options: default for the user's additional options.
+    :param options: the additional options if the user gives none.
     """
 
     words: tuple[str, ...]
@@ -56,8 +59,8 @@ class PlannerProgram(Engine, frozen=True):
     module: str = ""
     options: str = ""
 
-    def missing(self, own_program: str) -> str:
-        """Return the installation hint for a missing program; empty if it is installed.
+    def install_hint(self, own_program: str) -> str:
+        """Return how to install a missing program; empty if the program is installed.
 
         :param own_program: the program of the user's options; empty for the usual one.
         """
@@ -67,7 +70,10 @@ class PlannerProgram(Engine, frozen=True):
         return "" if shutil.which(program) else f"there is no program '{program}' on the PATH"
 
     def command(self, own_program: str) -> list[str]:
-        """Return the command without its arguments."""
+        """Return the command without its arguments.
+
+        :param own_program: the program of the user's options; empty for the usual one.
+        """
         if own_program:
             return [own_program]
         spec = find_spec(self.module) if self.module else None
@@ -90,7 +96,7 @@ _TASK: Final = ("-o", "{domain}", "-f", "{problem}")
 PROGRAMS: Final = {
     "fast-downward": PlannerProgram(
         (_PYTHON, "-c", _DRIVER, "{folder}/downward"),
-        ("--plan-file", "{plan}", "--alias", "lama-first", *_FD_TASK),
+        ("--plan-file", "{plan}", "--alias", "lama-first", *_FD_TASK),  # the first iteration of LAMA
         understands=CLASSICAL | {Need.COSTS},
         unsolvable=re.compile("without finding a solution|unsolvable|search exit code: 1[0-2]"),
         improving=(
@@ -111,7 +117,7 @@ PROGRAMS: Final = {
             *(*_TASK, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
             *("-anytime", "-timeout", "{improve}"),
         ),
-        # it wrongly reports settlers (IPC 2002) as unsolvable
+        # ENHSP wrongly reports settlers (IPC 2002) as unsolvable
         proves=False,
         package="up-enhsp",
         module="up_enhsp",
@@ -120,7 +126,7 @@ PROGRAMS: Final = {
         ("{folder}/lpg",),
         (*_TASK, "-n", "1", "-seed", "2004", "-out", "{plan}"),
         understands=(CLASSICAL - {Need.CONDITIONAL_EFFECTS}) | _NUMERIC | {Need.TIME},
-        # local search: it detects only unreachable goals, no other proof of unsolvability
+        # a local search detects unreachable goals only, and proves nothing else
         unsolvable=re.compile("goals of the problem are not reachable|Goals not reachable", re.IGNORECASE),
         no_plan="no solution",
         improving=(*_TASK, "-n", "100", "-cputime", "{improve}", "-seed", "2004", "-out", "{plan}"),

@@ -13,7 +13,7 @@ from cxbridge.executive.pddl import Domain, Problem, format_domain, format_probl
 from cxbridge.executive.pddl.ast import ActionSchema, Formula, Quantified
 from cxbridge.executive.planning.errors import PlanningError
 
-_NAME: Final = re.compile(r"(\(\s*problem\s+)[^\s()]+", re.IGNORECASE)
+_PROBLEM_NAME: Final = re.compile(r"(\(\s*problem\s+)[^\s()]+", re.IGNORECASE)
 _LINE: Final = re.compile(r"\bline:?\s*(\d+)", re.IGNORECASE)
 _EXCERPT: Final = 300  # characters of a parser's message that are shown
 _COMMENT: Final = re.compile(r";[^\n]*")
@@ -40,7 +40,7 @@ def original_texts(domain: Domain, problem: Problem) -> PddlTexts:
 
 
 def plain_texts(domain: Domain, problem: Problem) -> PddlTexts:
-    """Return texts in basic PDDL, for engines that cannot read the original."""
+    """Return texts in basic PDDL, for engines that cannot read the user's text."""
     actions = tuple(map(_with_merged_quantifiers, domain.actions))
     requirements = domain.requirements
     if domain.is_typed and "typing" not in requirements:
@@ -52,11 +52,14 @@ def plain_texts(domain: Domain, problem: Problem) -> PddlTexts:
 
 def named(text: str, name: str) -> str:
     """Return a problem text with another name."""
-    return _NAME.sub(rf"\g<1>{name}", text, count=1)
+    return _PROBLEM_NAME.sub(rf"\g<1>{name}", text, count=1)
 
 
 def _without_comments(text: str) -> str:
-    """Replace comments by blanks, since some engines reject other characters than ASCII there."""
+    """Replace comments by blanks, since some engines reject non-ASCII characters in comments.
+
+    Lines and columns stay the same for error messages.
+    """
     return _COMMENT.sub(lambda match: " " * len(match[0]), text)
 
 
@@ -74,16 +77,17 @@ def _merge_quantifiers(formula: Formula) -> Formula:
     if not isinstance(formula, Quantified) or not isinstance(formula.part, Quantified):
         return formula
     inner = formula.part
-    hidden = set(names_of(formula.variables)) & set(names_of(inner.variables))
-    if formula.quantifier != inner.quantifier or hidden:
+    # an inner variable that hides an outer one must keep its own scope
+    shadowed = set(names_of(formula.variables)) & set(names_of(inner.variables))
+    if formula.quantifier != inner.quantifier or shadowed:
         return formula
     return replace(formula, variables=formula.variables + inner.variables, part=inner.part)
 
 
 def read_task(domain: Domain, problem: Problem) -> Any:
-    """Parse a problem with unified-planning.
+    """Return unified-planning's problem.
 
-    :raises PlanningError: if parsing fails, with the user's line.
+    :raises PlanningError: if parsing fails; the error names the line of the user's file.
     """
     module = importlib.import_module("unified_planning.io")
     # PDDL permits the same name for a type, an object and a predicate
@@ -91,7 +95,7 @@ def read_task(domain: Domain, problem: Problem) -> Any:
     original = original_texts(domain, problem)
     try:
         return module.PDDLReader().parse_problem_string(original.domain, original.problem)
-    except Exception as error:  # noqa: BLE001  it raises what Python's parsers and its own classes raise
+    except Exception as error:  # noqa: BLE001 - unified-planning raises errors of several parsers, without a common class
         parse_error = error
     plain = plain_texts(domain, problem)
     with suppress(Exception):
@@ -100,7 +104,7 @@ def read_task(domain: Domain, problem: Problem) -> Any:
 
 
 def _refusal(module: Any, texts: PddlTexts, parse_error: Exception) -> PlanningError:
-    """Return the error for rejected texts, after finding out which of the two is wrong."""
+    """Return the error for rejected texts; it names the domain's file unless the domain alone is readable."""
     file = texts.files[0]
     with suppress(Exception):
         module.PDDLReader().parse_problem_string(texts.domain)

@@ -19,15 +19,16 @@ from cxbridge_planning.plan_files import PlanNames, load_plan
 from cxbridge_planning.texts import read_task
 
 _EXCERPT: Final = 300  # characters of an engine's log that are shown
-_BEST: Final = "best"
+_BEST: Final = "best"  # file with the best plan so far
 
 
 class UnifiedEngine(Engine, frozen=True):
     """An engine of unified-planning.
 
-    :param module: its Python module.
-    :param package: its Python package.
-    :param anytime: whether it can search for better plans.
+    :param module: the Python module of the engine.
+    :param package: the package that contains the module.
+    :param anytime: whether the engine can search for better plans.
+    :param integers: whether the engine reads integers only.
     """
 
     module: str
@@ -51,7 +52,7 @@ ENGINES: Final = {
         understands=_EXPRESSIVE | {Need.COSTS, Need.HIERARCHY},
         anytime=True,
         integers=True,
-        # unified-planning has no quantifiers within a time point of a durative action
+        # unified-planning cannot express quantifiers at a time point of a durative action
         fails_with=(frozenset({Need.TIME, Need.QUANTIFIERS}),),
     ),
     "tamer": UnifiedEngine(
@@ -68,7 +69,7 @@ class UnifiedPlanner(EnginePlanner):
 
     :param name: a key of :data:`ENGINES`.
     :param improve: seconds to search for better plans if the problem has a metric and the engine supports
-        that (aries); the order of the found plans is random, and the best is rarely first.
+        that (aries); plans are found in random order, and the best one is rarely the first.
     """
 
     def __init__(self, name: str, improve: str = "1.0") -> None:
@@ -89,7 +90,7 @@ class UnifiedPlanner(EnginePlanner):
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return a plan; None if the engine reports that none exists."""
         shortcuts = importlib.import_module("unified_planning.shortcuts")
-        shortcuts.get_environment().credits_stream = None
+        shortcuts.get_environment().credits_stream = None  # engines otherwise print their credits to stdout
         names = PlanNames(domain, problem)
         task = read_task(domain, problem)
         if self._engine.integers:
@@ -107,11 +108,12 @@ class UnifiedPlanner(EnginePlanner):
         return self._plan(result, names)
 
     def plan_in(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
+        """Return the best plan so far; None without one."""
         file = folder / _BEST
         return load_plan(file, names) if file.exists() else None
 
     def _call(self, shortcuts: Any, task: Any, names: PlanNames, *, improve: bool) -> Any:
-        """Return the engine's result; the last one if it searches for better plans."""
+        """Return the engine's result, or the last result of a search for better plans."""
         if improve and self.improve > 0 and self._engine.anytime:
             with shortcuts.AnytimePlanner(name=self.name) as engine:
                 _avoid_spaces(engine)
@@ -148,15 +150,15 @@ tamer = partial(UnifiedPlanner, "tamer")
 
 
 def _count_in_integers(task: Any) -> None:
-    """Change the functions of a task to integers, since PDDL only says that they are numbers."""
+    """Change the functions of a task to integers; unified-planning reads all numbers of PDDL as reals."""
     kinds = importlib.import_module("unified_planning.shortcuts")
     for fluent in task.fluents:
         if fluent.type.is_real_type():
-            fluent._typename = kinds.IntType()  # noqa: SLF001 - the reader of PDDL has no option for it
+            fluent._typename = kinds.IntType()  # noqa: SLF001 - the reader of PDDL has no option for integers
 
 
 def _save_plan(plan: tuple[PlannedAction, ...] | None) -> None:
-    """Write a plan into the current folder, in one piece: the time may be over at any moment."""
+    """Write a plan into the current folder, atomically: the time limit may end the process at any moment."""
     if plan:
         unfinished = Path(f"{_BEST}.part")
         unfinished.write_text(plan_text(plan))
@@ -164,13 +166,13 @@ def _save_plan(plan: tuple[PlannedAction, ...] | None) -> None:
 
 
 def _avoid_spaces(engine: Any) -> None:
-    """Link an engine with a space in its path, where up-aries 0.5 would split its command line."""
+    """Link an engine whose path has a space, at which up-aries 0.5 splits its command line."""
     program = getattr(engine, "_executable", "")
     if isinstance(program, str) and " " in program:
         link = Path("engine")
         if not link.is_symlink():
             link.symlink_to(program)
-        engine._executable = "./engine"  # noqa: SLF001 - there is no other way to name it
+        engine._executable = "./engine"  # noqa: SLF001 - the path of the program has no public setter
 
 
 def _step(

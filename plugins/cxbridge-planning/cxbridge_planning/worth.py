@@ -11,7 +11,7 @@ from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge.executive.planning.validation.plan import PlanCheck
 from cxbridge.executive.problem.truth import KnownState
 
-GOAL = 0  # step number of the goal
+GOAL = 0  # number of the goal among the steps, which count from 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Service:
 
 
 def services(check: PlanCheck) -> Mapping[int, Sequence[Service]]:
-    """Return what each step of a plan serves, by its number. A step that serves nothing is not needed."""
+    """Return the services of each step of a plan by its number; a step without services is not needed."""
     services_of_steps: dict[int, list[Service]] = {}
     makers: dict[Ground, int] = {}
     for moment in check.moments:
@@ -44,6 +44,7 @@ def _serve(
     needs: frozenset[Ground],
     step: int,
 ) -> None:
+    """Add the needs of a step to the services of the steps that make the needed facts true."""
     for fact in sorted(needs):
         maker = makers.get(fact)
         if maker is not None and maker != step:

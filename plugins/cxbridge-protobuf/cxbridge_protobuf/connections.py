@@ -12,7 +12,7 @@ from cxbridge_protobuf.types import MessageTypes
 
 
 class Connections(Protocol):
-    """The server, clients and peers of an environment."""
+    """The server, clients and peers of an environment; all of them have ids from one sequence."""
 
     def drain(self) -> list[Event]:
         """Return the events since the last call."""
@@ -30,9 +30,9 @@ class Connections(Protocol):
         """Close a connection of a client or the server; unknown ids are ignored."""
 
     def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int:
-        """Create a peer that sends to an address and receives on a port; return its id.
+        """Create a peer that sends to an address and receives on a port.
 
-        :returns: 0 for a port below 1.
+        :returns: the id of the peer, or 0 for a port below 1.
         """
 
     def destroy_peer(self, peer_id: int) -> None:

@@ -1,7 +1,7 @@
 """Encrypted payloads of frames. Format: docs/evidence/protocol-protobuf.md.
 
-The protection is weak; it exists because the league's referee box requires it. The constant names warn about
-it.
+The protection is weak: keys are unsalted hashes, and payloads are not authenticated. It exists because the
+league's referee box requires it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ CIPHERS: Final = {"aes-128-ecb": 1, "aes-128-cbc": 2, "aes-256-ecb": 3, "aes-256
 
 _NAMES: Final = {number: name for name, number in CIPHERS.items()}
 _BLOCK = 16  # bytes of an AES block
-_ROUNDS = 8  # as protobuf_comm calls EVP_BytesToKey
+_ROUNDS = 8  # the number that protobuf_comm passes to EVP_BytesToKey
 
 
 def derive_key(secret: str, size: int) -> bytes:
@@ -39,12 +39,13 @@ class Crypter:
     """Encrypts with one cipher and decrypts with the cipher that a frame names.
 
     :param cipher: a name of :data:`CIPHERS`.
+    :raises ProtobufError: if the cipher is unknown, or the package cryptography is missing.
     """
 
     def __init__(self, secret: str, cipher: str) -> None:
         if cipher not in CIPHERS:
             raise ProtobufError(f"there is no cipher '{cipher}'", hint=f"there are: {', '.join(CIPHERS)}")
-        _library()
+        _library()  # called for its error: a missing package is reported here, not with the first message
         self._keys = {size: derive_key(secret, size) for size in (16, 32)}
         self.number: Final = CIPHERS[cipher]
 
@@ -59,7 +60,7 @@ class Crypter:
         """Return the decrypted payload.
 
         :param cipher: the number in the frame.
-        :raises ProtobufError: if the key differs, the frame is cut or the cipher unknown.
+        :raises ProtobufError: if the key differs, the frame is cut, or the cipher is unknown.
         """
         if cipher not in _NAMES:
             raise ProtobufError(f"there is no cipher with number {cipher}")

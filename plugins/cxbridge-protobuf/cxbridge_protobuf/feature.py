@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 _FILE = Path(__file__).with_name("protobuf.clp")
 _LOG = "CLIPS-Protobuf"
 _FIRST_HANDLE = 1 << 40  # far from 0, the null pointer, and from pointers of other features
-_MANY = 100_000  # live messages that suggest a missing pb-destroy
+_MANY = 100_000  # number of live messages that suggests a missing pb-destroy
 
 _INVALID = Symbol("INVALID-MESSAGE")
 _UNKNOWN = Symbol("DOES-NOT-EXIST")
@@ -122,6 +122,8 @@ class ProtobufUser:
         self._warn_at = _MANY
 
     def define(self) -> None:
+        # CLIPS' codes of argument types: the default (* any type), then a code for each argument: e external
+        # address, sy symbol or string, l integer
         message, field = "*;e", "*;e;sy"
         table: Iterable[tuple[str, Callable[..., Value], int, str]] = (
             ("pb-register-type", self.register, 1, "*;sy"),
@@ -172,7 +174,7 @@ class ProtobufUser:
         return ExternalAddress(handle)
 
     def _get(self, address: Value) -> Any:
-        """Return the message at an address; None if unknown."""
+        """Return the message at an address; None if the address is unknown."""
         return self._messages.get(address.handle) if isinstance(address, ExternalAddress) else None
 
     def register(self, full_name: str) -> Value:
@@ -220,7 +222,7 @@ class ProtobufUser:
         return () if message is None else self._fields.names(message)
 
     def _find(self, address: Value, name: str) -> tuple[Any, Any]:
-        """Return a message and the descriptor of its field, or None for missing ones."""
+        """Return the message at an address and a field of the message, each None if missing."""
         message = self._get(address)
         return message, None if message is None else self._fields.find(message, name)
 
@@ -275,7 +277,7 @@ class ProtobufUser:
         try:
             store(message, field, value, self._get)
         except self._fields.UnknownEnumValueError:
-            if verb == "set":
+            if verb == "set":  # Fawkes' pb-add-list ignores such values silently
                 self._log.warn(f"{type_name}: cannot set invalid enum value '{value}' on '{name}'")
         except ProtobufError as error:
             self._log.warn(f"Failed to {verb} field {name} of {type_name}: {error.message}")
@@ -370,4 +372,4 @@ class ProtobufUser:
             self._env.assert_string(f"(protobuf-server-client-{state} {event.link}{address})")
 
 
-ProtobufFeature.user = ProtobufUser
+ProtobufFeature.user = ProtobufUser  # here, since the class is defined after the feature

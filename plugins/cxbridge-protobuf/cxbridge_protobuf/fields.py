@@ -21,21 +21,22 @@ _TYPE_NAMES: Final = {
 }
 _FLOATS: Final = frozenset([FieldDescriptor.TYPE_DOUBLE, FieldDescriptor.TYPE_FLOAT])
 _UNSIGNED_64: Final = frozenset([FieldDescriptor.TYPE_UINT64, FieldDescriptor.TYPE_FIXED64])
+# Unsigned numbers from 2**63 appear in CLIPS as negative ones, smaller by 2**64.
 _HALF, _WHOLE = 1 << 63, 1 << 64
 
-AddMessage = Callable[[Message], Value]  # stores a message for CLIPS and returns its address
+AddMessage = Callable[[Message], Value]  # stores a message and returns the address for CLIPS
 
-GetMessage = Callable[[Value], Message]  # returns the message at an address; None if unknown
+GetMessage = Callable[[Value], Message]  # returns the message at an address; None if the address is unknown
 
 
 class MessageField(Struct, frozen=True):
     """A field of a message type.
 
-    It caches the properties of the descriptor, whose queries are slower than setting the field.
+    It caches the properties of the descriptor, whose queries take longer than the assignment of a value.
 
-    :param descriptor: protobuf's own description.
+    :param descriptor: the ``FieldDescriptor`` of protobuf.
     :param kind: a ``FieldDescriptor.TYPE_...``.
-    :param is_list: whether it is repeated, as maps are.
+    :param is_list: whether the field is repeated, as maps are.
     :param of: the full name of the field's message type; empty for other types.
     """
 
@@ -53,6 +54,7 @@ def _field(message_type: Any, name: str) -> MessageField | None:
     if field is None:
         return None
     message = field.message_type
+    # new versions of protobuf have is_repeated, and deprecate label
     repeated = getattr(field, "is_repeated", None)
     return MessageField(
         descriptor=field,
@@ -83,6 +85,7 @@ def label(field: MessageField) -> Symbol:
     if field.is_list:
         return Symbol("REPEATED")
     descriptor = field.descriptor
+    # new versions of protobuf have is_required, and deprecate label
     required = getattr(descriptor, "is_required", None)
     if required is None:
         required = descriptor.label == descriptor.LABEL_REQUIRED
@@ -94,19 +97,20 @@ def has(message: Message, field: MessageField) -> bool:
         return len(getattr(message, field.name)) > 0
     if field.descriptor.has_presence:
         return bool(message.HasField(field.name))
-    # a field of proto3 without presence: set means different from the default
+    # a field of proto3 without presence counts as set if its value differs from the default
     return any(descriptor.number == field.descriptor.number for descriptor, _ in message.ListFields())
 
 
 def value(message: Message, field: MessageField, add: AddMessage) -> Value:
     """Return the value of a field other than a list."""
     if field.kind == FieldDescriptor.TYPE_BYTES:
-        return "bytes"  # as protobuf_comm: CLIPS has no type for bytes
+        return "bytes"  # the text that protobuf_comm returns, since CLIPS has no type for bytes
     return _to_clips(field, getattr(message, field.name), add)
 
 
 def items(message: Message, field: MessageField, add: AddMessage) -> tuple[Value, ...]:
     if field.kind == FieldDescriptor.TYPE_BYTES:
+        # protobuf_comm's lists have this symbol, unlike its single values
         return (Symbol("BYTES"),) * len(getattr(message, field.name))
     return tuple(_to_clips(field, item, add) for item in _elements(message, field))
 
@@ -153,6 +157,7 @@ def add_value(message: Message, field: MessageField, clips_value: Value, get: Ge
 
 
 def _elements(message: Message, field: MessageField) -> list[Any]:
+    """Return the elements of a list; the elements of a map are messages with ``key`` and ``value``."""
     container = getattr(message, field.name)
     if not field.is_map:
         return list(container)
@@ -223,7 +228,7 @@ def _to_protobuf(field: MessageField, clips_value: Value, get: GetMessage) -> An
 
 
 class UnknownEnumValueError(ProtobufError):
-    """A name that an enumeration does not have."""
+    """An enumeration has no value with a name."""
 
 
 def _enum_number(field: MessageField, name: str) -> int:

@@ -9,11 +9,13 @@ from typing import Final
 
 from cxbridge.errors import ProtobufError
 
+# Version 1: component id, message type, size. Version 2: version, cipher, two unused bytes, size; the ids are
+# in the message header, which starts the payload.
 _HEADER_V1: Final = struct.Struct("!HHI")
 _HEADER_V2: Final = struct.Struct("!BBxxI")
 _MESSAGE_HEADER: Final = struct.Struct("!HH")
 
-VERSIONS: Final = (1, 2)  # existing frame versions
+VERSIONS: Final = (1, 2)  # the versions of frames that protobuf_comm has
 
 NO_CIPHER: Final = 0
 
@@ -22,8 +24,8 @@ NO_CIPHER: Final = 0
 class Frame:
     """An encoded message with its ids.
 
-    :param component: component id, 0 to 65535.
-    :param type: message type, 0 to 65535.
+    :param component: the component id, 0 to 65535.
+    :param type: the number of the message type, 0 to 65535.
     :param data: the encoded message.
     """
 
@@ -39,7 +41,7 @@ def encode(frame: Frame, version: int = 2) -> bytes:
 
 
 def payload(frame: Frame) -> bytes:
-    """Return the content behind the header of a version 2 frame, which is the encrypted part."""
+    """Return the payload of a version 2 frame, which is the part that may be encrypted."""
     return _MESSAGE_HEADER.pack(frame.component, frame.type) + frame.data
 
 
@@ -65,7 +67,7 @@ def parse_payload(content: bytes) -> Frame:
 def open_datagram(data: bytes, version: int = 2) -> tuple[int, bytes]:
     """Return the cipher of a datagram and its payload in version 2 layout.
 
-    Like protobuf_comm, this ignores the header's size if the payload is encrypted.
+    The size in the header is ignored if the payload is encrypted, as in protobuf_comm.
 
     :raises ProtobufError: if the datagram is not a frame.
     """
@@ -103,8 +105,8 @@ class StreamDecoder:
     def feed(self, data: bytes) -> Iterator[Frame]:
         """Process received bytes and yield the complete frames.
 
-        :raises ProtobufError: if the stream has another version, is encrypted, or has a frame of an invalid
-            size. The decoder is then unusable.
+        :raises ProtobufError: if a frame has another version or an invalid size, or is encrypted. The decoder
+            is then unusable.
         """
         self._buffer += data
         start, header = 0, self._header

@@ -10,11 +10,13 @@ from typing import Final, TypeAlias
 
 from cxbridge_protobuf.types import Message
 
-_MOST_BYTES: Final = 64 << 20  # also bounds few large messages
+_MAX_BYTES: Final = (
+    64 << 20
+)  # bounds the memory of large messages, which are too few for the limit of messages
 
 
 class Origin(Enum):
-    """The kind of connection an event came from: the slot ``client-type`` of facts."""
+    """The kind of connection that an event belongs to: the slot ``client-type`` of facts."""
 
     SERVER = "SERVER"
     CLIENT = "CLIENT"
@@ -26,8 +28,10 @@ class Received:
     """A received message.
 
     :param link: the id of the connection or of the peer.
-    :param message: None if it is invalid.
-    :param problem: the reason why it is invalid.
+    :param host: the address of the sender; empty for messages to a client.
+    :param at_us: the time of the arrival in microseconds.
+    :param message: the message; None if it is invalid.
+    :param problem: the reason why the message is invalid.
     """
 
     origin: Origin
@@ -66,6 +70,7 @@ class Inbox:
     """Events in order of arrival; thread-safe.
 
     :param limit: the maximal number of waiting messages.
+    :param now_us: the clock for the time stamps of messages.
     """
 
     def __init__(self, limit: int, now_us: Callable[[], int]) -> None:
@@ -80,10 +85,10 @@ class Inbox:
 
     @property
     def full(self) -> bool:
-        """Whether reading should pause; the next drain then reports a full inbox."""
+        """Whether reading should pause; if so, the next :meth:`drain` reports that the inbox was full."""
         with self._lock:
-            full = self._messages >= self._max_messages or self._bytes >= _MOST_BYTES
-            self._was_full |= full  # the next drain resumes the paused connections
+            full = self._messages >= self._max_messages or self._bytes >= _MAX_BYTES
+            self._was_full |= full  # the network resumes paused connections after the next drain
             return full
 
     def put(self, event: Event, size: int = 0) -> None:
@@ -97,9 +102,9 @@ class Inbox:
             self._bytes += size
 
     def warn(self, text: str, kind: str) -> None:
-        """Add a log line: the 1st, 2nd, 4th, 8th ... of its kind, since a peer may cause many.
+        """Add the 1st, 2nd, 4th, 8th ... log line of a kind, since a peer may cause many.
 
-        :param kind: a text that no peer chooses.
+        :param kind: a text that peers cannot influence, so that the number of kinds is bounded.
         """
         with self._lock:
             count = self._warning_counts[kind] = self._warning_counts.get(kind, 0) + 1
@@ -108,6 +113,7 @@ class Inbox:
                 self._events.append(Warned(text + suffix))
 
     def drain(self) -> tuple[list[Event], bool]:
+        """Remove all events; return them, and whether :attr:`full` was true since the last call."""
         with self._lock:
             events, self._events = self._events, []
             was_full, self._was_full = self._was_full, False

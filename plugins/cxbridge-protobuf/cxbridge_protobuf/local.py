@@ -17,15 +17,15 @@ from cxbridge_protobuf.inbox import Event, Origin, Presence, Received, Warned
 from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import MessageTypes
 
-HOST: Final = "127.0.0.1"  # apparent address of all senders
+HOST: Final = "127.0.0.1"  # the address that all messages come from
 
 
 @dataclass(slots=True)
 class _Peer:
     """A peer.
 
-    :param key: secret and cipher; both empty for plain messages. Messages are not encrypted here, but a peer
-        with another key cannot read them.
+    :param key: the secret and the cipher; both empty for plain messages. Messages are not encrypted here, but
+        a peer with another key does not receive them.
     :param is_deaf: whether a message with another key has already arrived.
     """
 
@@ -42,7 +42,7 @@ class _Link:
     origin: Origin
     peer: LocalConnections
     peer_id: int
-    port: int = 0  # port of a client as its server sees it
+    port: int = 0  # port of the client, at the server's end
 
 
 class LocalNetwork:
@@ -50,7 +50,7 @@ class LocalNetwork:
 
     def __init__(self) -> None:
         self.members: list[LocalConnections] = []
-        self.ports = count(49152)  # ports of clients
+        self.ports = count(49152)  # ports of clients, from the range of dynamic ports
 
     def join(
         self, types: MessageTypes, _settings: NetworkSettings, now_us: Callable[[], int]
@@ -139,10 +139,10 @@ class LocalConnections:
 
     # -- peers
 
-    def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int:  # noqa: ARG002
+    def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int:  # noqa: ARG002 - all hosts are one
         """Create a peer and return its id; 0 if ``send_port`` is below 1.
 
-        :param recv_port: below 1 for the same port as ``send_port``.
+        :param recv_port: the receiving port; below 1 for the same port as ``send_port``.
         """
         if send_port <= 0:
             return 0
@@ -186,8 +186,9 @@ class LocalConnections:
     ) -> None:
         """Deliver a peer's message to the peers on a port.
 
-        :param sender: the sending peer if it belongs to this environment, else 0; it does not receive its own
-            message.
+        :param from_port: the port that the message comes from.
+        :param sender: the id of the sending peer if the peer belongs to this environment, else 0; a peer does
+            not receive its own messages.
         """
         for peer_id, peer in self._peers.items():
             if peer_id == sender:
@@ -214,6 +215,7 @@ class LocalConnections:
         if message is None and origin is Origin.PEER:
             self._events.append(Warned(f"Failed to receive peer message: Deserialization fail: {problem}"))
             return
+        # as over sockets: facts of clients do not name the server
         host = "" if origin is Origin.CLIENT else HOST
         self._events.append(
             Received(

@@ -1,6 +1,6 @@
-"""Socket connections of one environment: a thread reads the network into an inbox.
+"""Socket connections of one environment: a thread puts received messages into an inbox.
 
-The environment's thread may call all public methods. Rules: docs/evidence/protocol-protobuf.md.
+The thread of the environment calls the public methods. Rules: docs/evidence/protocol-protobuf.md.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from cxbridge_protobuf import frames
 from cxbridge_protobuf.crypto import Crypter
 from cxbridge_protobuf.frames import Frame
 from cxbridge_protobuf.inbox import Event, Inbox, Origin, Presence, Received
-from cxbridge_protobuf.peer import LONGEST, Peer
+from cxbridge_protobuf.peer import MAX_PEER_BYTES, Peer
 from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.stream import StreamLink
 from cxbridge_protobuf.types import MessageTypes
 
 T = TypeVar("T")
 
-MOST_CLIENTS: Final = 256  # limit of clients at a server
+MAX_CLIENTS: Final = 256  # limit of clients at a server
 
-_SECONDS = 10  # seconds to wait for the thread, whose work never blocks
-_EVERYWHERE = "*"
-_MOST_PORT = 65535
+_TIMEOUT_S = 10  # seconds to wait for the thread, whose work never blocks
+_ALL_INTERFACES = "*"
+_MAX_PORT = 65535
 
 
 class Network:
@@ -105,7 +105,7 @@ class Network:
     def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int:
         """Create a peer that sends to an address and receives on a port; return its id.
 
-        :param recv_port: below 1 for the same port as ``send_port``.
+        :param recv_port: the receiving port; below 1 for the same port as ``send_port``.
         :param secret: the secret of encryption; empty for plain messages.
         :returns: 0 if ``send_port`` is below 1.
         :raises ProtobufError: if the port or the cipher is unavailable.
@@ -140,7 +140,7 @@ class Network:
     def send(self, link_id: int, frame: Frame) -> None:
         """Send over a connection or a peer; unknown ids are ignored.
 
-        :raises ProtobufError: if the connection is not open or the message too long.
+        :raises ProtobufError: if the connection is not open, or the message is too long.
         """
         link = self._streams.get(link_id)
         if link is None:
@@ -160,12 +160,12 @@ class Network:
         peer = self._peers.get(peer_id)
         if peer is None:
             return
-        if len(frame.data) > LONGEST:
+        if len(frame.data) > MAX_PEER_BYTES:
             raise ProtobufError("Serialized message too big")
         self._call(peer.send, frame)
 
     def close(self) -> None:
-        """Close all connections and end the thread, after which the object is unusable."""
+        """Close all connections and end the thread; the network is unusable afterwards."""
         self.disable_server()
         for link in self._take_streams(None):
             self._call(link.close)
@@ -186,7 +186,7 @@ class Network:
         _check_port(port)
         address = self._settings.server_address
         try:
-            if address == _EVERYWHERE:
+            if address == _ALL_INTERFACES:
                 if socket.has_dualstack_ipv6():
                     return socket.create_server(("", port), family=socket.AF_INET6, dualstack_ipv6=True)
                 return socket.create_server(("", port))
@@ -207,20 +207,22 @@ class Network:
 
     # -- the thread
 
-    def _started(self) -> LoopThread:
+    def _start_thread(self) -> LoopThread:
+        """Return the thread, started by the first call: many environments have no connections."""
         if self._thread is None:
             self._thread = LoopThread("clips-protobuf")
         return self._thread
 
     def _run(self, work: Coroutine[Any, Any, T]) -> T:
         """Run a coroutine in the thread and wait for its result."""
-        return self._started().spawn(work).result(_SECONDS)
+        return self._start_thread().spawn(work).result(_TIMEOUT_S)
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
         """Start a coroutine in the thread."""
-        self._started().spawn(work)
+        self._start_thread().spawn(work)
 
     def _call(self, function: Callable[..., object], *arguments: object) -> None:
+        """Call a function in the thread; without a thread there are no connections."""
         if self._thread is not None:
             self._thread.call(function, *arguments)
 
@@ -251,12 +253,12 @@ class Network:
     def accept(self, link: StreamLink) -> bool:
         """Add a new connection; return whether it may stay."""
         with self._lock:
-            # the environment may have closed it in the meantime
+            # the environment may have closed the connection in the meantime
             if link.origin is Origin.CLIENT:
                 accepted = link.id in self._streams
             else:
                 clients = sum(stream.origin is Origin.SERVER for stream in self._streams.values())
-                accepted = self._server is not None and clients < MOST_CLIENTS
+                accepted = self._server is not None and clients < MAX_CLIENTS
                 if accepted:
                     self._streams[link.id] = link
         if accepted:
@@ -285,6 +287,7 @@ class Network:
 
     def received(self, link: StreamLink, frame: Frame) -> None:
         """Process a frame from a connection."""
+        # protobuf_comm reports no address for messages from the server of a client
         host, port = (link.host, link.port) if link.origin is Origin.SERVER else ("", 0)
         self._received(link.origin, link.id, host, port, frame)
 
@@ -308,5 +311,5 @@ class Network:
 
 
 def _check_port(port: int) -> None:
-    if port > _MOST_PORT:
+    if port > _MAX_PORT:
         raise ProtobufError(f"there is no port {port}", hint="1 to 65535")

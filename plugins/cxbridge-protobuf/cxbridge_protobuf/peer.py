@@ -16,11 +16,11 @@ from cxbridge_protobuf.crypto import Crypter
 from cxbridge_protobuf.frames import Frame
 from cxbridge_protobuf.inbox import Inbox, Origin
 
-# The limit of a message in bytes, because protobuf_comm's peers receive no longer ones.
-LONGEST: Final = 1024
+# The limit of a message, because protobuf_comm's peers receive into a buffer of this size.
+MAX_PEER_BYTES: Final = 1024
 
-_RETRY_SECONDS = 2.0  # seconds between two attempts to resolve the host
-_WAITING = 64  # frames kept until the host is resolved; older ones are dropped
+_RETRY_S = 2.0  # seconds between two attempts to resolve the host
+_MAX_WAITING = 64  # number of frames kept until the host is resolved; the oldest ones are dropped
 
 Receive = Callable[[Origin, int, str, int, Frame], None]
 
@@ -28,10 +28,11 @@ Receive = Callable[[Origin, int, str, int, Frame], None]
 class Peer(asyncio.DatagramProtocol):
     """A peer.
 
-    :param peer_id: its id in the environment.
-    :param address: IPv4 address or host name.
+    :param peer_id: the id of the peer in the environment.
+    :param address: the IPv4 address or host name to send to.
+    :param version: the version of frames.
     :param receive: called with received frames.
-    :param inbox: receives warnings.
+    :param inbox: gets warnings.
     """
 
     def __init__(
@@ -46,8 +47,8 @@ class Peer(asyncio.DatagramProtocol):
         self._inbox = inbox
         self._transport: asyncio.DatagramTransport | None = None
         self._target: tuple[str, int] | None = None
-        self._own: tuple[str, int] | None = None
-        self._waiting: deque[Frame] = deque(maxlen=_WAITING)
+        self._own_address: tuple[str, int] | None = None
+        self._waiting: deque[Frame] = deque(maxlen=_MAX_WAITING)
         self._resolving: asyncio.Task[None] | None = None
         self._closed = asyncio.Event()
 
@@ -94,8 +95,8 @@ class Peer(asyncio.DatagramProtocol):
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
         """Process a frame from another peer."""
         host, port = addr
-        if addr == self._own:
-            return
+        if addr == self._own_address:
+            return  # a broadcast also reaches its sender
         if self._inbox.full:
             self._warn(addr, "rules do not keep up with the messages, it is dropped")
             return
@@ -134,11 +135,11 @@ class Peer(asyncio.DatagramProtocol):
                 addresses = await loop.getaddrinfo(
                     self._address, self._port, family=socket.AF_INET, type=socket.SOCK_DGRAM
                 )
-                self._own = (_source_for(addresses[0][4][0]), port)
+                self._own_address = (_source_for(addresses[0][4][0]), port)
                 self._target = (str(addresses[0][4][0]), self._port)
             except (OSError, UnicodeError):
                 self.error_received(ProtobufError(f"there is no host {self._address} now, retrying"))
-                await asyncio.sleep(_RETRY_SECONDS)
+                await asyncio.sleep(_RETRY_S)
         while self._waiting:
             self.send(self._waiting.popleft())
 
@@ -148,7 +149,7 @@ def _source_for(address: str | int) -> str:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
         try:
-            probe.connect((address, 9))
+            probe.connect((address, 9))  # sends nothing, only chooses a route; the port does not matter
         except OSError:
-            return ""  # unreachable now, so no own message can come back either
+            return ""  # an unreachable address returns no broadcast
         return str(probe.getsockname()[0])

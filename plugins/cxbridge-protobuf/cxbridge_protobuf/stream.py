@@ -40,8 +40,9 @@ class LinkOwner(Protocol):
 class StreamLink(asyncio.Protocol):
     """A connection.
 
-    :param link_id: its id in the environment.
-    :param origin: whether it belongs to a client of this environment or to its server.
+    :param link_id: the id of the connection in the environment.
+    :param origin: whether the connection belongs to a client or to the server of the environment.
+    :param network: gets the events of the connection.
     """
 
     def __init__(self, link_id: int, origin: Origin, network: LinkOwner) -> None:
@@ -57,12 +58,12 @@ class StreamLink(asyncio.Protocol):
         self._reason = ""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Announce the connection unless it was dropped before."""
+        """Announce the connection; abort it if the network refuses it."""
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
         self.host, self.port = transport.get_extra_info("peername", ("", 0))[:2]
         self.host = self.host.removeprefix(_MAPPED)
-        # before the listener call, which may send at once
+        # before accept(), after which the environment may send at once
         self.connected = True
         if not self._network.accept(self):
             self.connected = False
@@ -102,11 +103,12 @@ class StreamLink(asyncio.Protocol):
                 self.data_received(data)
 
     def resume(self) -> None:
+        """Continue to read, after a full inbox."""
         if self._transport is not None and not self._transport.is_closing():
             self._transport.resume_reading()
 
     def write(self, data: bytes) -> None:
-        """Send bytes; drop the connection if its reader is too slow."""
+        """Send bytes; drop the connection if the other side reads too slowly."""
         if not self.connected or self._transport is None:
             return
         self._transport.write(data)

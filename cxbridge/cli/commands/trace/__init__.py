@@ -1,4 +1,4 @@
-"""``cxbridge trace``: look at recorded runs and compare them. Each module here is one of its commands."""
+"""``cxbridge trace``: read and compare recorded runs. Each module of this package is a command."""
 
 import sys
 
@@ -20,4 +20,4 @@ app = typer.Typer(
 
 @app.callback()
 def _trace() -> None:
-    """Look at recorded runs, of this program or of Fawkes, and compare them."""
+    """Record, read and compare runs of this program and of Fawkes."""

@@ -19,11 +19,11 @@ def cat(
             " planner"
         ),
     ] = None,
-    match: Annotated[str, typer.Option(help="only events whose line holds this regular expression")] = "",
+    match: Annotated[str, typer.Option(help="only events whose line matches this regular expression")] = "",
     interface_dir: InterfaceDirs = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object per line")] = False,
 ) -> None:
-    """Print the events of a recorded run, one a line, with the seconds since its first event.
+    """Print the events of a recorded run, one per line, with the seconds since the first event.
 
     Example: cxbridge trace cat out/run.mcap --kind goal
     """

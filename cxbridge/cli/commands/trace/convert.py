@@ -15,7 +15,7 @@ from cxbridge.plugins import package_hint
 def convert(
     file: RunPath,
     output: Annotated[
-        Path, typer.Argument(metavar="OUT", help="the file to write; for CSV of several interfaces a folder")
+        Path, typer.Argument(metavar="OUT", help="file to write; a folder for CSV with several interfaces")
     ],
     to: Annotated[
         str, typer.Option(help="mcap, foxglove, fawkes-log, transitions, csv, rosbag or rosbag-sqlite3")

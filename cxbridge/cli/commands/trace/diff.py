@@ -23,7 +23,7 @@ Choice = TypeVar("Choice", bound=Enum)
 
 @dataclass(frozen=True, kw_only=True)
 class _Method:
-    """The subject and rules of the comparison."""
+    """The options that select events and rules of the comparison."""
 
     level: Annotated[str, typer.Option(help="transitions, skills, rules, facts or blackboard")] = (
         "transitions"
@@ -31,21 +31,25 @@ class _Method:
     order: Annotated[str, typer.Option(help="total or partial")] = "total"
     only: Annotated[
         tuple[str, ...],
-        typer.Option(metavar="PATTERN", help="compare only this; may be given several times"),
+        typer.Option(metavar="PATTERN", help="compare only matching events; may be given several times"),
     ] = ()
     ignore: Annotated[
-        tuple[str, ...], typer.Option(metavar="PATTERN", help="leave this out; may be given several times")
+        tuple[str, ...],
+        typer.Option(metavar="PATTERN", help="ignore matching events; may be given several times"),
     ] = ()
     time_tolerance: Annotated[
         float | None,
-        typer.Option(min=0, metavar="S", help="compare times, too, with a tolerance of SECONDS"),
+        typer.Option(min=0, metavar="S", help="also compare times, with a tolerance of S seconds"),
     ] = None
     time_from: Annotated[
-        str, typer.Option(help="count times from the event before of the same 'thread', or from the 'begin'")
+        str,
+        typer.Option(
+            help="measure times from the previous event of the same 'thread', or from the 'begin' of the run"
+        ),
     ] = "thread"
 
     def plain(self) -> dict[str, Any]:
-        """Return the options that say how it is compared, as JSON has them."""
+        """Return the selection and the tolerance for JSON."""
         return {
             "only": [*self.only],
             "ignore": [*self.ignore],
@@ -56,26 +60,26 @@ class _Method:
 
 @dataclass(frozen=True, kw_only=True)
 class _DiffOutputs:
-    """The reports and their files."""
+    """The options for reports."""
 
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False
-    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="write a JUnit file for CI, too")] = None
+    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="also write a JUnit file for CI")] = None
     page: Annotated[
-        Path | None, typer.Option("--html", metavar="FILE", help="write a page that works offline, too")
+        Path | None, typer.Option("--html", metavar="FILE", help="also write a page that works offline")
     ] = None
 
 
 @option_groups
 def diff(
-    a: Annotated[Path, typer.Argument(metavar="A", help="the run to look at")],
-    b: Annotated[list[Path], typer.Argument(metavar="B...", help="the run to compare it with, or several")],
+    a: Annotated[Path, typer.Argument(metavar="A", help="the run to compare")],
+    b: Annotated[list[Path], typer.Argument(metavar="B...", help="the runs to compare with A")],
     method: _Method,
     outputs: _DiffOutputs,
 ) -> None:
-    """Compare two recorded runs: exit status 0 when they are the same, 1 when they differ, 2 when unreadable.
+    """Compare recorded runs. Exit status: 0 equal; 1 different; 2 a run is unreadable.
 
-    With several runs B, A must be the same as each; in partial order, only what all B agree on counts for the
-    sides of parents and children.
+    With several runs B, A must equal each of them. In partial order, the order between parents and children
+    counts only if all runs B agree on it.
 
     Example: cxbridge trace diff out/a.mcap out/b.mcap --level rules --order partial
     """
@@ -88,11 +92,11 @@ def diff(
     from cxbridge.trace.formats.registry import open_run
 
     _check_outputs((a, *b), outputs.junit, outputs.page)
-    view, kind = _choice(View, "--level", method.level), _choice(Order, "--order", method.order)
+    view, order = _choice(View, "--level", method.level), _choice(Order, "--order", method.order)
     selection = Selection(method.only, method.ignore)
     run, others = open_run(a), [open_run(path) for path in b]
     tolerance = _tolerance(method.time_tolerance, method.time_from)
-    comparison = compare_runs(run, others, view, kind, selection=selection, tolerance=tolerance)
+    comparison = compare_runs(run, others, view, order, selection=selection, tolerance=tolerance)
     report = make_report(comparison, run, others, selection)
     if outputs.page is not None:
         _write_page(outputs.page, page_report(report, method.plain(), selection))
@@ -106,7 +110,7 @@ def diff(
 def _check_outputs(runs: tuple[Path, ...], *outputs: Path | None) -> None:
     """Check that outputs do not overwrite a compared run."""
     for output in outputs:
-        # the same file by another path or link, too
+        # samefile also detects the same file by another path or link
         if output is not None and output.exists() and any(r.exists() and output.samefile(r) for r in runs):
             raise typer.BadParameter(f"'{output}' is one of the runs")
 
@@ -115,12 +119,12 @@ def _tolerance(seconds: float | None, since: str) -> Tolerance | None:
     """Return the tolerance of times, or None if times are not compared."""
     from cxbridge.trace.compare.checks import TimeFrom, Tolerance
 
-    counted = _choice(TimeFrom, "--time-from", since)
-    return None if seconds is None else Tolerance(seconds, counted)
+    reference = _choice(TimeFrom, "--time-from", since)
+    return None if seconds is None else Tolerance(seconds, reference)
 
 
 def _print_outcome(report: ComparisonReport, outputs: _DiffOutputs, method: dict[str, Any]) -> None:
-    """Print the outcome, and write the files that were asked for.
+    """Print the outcome, and write the requested files.
 
     :param method: the options of the comparison.
     """

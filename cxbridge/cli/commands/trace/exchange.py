@@ -13,9 +13,9 @@ from cxbridge.cli.console import say
 def exchange(
     file: RunPath,
     interface_dir: InterfaceDirs = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object per line")] = False,
 ) -> None:
-    """Print the messages of masters and executors on a skill board, one a line, in recorded order.
+    """Print the messages of masters and executors on a skill board, one per line, in recorded order.
 
     Example: cxbridge trace exchange out/run.mcap
     """

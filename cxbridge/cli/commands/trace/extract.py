@@ -17,14 +17,12 @@ def extract(
     ] = "*",
     output: Annotated[
         Path,
-        typer.Option(
-            "--output", "-o", metavar="DIR", help="the folder for the files; created if it is missing"
-        ),
+        typer.Option("--output", "-o", metavar="DIR", help="folder for the files, created if missing"),
     ] = Path(),
 ) -> None:
     """Write the files that were recorded with a run (configuration, CLIPS, PDDL, interfaces) to a folder.
 
-    Exit status: 1 when no file matches.
+    Exit status: 0 written; 1 no file matches.
 
     Example: cxbridge trace extract out/run.mcap 'clips/*' -o out/files
     """

@@ -1,4 +1,4 @@
-"""``cxbridge trace record``: the bblogger on any blackboard."""
+"""``cxbridge trace record``: record a blackboard, as Fawkes' bblogger does."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cxbridge.printing import terminal_of
 if TYPE_CHECKING:
     from cxbridge.daemon.services.record import RecordReport
 
-NOT_WHOLE = 4
+INCOMPLETE = 4
 """The exit status after a failed write."""
 
 
@@ -28,24 +28,25 @@ def record(
     *,
     console: ConsoleOptions,
 ) -> int:
-    """Record the writes to interfaces of a blackboard, until --duration is over, SIGINT or SIGTERM.
+    """Record the writes to interfaces of a blackboard, until the end of --duration, SIGINT or SIGTERM.
 
-    Interfaces that come later are recorded, too; a server that restarts is waited for. See docs/recording.md.
+    Interfaces that are opened later are recorded, too. If the server restarts, the recording continues after
+    the reconnection. See docs/recording.md.
 
-    Exit status: 0 recorded; 2 bad input, no server, no file can be made; 4 a write failed.
+    Exit status: 0 recorded; 2 bad input, no server, or a file cannot be created; 4 a write failed.
 
     Example: cxbridge trace record -i 'SkillerInterface::*' -o out/skiller.mcap --duration 60
     """
+    from cxbridge.daemon.services.record import duplicate_output
     from cxbridge.daemon.services.record import record as record_board
-    from cxbridge.daemon.services.record import same_output
 
-    if (twice := same_output(options.outputs)) is not None:
-        raise typer.BadParameter(f"'{twice}' is named twice", param_hint="--output")
-    shows = sys.stderr.isatty() and not console.quiet
+    if (duplicate := duplicate_output(options.outputs)) is not None:
+        raise typer.BadParameter(f"'{duplicate}' is named twice", param_hint="--output")
+    shows_progress = sys.stderr.isatty() and not console.quiet
     report = record_board(
-        options, console=console.log(info=True), on_progress=_show if shows else lambda _report: None
+        options, console=console.log(info=True), on_progress=_show if shows_progress else lambda _report: None
     )
-    if shows:
+    if shows_progress:
         terminal_of(sys.stderr).write(_CLEAR)
     if as_json:
         say_json(report.plain(), indent=2)
@@ -54,7 +55,7 @@ def record(
             say(line)
     for error in report.errors:
         complain(error)
-    return NOT_WHOLE if report.errors else 0
+    return INCOMPLETE if report.errors else 0
 
 
 _CLEAR = "\r\x1b[K"

@@ -1,4 +1,4 @@
-"""``cxbridge trace repair``: mends recordings that were cut off, or whose headers are wrong."""
+"""``cxbridge trace repair``: repair truncated recordings and wrong headers."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ def repair(
             "--output",
             "-o",
             metavar="OUT",
-            help="write the mended copy there; for a folder, into that folder",
+            help="write the repaired copy to this file; if FILE is a folder, into this folder",
         ),
     ] = None,
-    in_place: Annotated[bool, typer.Option("--in-place", help="mend FILE without keeping a backup")] = False,
+    in_place: Annotated[bool, typer.Option("--in-place", help="repair FILE without a backup")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="report the damage and write nothing")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
 ) -> int:
-    """Mend a recording: bblogger's wrong header, an mcap file without its end, a half line at the end.
+    """Repair a recording: a wrong header of bblogger, a truncated mcap file, an incomplete last line.
 
-    Without -o and --in-place FILE is mended, and FILE.bak is the old file. A file without damage is not
-    touched. See docs/formats.md.
+    Without -o and --in-place, FILE is repaired, and FILE.bak is the old file. A file without damage remains
+    unchanged. See docs/formats.md.
 
-    Exit status: 0 mended, or nothing to do; 2 unreadable.
+    Exit status: 0 repaired, or nothing to repair; 2 unreadable.
 
     Example: cxbridge trace repair out/run.mcap --dry-run
     """
@@ -60,7 +60,7 @@ def repair(
             results.append(_repair(path, target, in_place=in_place, dry_run=dry_run))
         except CxbridgeError as error:
             if not file.is_dir():
-                raise  # of a folder, the other files are mended
+                raise  # an unreadable file of a folder does not keep the other files from being repaired
             complain(error)
             results.append({"path": str(path), "error": error.message})
             status = UNREADABLE
@@ -78,7 +78,7 @@ def _repair(path: Path, output: Path | None, *, in_place: bool, dry_run: bool) -
 
     mending = examine(path)
     if not mending.actions:
-        read_whole(path)  # "fine" is only said of a file that can be read to its end
+        read_whole(path)  # only a file that can be read to its end is reported as fine
     written, backup = (None, None) if dry_run else _write(mending, output, in_place=in_place)
     if written is not None:
         read_whole(written)
@@ -93,7 +93,7 @@ def _repair(path: Path, output: Path | None, *, in_place: bool, dry_run: bool) -
 
 
 def _write(mending: Mending, output: Path | None, *, in_place: bool) -> tuple[Path | None, Path | None]:
-    """Write the repaired file; return its path and that of the backup."""
+    """Write the repaired file; return its path and the path of the backup, each None without the file."""
     if output is not None:
         mending.write_copy(output)
         return output, None
@@ -106,7 +106,7 @@ def _write(mending: Mending, output: Path | None, *, in_place: bool) -> tuple[Pa
 
 
 def _print(result: dict[str, Any], *, several: bool) -> None:
-    """Print the actions in the words of ffbblog."""
+    """Print the actions in the format of Fawkes' ffbblog."""
     if "error" in result:
         return
     if several:

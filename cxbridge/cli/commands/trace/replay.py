@@ -1,4 +1,4 @@
-"""``cxbridge trace replay``: a recording onto any blackboard."""
+"""``cxbridge trace replay``: write a recording to a blackboard."""
 
 from __future__ import annotations
 
@@ -22,8 +22,10 @@ LOST = 4
 """The exit status after a lost connection."""
 
 INTERRUPTED = 130
+"""The exit status after Ctrl-C."""
+
 _CLEAR = "\r\x1b[K"
-_LONGEST = 100  # characters of an event, so that it stays on a line of most terminals
+_MAX_CHARACTERS = 100  # limit of an event, so that its line fits into most terminals
 
 
 @option_groups
@@ -35,8 +37,8 @@ def replay(
 ) -> int:
     """Write the interfaces of a recording to a blackboard, in recorded time. See docs/recording.md.
 
-    Exit status: 0 all is written; 2 bad input, an interface has another writer, no server; 4 the
-    connection was lost; 130 interrupted, but with --loop and --hold 0.
+    Exit status: 0 all events are written; 2 bad input, no server, or an interface has another writer; 4 the
+    connection was lost; 130 interrupted, but 0 with --loop, and with --hold after the last event.
 
     Example: cxbridge trace replay out/run.mcap --speed 2
     """
@@ -47,16 +49,16 @@ def replay(
         raise typer.BadParameter(f"it ends before it begins, at {start_s:g} s", param_hint="--to")
     if options.step and options.loop:
         raise typer.BadParameter("cannot go with --step", param_hint="--loop")
-    shows = sys.stderr.isatty() and not console.quiet and not options.step
+    shows_progress = sys.stderr.isatty() and not console.quiet and not options.step
     with StepKeys() if options.step else nullcontext() as keys:
         report = replaying.replay(
             options,
             keys=keys,
             console=console.log(),
-            on_progress=_show if shows else lambda _report: None,
+            on_progress=_show if shows_progress else lambda _report: None,
             announce=_announce if options.step and not console.quiet else lambda _move: None,
         )
-    if shows:
+    if shows_progress:
         terminal_of(sys.stderr).write(_CLEAR)
     for note in report.notes:
         say(f"{options.run}: {note}", err=True)
@@ -83,9 +85,9 @@ def _show(report: ReplayReport) -> None:
 
 
 def _announce(move: ReplayMove) -> None:
-    """Show the next event."""
+    """Print the next event of a stepped replay."""
     from cxbridge.trace.listing import describe
 
     text = describe(move.event)
-    text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."
+    text = text if len(text) <= _MAX_CHARACTERS else f"{text[:_MAX_CHARACTERS]} ..."
     say(f"{move.at_us / 1e6:12.6f} {text}", err=True)

@@ -7,7 +7,7 @@ from cxbridge.cli.console import say
 
 
 def rules(file: RunPath) -> None:
-    """Print the name of one rule a firing, in recorded order.
+    """Print the name of the rule of each firing on a line, in recorded order.
 
     Example: cxbridge trace rules out/run.mcap
     """

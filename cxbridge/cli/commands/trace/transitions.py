@@ -7,7 +7,7 @@ from cxbridge.cli.console import say
 
 
 def transitions(file: RunPath) -> None:
-    """Print one line a transition of a goal, a plan-action or a skiller, in recorded order.
+    """Print the transitions of goals, plan-actions and Skillers, one per line, in recorded order.
 
     Example: cxbridge trace transitions out/run.mcap
     """

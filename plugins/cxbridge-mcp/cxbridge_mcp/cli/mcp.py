@@ -15,8 +15,8 @@ def mcp(
         list[Path] | None,
         typer.Argument(
             metavar="[FOLDER]...",
-            help="Where agents and recordings are; the current folder by default. "
-            "The assistant sees no file elsewhere.",
+            help="Folder with agents and recordings; the current folder by default. "
+            "The assistant sees no files outside of these folders.",
             show_default=False,
         ),
     ] = None,
@@ -25,7 +25,7 @@ def mcp(
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Let the assistant run, explore, or ask a daemon for this operation. Repeatable.",
+            help="Allow the assistant to call run, explore, or this operation of a daemon. Repeatable.",
             show_default=False,
         ),
     ] = None,
@@ -34,10 +34,10 @@ def mcp(
 
     The server speaks the Model Context Protocol on stdin and stdout.
 
-    Without --allow the assistant can only look. A daemon refuses the operations to which its clients have no
-    right, whatever is allowed here.
+    Without --allow the assistant can only read. A daemon refuses the operations to which its clients have no
+    right, even if --allow names them.
 
-    Exit status: 0 the assistant has ended it; 2 bad usage.
+    Exit status: 0 the assistant has closed the connection; 2 bad usage.
 
     Example: cxbridge mcp scenarios out --allow run
     """

@@ -33,6 +33,7 @@ def as_document(domain: Domain, problem: Problem, result: PlanResult) -> dict[st
         "result": result.message or _summary(problem, result.actions, check),
     }
     planned = result.status.value == "PLANNED"
+    # without a plan, the message has the form ``CLAIM: REASON; REASON``
     reasons = result.message.partition(": ")[2].split("; ")
     return {
         "facts": {name: text for name, text in facts.items() if text},
@@ -49,7 +50,7 @@ def _summary(problem: Problem, actions: Sequence[PlannedAction], check: PlanChec
 
 
 def _steps(actions: Sequence[PlannedAction], check: PlanCheck) -> list[dict[str, Any]]:
-    serving = services(check)
+    services_of_steps = services(check)
     moments: dict[int, list[PlanMoment]] = {}
     for moment in check.moments:
         moments.setdefault(moment.step, []).append(moment)
@@ -60,7 +61,7 @@ def _steps(actions: Sequence[PlannedAction], check: PlanCheck) -> list[dict[str,
             "start": action.start,
             "duration": action.duration,
             "changes": [_changes(moment) for moment in moments.get(number, ()) if moment.changes],
-            "serves": _serves(serving.get(number, ())),
+            "serves": _serves(services_of_steps.get(number, ())),
             "after": _state(moments[number][-1].after) if number in moments else None,
         }
         for number, action in enumerate(actions, start=1)

@@ -25,7 +25,7 @@ EXIT: Final = {"PLANNED": 0, "NO-PLAN": 1, "TIMEOUT": 3, "FAILED": 4, "CANCELLED
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _PlannerOptions:
     planner: Annotated[str, typer.Option(help="Planner; see --list.")] = "auto"
-    timeout: Annotated[float, typer.Option(min=0.001, help="Seconds that planning may take.")] = 60.0
+    timeout: Annotated[float, typer.Option(min=0.001, help="Limit of planning, in seconds.")] = 60.0
     option: Annotated[
         tuple[str, ...], typer.Option(metavar="KEY=VALUE", help="An option of the planner. Repeatable.")
     ] = ()
@@ -40,13 +40,13 @@ class _ReadingOptions:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _ResultOptions:
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the plan here.")] = None
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the plan to this file.")] = None
     html: Annotated[
         Path | None, typer.Option("--html", metavar="FILE", help="Write a page about the plan.")
     ] = None
-    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Say which planner planned, and why.")] = (
-        False
-    )
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Print the planner that was used, and why.")
+    ] = False
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False
 
 
@@ -58,14 +58,14 @@ def plan(
     domain_file: Annotated[Path | None, typer.Argument(metavar="DOMAIN", help="PDDL domain.")] = None,
     problem_file: Annotated[Path | None, typer.Argument(metavar="PROBLEM", help="PDDL problem.")] = None,
     validate: Annotated[
-        Path | None, typer.Option(metavar="PLAN", help="Make no plan: say whether this one holds.")
+        Path | None, typer.Option(metavar="PLAN", help="Check this plan instead of making one.")
     ] = None,
     list_planners: Annotated[bool, typer.Option("--list", help="List the planners and stop.")] = False,
 ) -> int:
-    """Make a plan for a PDDL problem, and print it a step a line.
+    """Make a plan for a PDDL problem, and print one step per line.
 
-    Exit status: 0 a plan, 1 there is none or the plan of --validate does not hold, 2 bad input or a planner
-    that cannot take the problem, 3 out of time, 4 the planner failed.
+    Exit status: 0 a plan was found; 1 no plan exists, or the plan of --validate does not hold; 2 bad input,
+    or the planner does not support the problem; 3 the time limit was exceeded; 4 the planner failed.
 
     Example: cxbridge plan domain.pddl problem.pddl --planner pyperplan
     """
@@ -91,7 +91,7 @@ def plan(
 
 
 def _output(result: PlanResult, planner: str, results: _ResultOptions) -> None:
-    """Print a result, or write its plan to a file."""
+    """Print a result, and write its plan to the file of ``--output``."""
     if result.message:
         say(f"cxbridge: {result.message}", err=True)
     if results.verbose:
@@ -129,7 +129,8 @@ def _plan(
     with PlanningService(at_once=1) as service:
         service.warm_up()  # the imports of the process take longer than the parser
         domain, problem = _read(domain_file, problem_file, as_fawkes=as_fawkes)
-        choose_planners(planning.planner, domain, problem, options)  # refused here: bad input
+        # called for its errors only: an unsupported problem is bad input, not a failure of the planner
+        choose_planners(planning.planner, domain, problem, options)
         request = PlanRequest(domain, problem, planning.planner, options, planning.timeout)
         return domain, problem, service.plan(request)
 

@@ -81,7 +81,7 @@ def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> tup
         for folder in path
         for file in sorted(folder.rglob("*.proto"))
     )
-    key = (*compiler._command(), compiler._SECONDS, *names, texts)
+    key = (*compiler._command(), compiler._TIMEOUT_S, *names, texts)
     if key not in _compiled:
         _compiled[key] = _compile(names, here, path)
     return _compiled[key]

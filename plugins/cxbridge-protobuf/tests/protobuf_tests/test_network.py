@@ -196,7 +196,7 @@ def test_a_flood_is_read_no_further_than_rules_can_take(nets):
 
 
 def test_too_many_clients(nets, monkeypatch):
-    monkeypatch.setattr(network_module, "MOST_CLIENTS", 1)
+    monkeypatch.setattr(network_module, "MAX_CLIENTS", 1)
     server, port = served(nets)
     with stranger(port):
         assert server.presence().connected

@@ -15,7 +15,7 @@ from importlib.util import find_spec
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.cli.styling import _filled
+from cxbridge.cli.styling import _fill_optional_values
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 from cxbridge_web import options as web_options
@@ -206,7 +206,7 @@ def test_a_page_and_a_replay_do_not_go_together(recordings, tmp_path, capsys):
     ],
 )
 def test_the_port_may_be_left_out(given, filled):
-    assert _filled(given, ["--web"]) == filled
+    assert _fill_optional_values(given, ["--web"]) == filled
 
 
 @pytest.mark.parametrize(

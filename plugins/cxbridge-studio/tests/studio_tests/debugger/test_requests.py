@@ -256,7 +256,5 @@ def test_the_commands(daemon, ask, tmp_path, capsys):
 
 
 def test_what_a_client_sends_looks_like_no_line_of_the_log():
-    assert (
-        daemon_requests._in_one_line("{}\nE Daemon: on fire\x1b[2J") == r"{}\u000aE Daemon: on fire\u001b[2J"
-    )
-    assert len(daemon_requests._in_one_line("x" * 10_000)) == 500
+    assert daemon_requests._loggable("{}\nE Daemon: on fire\x1b[2J") == r"{}\u000aE Daemon: on fire\u001b[2J"
+    assert len(daemon_requests._loggable("x" * 10_000)) == 500
