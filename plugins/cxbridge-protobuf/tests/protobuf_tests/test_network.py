@@ -316,7 +316,7 @@ def test_a_host_that_is_not_found_is_told_and_messages_wait(nets, monkeypatch):
             raise socket.gaierror("no such host")
         return real("127.0.0.1", *args, **kwargs)
 
-    monkeypatch.setattr("cxbridge_protobuf.peer._RETRY_SECONDS", 0)
+    monkeypatch.setattr("cxbridge_protobuf.peer._RETRY_S", 0)
     monkeypatch.setattr(socket, "getaddrinfo", resolve)
     net, port = nets(), free_port(socket.SOCK_DGRAM)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
