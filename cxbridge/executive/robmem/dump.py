@@ -79,7 +79,7 @@ def _file(collection: str, folder: Path) -> Path:
 
 
 def _replace(file: Path, data: bytes) -> None:
-    with replacing(file) as new_file, new_file.open("wb") as stream:
+    with replacing(file) as fresh, fresh.open("wb") as stream:
         stream.write(data)
         stream.flush()
         os.fsync(stream.fileno())
