@@ -53,7 +53,7 @@ def _copy_events(run: Run, path: Path, to: str) -> list[str]:
                 lost += 1
     notes = writer.notes if written else [f"nothing of the run has a place in {to}: the copy is empty"]
     if lost and not has_facts:
-        notes.append(f"{lost} transitions have no place in {to}: the run was recorded without has_facts")
+        notes.append(f"{lost} transitions have no place in {to}: the run was recorded without facts")
     return notes
 
 

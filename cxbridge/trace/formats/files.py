@@ -57,7 +57,7 @@ def _errors_of(path: Path, participle: str) -> Iterator[None]:
 
 
 def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
-    r"""Yield ``(number, text, is_complete)`` per line; the last one may be incomplete.
+    r"""Yield ``(number, text, is_complete)`` per line; a last line without line feed is incomplete.
 
     Only line feeds end lines. Bytes that are not UTF-8 become ``\xNN``.
 
