@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Protocol
 
@@ -38,7 +39,8 @@ _SPEC: Final = "/clips-executive/spec"
 _SPECS: Final = "/clips-executive/specs"
 _COORDINATION: Final = "parameters/coordination"
 _ROUTES: Final = "parameters/rcll/route"
-_ROBOT_NAMES: Final = ("R-1", "R-2", "R-3")
+_PEER_NAME: Final = re.compile(r"robot\d+")
+_ROBOT_NAMES: Final = ("R-1", "R-2", "R-3")  # for a spec without routes
 _AGENT_NUMBER: Final = "/fawkes/agent/number"
 _PROTO_DIRS: Final = "/clips-protobuf/proto-dirs"
 _SIMULATOR: Final = "/rcll-simulator/enabled"
@@ -78,7 +80,7 @@ class GameReferee(Protocol):
 
     @property
     def faults(self) -> Sequence[str]:
-        """Errors in cxbridge's own functions for the rules."""
+        """The errors in cxbridge's functions for the referee's rules."""
 
 
 class LeagueAssembly(Run):
@@ -105,7 +107,9 @@ class LeagueTeam(Team):
         self.referee = setup.referee
 
         def components(name: str) -> Sequence[MakeComponent]:
-            referee = setup.referee_components() if name == setup.robots[0] else ()  # one for all agents
+            referee = (
+                setup.referee_components() if name == setup.robots[0] else ()
+            )  # the agents share a referee
             return (*referee, setup.interfaces({name: ""}))
 
         super().__init__(setup.run, setup.context, setup.robots, None, setup.extend(additions), components)
@@ -143,17 +147,17 @@ class GameSetup:
         spec = f"{_SPECS}/{run.spec or config.get_str(_SPEC, default='')}"
         # Whether each robot has an executive that coordinates with its teammates.
         self.is_team = bool(config.keys(f"{spec}/{_COORDINATION}"))
-        self.robots = self._name_robots(config, spec)
+        self.robots = self._configure_robots(config, spec)
         self.world.add(self.robots)
-        # the simulator's robots expect tasks over sockets; here the robots are Skillers
+        # The simulator's robots expect tasks over sockets, but the robots of this game are Skillers.
         config.set(_SIMULATOR, False)
         config.set(_PROTO_DIRS, [str(messages)])
         if settings.simtest:
             turn_on(config, spec, settings.simtest, checkouts)
         self.referee.set_up(config)
 
-    def _name_robots(self, config: Configuration, spec: str) -> list[str]:
-        """Return the names of the robots, after setting them in the configuration."""
+    def _configure_robots(self, config: Configuration, spec: str) -> list[str]:
+        """Write the robots into the configuration, and return their names."""
         if self.is_team:
             routes = [config.keys(f"{spec}/{_ROUTES}/{team}") for team in config.keys(f"{spec}/{_ROUTES}")]
             names = next(filter(None, routes), list(_ROBOT_NAMES))
@@ -163,7 +167,8 @@ class GameSetup:
                 config.set(f"{robot_tree}{_AGENT_NUMBER}", number)
                 config.set(f"{robot_tree}/skill-board/agents/{name}/skiller", "Skiller")
             return names
-        names = [name for name in config.keys(_PEERS) if name.startswith("robot") and name[5:].isdigit()]
+        # The peers ``robot1``, ``robot2`` ... of Fawkes' bbsync are the robots of a central agent.
+        names = [name for name in config.keys(_PEERS) if _PEER_NAME.fullmatch(name)]
         for name in names:
             config.set(f"{_PEERS}/{name}/active", True)
             config.set(f"/skill-board/agents/{name}/skiller", f"/{name}/Skiller")

@@ -23,11 +23,11 @@ class Phase(StrEnum):
     POST_GAME = "POST_GAME"
 
 
-PACKAGE: Final = "llsf_msgs"  # protobuf package of the league's messages
+PACKAGE: Final = "llsf_msgs"  # the protobuf package of the league's messages
 
-BEGIN_S: Final = 5.0  # seconds until the setup phase; by then the agent listens
+BEGIN_S: Final = 5.0  # the seconds before the setup phase, in which the agent starts to listen
 
-# Seconds of the setup phase. The league's 300 s only serve to carry robots to their places.
+# The seconds of the setup phase. The league's 300 s only serve to carry robots to their places.
 SETUP_S: Final = 15.0
 
 
@@ -37,7 +37,7 @@ class Script:
 
     :param cyan: the name of team cyan; empty if absent.
     :param magenta: the name of team magenta; empty if absent.
-    :param production_s: seconds of the production phase, after which the game is over.
+    :param production_s: the seconds of the production phase, after which the game is over.
     """
 
     cyan: str = ""
@@ -48,7 +48,7 @@ class Script:
 class Controller(Component):
     """Instructs the referee.
 
-    :param types: the league's messages.
+    :param types: the message types of the league.
     :param send: sends a message to the referee.
     :raises ProtobufError: if the definition of a needed message is missing.
     """
@@ -62,9 +62,10 @@ class Controller(Component):
         self._clock: Clock = context.clock
         self._types = types
         self._send = send
-        self._begun_us: int | None = None
+        self._begin_us: int | None = None
         teams = [("CYAN", script.cyan), ("MAGENTA", script.magenta)]
-        production = BEGIN_S + SETUP_S
+        production_begin_s = BEGIN_S + SETUP_S
+        # The seconds after the first loop, the type of the message, and its fields.
         self._steps: list[tuple[float, str, dict[str, str]]] = [
             (BEGIN_S, "SetTeamName", {"team_color": colour, "team_name": name})
             for colour, name in teams
@@ -73,20 +74,26 @@ class Controller(Component):
         self._steps += [
             (BEGIN_S, "SetGamePhase", {"phase": Phase.SETUP}),
             (BEGIN_S, "SetGameState", {"state": "RUNNING"}),
-            (production, "SetGamePhase", {"phase": Phase.PRODUCTION}),
-            (production + script.production_s, "SetGamePhase", {"phase": Phase.POST_GAME}),
+            (production_begin_s, "SetGamePhase", {"phase": Phase.PRODUCTION}),
+            (production_begin_s + script.production_s, "SetGamePhase", {"phase": Phase.POST_GAME}),
         ]
-        # fail at the start, not in the middle of a game
+        # A missing definition fails here, not in the middle of a game.
         for kind in dict.fromkeys(kind for _, kind, _ in self._steps):
             self._create(kind)
 
     def loop(self) -> None:
-        """Send due messages. Time counts from the first loop, since a large agent loads for seconds."""
+        """Send the due messages.
+
+        Time counts from the first loop, since a large agent loads for seconds.
+        """
         now_us = self._clock.now_us()
-        if self._begun_us is None:
-            self._begun_us = now_us
-        while self._steps and now_us >= self._begun_us + round(self._steps[0][0] * MICROSECONDS):
-            _, kind, values = self._steps.pop(0)
+        if self._begin_us is None:
+            self._begin_us = now_us
+        while self._steps:
+            due_s, kind, values = self._steps[0]
+            if now_us < self._begin_us + round(due_s * MICROSECONDS):
+                break
+            del self._steps[0]
             self._send(self._instruction(kind, values))
 
     def _instruction(self, kind: str, values: dict[str, str]) -> Message:

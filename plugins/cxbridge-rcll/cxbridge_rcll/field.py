@@ -9,20 +9,22 @@ from typing import Final, NamedTuple
 
 from cxbridge.executive.host.values import Value
 
+# A zone such as ``C-Z42`` or ``M_Z42``: the half, the column and the row.
 _ZONE: Final = re.compile(r"([CM])[-_]Z(\d)(\d)")
+# A machine with an optional side, such as ``C-BS-INPUT``, or the place to wait for it, ``WAIT-C-BS-I``.
 _MACHINE: Final = re.compile(r"(?:WAIT-)?([CM]-(?:BS|DS|SS|CS\d|RS\d))(?:-(INPUT|OUTPUT|I|O))?")
 _AT_MACHINE_M: Final = 0.75  # metres from the centre of a machine to a robot that works there
 
 _WAITING_M: Final = 1.5  # metres from the centre of a machine to a robot that waits for it
-_ENTRY: Final = (4.5, 0.5)  # metres, of the first robot; the next ones are a metre apart
+_ENTRY_M: Final = (4.5, 0.5)  # the place of the first robot; the next robots are a metre apart
 
 
 class Pose(NamedTuple):
     """The pose of a robot.
 
-    :param x: metres; negative in magenta's half.
-    :param y: metres.
-    :param yaw: radians.
+    :param x: the metres along the field; negative in magenta's half.
+    :param y: the metres across the field.
+    :param yaw: the direction in radians.
     """
 
     x: float
@@ -35,8 +37,12 @@ class Pose(NamedTuple):
 
 
 def entry(robot: int) -> Pose:
-    """Return the start pose of a cyan robot."""
-    return Pose(_ENTRY[0] + robot - 1, _ENTRY[1], math.pi / 2)
+    """Return the start pose of a cyan robot.
+
+    :param robot: the number of the robot, from 1.
+    """
+    x, y = _ENTRY_M
+    return Pose(x + robot - 1, y, math.pi / 2)
 
 
 class Field:
@@ -56,6 +62,7 @@ class Field:
         machine = _MACHINE.fullmatch(place)
         if machine is None:
             return None
+        # Skills that name no side mean the input.
         metres = _WAITING_M if place.startswith("WAIT") else _AT_MACHINE_M
         return self._pose_before(machine[1], (machine[2] or "I")[0], metres)
 
@@ -67,7 +74,7 @@ class Field:
         rotation = slots["rotation"]
         degrees = rotation if isinstance(rotation, int | float) else 0
         centre, yaw = _centre(*zone.groups()), math.radians(degrees)
-        # a robot at the input faces the direction of the machine's rotation
+        # The input is on the side to which the machine's rotation points; a robot there looks back at it.
         sign = 1 if side == "I" else -1
         x, y = centre.x + sign * metres * math.cos(yaw), centre.y + sign * metres * math.sin(yaw)
         return Pose(x, y, yaw + (math.pi if sign > 0 else 0.0))

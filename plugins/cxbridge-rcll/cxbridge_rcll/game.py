@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 # The default configuration, relative to the `cfg` folder of a checkout.
 SCENARIO: Final = Path("rcll-simulator/central_agent.yaml")
 
-_CUT_S: Final = 1.0  # seconds before the end of the game at which an exploration stops
-_OVER_S: Final = 5.0  # seconds that the referee has for the end of the game
+_CUT_S: Final = 1.0  # the seconds before the end of the game at which an exploration stops
+_OVER_S: Final = 5.0  # the seconds that the referee has for the end of the game
 
-# Real seconds for loading the agent and ending the game: a real clock does not wait.
+# The real seconds for loading the agent and ending the game: a real clock does not wait for either.
 _LOADING_S: Final = 60.0
 
 
@@ -76,7 +76,7 @@ class LeagueGame(LeagueSettings):
             scenario=run.scenario or SCENARIO,
             skiller="none",
             clock=self._clock,
-            # CLIPS errors of an agent are reported with the result, since checkouts have known defects
+            # Checkouts have known CLIPS errors, which the result reports instead of ending the game.
             strict=bool(run.strict),
             timeout=BEGIN_S
             + SETUP_S
@@ -121,6 +121,7 @@ class LeagueGame(LeagueSettings):
         )
 
     def _world(self) -> WorldModel:
+        """Return the failures of skills: those of ``world``, or with the probability ``failures``."""
         if self.world is not None:
             return read_world(self.world)
         if not self.failures:
@@ -141,12 +142,12 @@ class LeagueGame(LeagueSettings):
 
 
 class _Judge:
-    """Takes score and state from the referee of a run."""
+    """Returns the score and the state that the referee of a run reports."""
 
     referee: GameReferee  # set when the run is made
 
     def watch(self, run: Run | Team) -> None:
-        """Take the referee of a run."""
+        """Use the referee of a run."""
         assert isinstance(run, LeagueAssembly | LeagueTeam)
         self.referee = run.referee
 

@@ -18,7 +18,7 @@ from cxbridge_rcll.placing import NAMES, Placement, arrange
 from cxbridge_rcll.refbox import Refbox
 
 _TEXT: Final = "*;sy"  # CLIPS' restriction of arguments: the first is a string or a symbol
-# Functions for parts of machines that are not simulated, with their number of arguments.
+# The functions for parts of machines that are not simulated, with the number of their arguments.
 _IGNORED: Final = {
     "mps-reset-base-counter": 1,
     "mps-reset-lights": 1,
@@ -64,7 +64,7 @@ class ConfigFunctions:
         if value in (TRUE, FALSE):
             self._config.set(path, value == TRUE)
         elif isinstance(value, str | int | float):
-            self._config.set(path, str(value) if isinstance(value, str) else value)
+            self._config.set(path, str(value) if isinstance(value, str) else value)  # a symbol becomes a text
 
 
 class MachineFunctions:
@@ -83,7 +83,7 @@ class MachineFunctions:
         def define_machine_function(name: str, task: Callable[..., None], extra_arguments: int = 0) -> None:
             env.define(
                 name,
-                lambda machine, *arguments: self._order(machine, task, arguments),
+                lambda machine, *arguments: self._give_task(machine, task, arguments),
                 1 + extra_arguments,
                 types=_TEXT,
             )
@@ -110,10 +110,10 @@ class MachineFunctions:
             env.define(name, ignore, count, types=_TEXT)
         env.define("reconfigure-machine", self._reconfigure, 1, types=_TEXT)
 
-    def _order(self, name: str, task: Callable[..., None], arguments: tuple[Value, ...]) -> None:
+    def _give_task(self, name: str, task: Callable[..., None], arguments: tuple[Value, ...]) -> None:
         machine = self.machines.get(name)
         if machine is None:
-            self._log.error(f"Invalid station {name}")
+            self._log.error(f"Invalid station {name}")  # the rules go on
         else:
             task(machine, *arguments)
 
@@ -121,7 +121,7 @@ class MachineFunctions:
         self.machines[str(name)] = self._make(str(name))
 
     def loop(self) -> None:
-        """Let all machines execute due steps."""
+        """Let all machines start and end their due tasks."""
         for machine in self.machines.values():
             machine.loop()
 
@@ -137,7 +137,7 @@ class FieldFunctions:
     def __init__(self, env: ClipsEnvironment, random: Random) -> None:
         self._random = random
         self._machines = set(NAMES)
-        self._size = (7, 8)
+        self._size = (7, 8)  # the zones of a half, until the rules set the size
         self._placements: list[Placement] | None = None
         define = env.define
         define("mps-generator-set-field", self._set_field, 2, types="*;l;l")
@@ -147,7 +147,7 @@ class FieldFunctions:
         define("mps-generator-abort", lambda: None)
         define("mps-generator-running", lambda: FALSE)
         define("mps-generator-field-generated", lambda: _truth(self._placements))
-        define("mps-generator-get-generated-field", self._field)
+        define("mps-generator-get-generated-field", self._generated_field)
 
     def _set_field(self, width: int, height: int) -> Value:
         if width <= 0 or height <= 0:
@@ -168,7 +168,7 @@ class FieldFunctions:
     def _start(self) -> None:
         self._placements = arrange(self._random, self._machines, *self._size)
 
-    def _field(self) -> Value:
+    def _generated_field(self) -> Value:
         if self._placements is None:
             return _NO_FIELD
         field: list[Value] = []

@@ -25,10 +25,10 @@ from cxbridge_rcll.score import phase_of, score_of, states_of
 class LocalReferee:
     """A referee in this process: its rules run on the run's clock, and messages need no sockets.
 
-    :param refbox: the checkout with its rules.
+    :param refbox: the checkout with the referee's rules.
     :param messages: the folder with message definitions.
-    :param overlays: files on top of its configuration.
-    :param seed: the seed for its random choices.
+    :param overlays: files that are laid over the configuration of the checkout.
+    :param seed: the seed for the referee's random choices.
     """
 
     def __init__(self, refbox: Refbox, messages: Path, overlays: Iterable[Path], seed: int) -> None:
@@ -47,7 +47,7 @@ class LocalReferee:
         return self._network.join
 
     def set_up(self, config: Configuration) -> None:
-        """Do nothing: all ports are free."""
+        """Do nothing: the agent's connections use no sockets, so the configured ports fit."""
 
     def components(self, script: Script) -> Iterator[Callable[[Run], Component]]:
         """Yield the factories of the referee and of its controller."""
@@ -65,6 +65,7 @@ class LocalReferee:
             port = self._config.get_uint(SERVER_PORT, default=0)
 
             def send(message: Message) -> None:
+                # A connection per message: a game needs only a few.
                 link = connections.connect(HOST, port)
                 connections.send(link, frame_of(message))
                 connections.disconnect(link)
@@ -100,5 +101,5 @@ class LocalReferee:
 
     @property
     def faults(self) -> Sequence[str]:
-        """The errors in the functions of its rules."""
+        """The errors in the functions of the referee's rules."""
         return self._running.faults

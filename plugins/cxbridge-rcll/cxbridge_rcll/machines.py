@@ -13,16 +13,16 @@ from typing import Final, Protocol
 
 from cxbridge.clock import MICROSECONDS, Clock
 
-# seconds of machine work, from the referee box's mockup machines, which imitate real ones
+# The seconds of each kind of work, as in the referee box's mockup machines, which imitate real machines.
 BELT_MIDDLE_S: Final = 1.538
 BELT_END_S: Final = 2.656
 DISPENSE_S: Final = 1.1
 CAP_S: Final = 17.5
 RING_S: Final = 17.308
 STORAGE_S: Final = 17.5
-DELIVERY_S: Final = (3.746, 4.746, 3.983)
+DELIVERY_S: Final = (3.746, 4.746, 3.983)  # by gate, from 1
 
-# Called with the name of a machine, what changed (`BUSY`, `READY`, `SLIDE-COUNTER`), and its value.
+# Gets the name of a machine, the changed sensor (`BUSY`, `READY`, `SLIDE-COUNTER`), and its value.
 Report = Callable[[str, str, int], None]
 
 
@@ -38,7 +38,7 @@ class BeltPosition(StrEnum):
 class Workpiece:
     """A workpiece.
 
-    :param parts: from bottom to top: the base, rings, a cap.
+    :param parts: the base, the rings and the cap, from bottom to top.
     """
 
     parts: list[str] = field(default_factory=list)
@@ -67,11 +67,12 @@ class Workplace(Protocol):
 
 @dataclass(slots=True)
 class _Task:
-    """A task of a machine. Tasks are done one after another.
+    """A task of a machine, which does its tasks one after another.
 
     :param seconds: the duration after the start.
     :param source: the positions of which one must have a workpiece; empty if none is needed.
-    :param end: called at the end.
+    :param end: called when the work is done.
+    :param due_us: the time of the end; None before the start.
     """
 
     seconds: float
@@ -83,13 +84,14 @@ class _Task:
 class Machine:
     """A machine.
 
-    :param report: called when its sensors change.
+    :param report: gets each change of the machine's sensors.
+    :ivar slide: the number of bases in the slide, the payment for rings.
     """
 
     def __init__(self, name: str, clock: Clock, report: Report) -> None:
         self.name = name
         self.belt: dict[BeltPosition, Workpiece] = {}
-        self.slide = 0  # bases in the slide, the payment for rings
+        self.slide = 0
         self.has_cap = False
         self.delivered: list[Workpiece] = []
         self._clock = clock
@@ -100,46 +102,46 @@ class Machine:
 
     def dispense(self, colour: str) -> None:
         """Put a base on the belt."""
-        self._begin(DISPENSE_S, (), lambda: self._lay(BeltPosition.MIDDLE, Workpiece([colour])))
+        self._start_task(DISPENSE_S, (), lambda: self._lay(BeltPosition.MIDDLE, Workpiece([colour])))
 
     def move(self, goal: BeltPosition) -> None:
         """Move a workpiece on the belt as soon as one arrives."""
         seconds = BELT_MIDDLE_S if goal is BeltPosition.MIDDLE else BELT_END_S
         sources = tuple(position for position in BeltPosition if position is not goal)
-        self._begin(seconds, sources, lambda: self._carry(sources, goal))
+        self._start_task(seconds, sources, lambda: self._carry(sources, goal))
 
     def mount_ring(self, colour: str) -> None:
         """Mount a ring on the workpiece in the middle."""
-        self._begin(
+        self._start_task(
             RING_S, (BeltPosition.MIDDLE,), lambda: self.belt[BeltPosition.MIDDLE].parts.append(colour)
         )
 
     def retrieve_cap(self) -> None:
         """Take the cap off the workpiece in the middle."""
-        self._begin(CAP_S, (BeltPosition.MIDDLE,), self._take_cap)
+        self._start_task(CAP_S, (BeltPosition.MIDDLE,), self._take_cap)
 
     def mount_cap(self) -> None:
         """Mount the cap on the workpiece in the middle."""
-        self._begin(CAP_S, (BeltPosition.MIDDLE,), self._mount_cap)
+        self._start_task(CAP_S, (BeltPosition.MIDDLE,), self._mount_cap)
 
     def deliver(self, gate: int) -> None:
         """Deliver the workpiece at the input."""
-        self._begin(DELIVERY_S[(gate - 1) % len(DELIVERY_S)], (BeltPosition.INPUT,), self._deliver)
+        self._start_task(DELIVERY_S[(gate - 1) % len(DELIVERY_S)], (BeltPosition.INPUT,), self._deliver)
 
     def store(self) -> None:
         """Store the workpiece in the middle."""
-        self._begin(STORAGE_S, (BeltPosition.MIDDLE,), lambda: self._discard(BeltPosition.MIDDLE))
+        self._start_task(STORAGE_S, (BeltPosition.MIDDLE,), lambda: self._discard(BeltPosition.MIDDLE))
 
     def retrieve(self) -> None:
         """Retrieve a workpiece from the storage."""
-        self._begin(STORAGE_S, (), lambda: self._lay(BeltPosition.MIDDLE, Workpiece(["STORED"])))
+        self._start_task(STORAGE_S, (), lambda: self._lay(BeltPosition.MIDDLE, Workpiece(["STORED"])))
 
     def relocate(self) -> None:
         """Relocate a workpiece within the storage."""
-        self._begin(STORAGE_S, (), lambda: None)
+        self._start_task(STORAGE_S, (), lambda: None)
 
     def reset(self) -> None:
-        """Stop all work and remove the workpieces behind the input."""
+        """Stop all work, and remove the workpieces except the one at the input."""
         self._tasks.clear()
         self.belt.pop(BeltPosition.MIDDLE, None)
         if self.belt.pop(BeltPosition.OUTPUT, None) is not None:
@@ -166,7 +168,7 @@ class Machine:
     # -- its work
 
     def loop(self) -> None:
-        """Execute due steps."""
+        """Start and end the due tasks."""
         while self._tasks:
             task = self._tasks[0]
             if task.due_us is None:  # a task without its workpiece waits
@@ -179,7 +181,7 @@ class Machine:
             task.end()
             self._report(self.name, "BUSY", False)
 
-    def _begin(self, seconds: float, source: tuple[BeltPosition, ...], end: Callable[[], None]) -> None:
+    def _start_task(self, seconds: float, source: tuple[BeltPosition, ...], end: Callable[[], None]) -> None:
         self._report(self.name, "BUSY", True)
         self._tasks.append(_Task(seconds, source, end))
 
@@ -190,7 +192,7 @@ class Machine:
             self._report(self.name, "READY", True)
 
     def _carry(self, sources: tuple[BeltPosition, ...], goal: BeltPosition) -> None:
-        # the workpiece closest to the middle goes first
+        # The workpiece in the middle is the closest to either end, and goes first.
         for position in sorted(sources, key=lambda source: source is not BeltPosition.MIDDLE):
             if position in self.belt:
                 self._lay(goal, self.belt.pop(position))
@@ -198,7 +200,7 @@ class Machine:
 
     def _take_cap(self) -> None:
         parts = self.belt[BeltPosition.MIDDLE].parts
-        if len(parts) > 1:
+        if len(parts) > 1:  # the base itself stays
             parts.pop()
         self.has_cap = True
 

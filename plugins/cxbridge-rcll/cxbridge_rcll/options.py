@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 class RefboxOptions:
     """Options of the referee box.
 
-    :param refbox_dir: its checkout; None if no league game is requested.
+    :param refbox_dir: a checkout of the referee box; None if no league game is requested.
     :param proto_dirs: folders with message definitions, searched before those of the checkouts.
-    :param referee_config: files on top of its configuration.
+    :param referee_config: files that are laid over the configuration of the referee box.
     """
 
     refbox_dir: Annotated[
@@ -80,7 +80,7 @@ class ExploredLeague(RefboxOptions):
 
     def explored(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
         """Return the options of a run that ends with the production, and the factory of the run."""
-        from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - the command's help needs no game
+        from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - slow, and help needs no game
 
         game = LeagueGame(
             run=options,
@@ -136,7 +136,7 @@ class PlayedLeague(RefboxOptions):
 
         :raises CxbridgeError: if options conflict.
         """
-        from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - as above
+        from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - slow, and help needs no game
 
         if world is not None and self.failures:
             raise CxbridgeError("--world says what fails, and --failures, too", hint="leave one")
@@ -163,7 +163,7 @@ class PlayedLeague(RefboxOptions):
 
     def _address(self) -> Address | None:
         """Return the address of the referee box; None if its rules run in the agent's process."""
-        from cxbridge_rcll.remote import Address  # noqa: PLC0415 - as above
+        from cxbridge_rcll.remote import Address  # noqa: PLC0415 - slow, and help needs no game
 
         if self.referee is None:
             if self.speed != 1:

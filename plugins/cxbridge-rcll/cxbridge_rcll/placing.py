@@ -15,21 +15,23 @@ ANGLES: Final = tuple(range(0, 360, 45))
 # The step to the next zone in the direction of each angle.
 _AHEAD: Final = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
 
-DELIVERY: Final = 7  # machine with only one used side
+DELIVERY: Final = 7  # the machine that robots use from one side only
 
-# Machines by their numbers in the referee's rules.
+# The names of the machines by their numbers in the referee's rules.
 NAMES: Final = {1: "BS", 2: "CS1", 3: "CS2", 4: "RS1", 5: "RS2", 6: "SS", DELIVERY: "DS"}
 
-_TRIES: Final = 10_000  # attempts before the arrangement counts as impossible
+_MAX_TRIES: Final = 10_000  # attempts before an arrangement counts as impossible
+_CANDIDATES: Final = 40  # random poses of a machine before an attempt counts as a dead end
 
 
 @dataclass(frozen=True, slots=True)
 class Placement:
     """The position of a machine.
 
-    :param x: zone, from 1.
-    :param y: zone, from 1.
-    :param angle: degrees.
+    :param machine: the number of the machine.
+    :param x: the column of its zone, from 1.
+    :param y: the row of its zone, from 1.
+    :param angle: the direction of its first side in degrees.
     """
 
     machine: int
@@ -61,11 +63,13 @@ def arrange(random: Random, machines: Collection[int], width: int, height: int) 
     :param height: the height of the half in zones.
     """
     zones = [(x, y) for x in range(1, width + 1) for y in range(1, height + 1)]
-    # greedy placement can run into a dead end: start again
-    for _ in range(_TRIES):
+    # Machines are placed one after another, which may run into a dead end: the next attempt starts again.
+    for _ in range(_MAX_TRIES):
         placements: list[Placement] = []
         for machine in sorted(machines):
-            candidates = [Placement(machine, *random.choice(zones), random.choice(ANGLES)) for _ in range(40)]
+            candidates = [
+                Placement(machine, *random.choice(zones), random.choice(ANGLES)) for _ in range(_CANDIDATES)
+            ]
             fitting = (placement for placement in candidates if fits(placement, placements, width, height))
             chosen = next(fitting, None)
             if chosen is None:
@@ -79,10 +83,10 @@ def arrange(random: Random, machines: Collection[int], width: int, height: int) 
 def fits(candidate: Placement, placements: Collection[Placement], width: int, height: int) -> bool:
     """Return whether a machine fits among the placed ones."""
     zones = {placement.zone for placement in placements} | {candidate.zone}
-    if len(zones) != len(placements) + 1 or candidate.zone in _entry(width):
+    if len(zones) != len(placements) + 1 or candidate.zone in _entrance(width):
         return False
     sides = set(candidate.sides())
-    if any(not (1 <= x <= width and 1 <= y <= height) for x, y in sides) or sides & _gate(width):
+    if any(not (1 <= x <= width and 1 <= y <= height) for x, y in sides) or sides & _insertion_zones(width):
         return False
     for placement in placements:
         other_sides = set(placement.sides())
@@ -91,12 +95,12 @@ def fits(candidate: Placement, placements: Collection[Placement], width: int, he
     return not _has_row_of_three(zones) and not _closes_corner(zones, width, height)
 
 
-def _entry(width: int) -> set[tuple[int, int]]:
+def _entrance(width: int) -> set[tuple[int, int]]:
     """Return the zones of the robots' entrance and the zone before them."""
-    return _gate(width) | {(width - 2, 2)}
+    return _insertion_zones(width) | {(width - 2, 2)}
 
 
-def _gate(width: int) -> set[tuple[int, int]]:
+def _insertion_zones(width: int) -> set[tuple[int, int]]:
     """Return the zones of the robots' entrance."""
     return {(width, 1), (width - 1, 1), (width - 2, 1)}
 
@@ -106,11 +110,11 @@ def _has_row_of_three(zones: set[tuple[int, int]]) -> bool:
     return any(
         (x + step_x, y + step_y) in zones and (x + 2 * step_x, y + 2 * step_y) in zones
         for x, y in zones
-        for step_x, step_y in _AHEAD[:4]
+        for step_x, step_y in _AHEAD[:4]  # the other four directions are their opposites
     )
 
 
 def _closes_corner(zones: set[tuple[int, int]], width: int, height: int) -> bool:
-    """Return whether two machines close the way to a corner."""
+    """Return whether two machines block both ways to a corner."""
     corners = (((2, 1), (1, 2)), ((2, height), (1, height - 1)), ((width - 1, height), (width, height - 1)))
     return any(set(pair) <= zones for pair in corners)

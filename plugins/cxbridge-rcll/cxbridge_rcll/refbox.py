@@ -14,13 +14,11 @@ RULES: Final = "src/games/rcll"
 CONFIGURATION: Final = "cfg"
 MESSAGES: Final = "src/msgs/rcll-protobuf-msgs"
 
-_MOST_MESSAGES: Final = 1000
-
 
 class Refbox(Struct, frozen=True):
     """A checkout of the referee box; its files are used unchanged.
 
-    :param folder: the top folder.
+    :param folder: the top folder of the checkout.
     """
 
     folder: Path
@@ -52,7 +50,7 @@ class Refbox(Struct, frozen=True):
     def configuration(self, *overlays: Path) -> Configuration:
         """Return the configuration: the default file of each folder in order, as the referee box reads them.
 
-        :param overlays: files on top.
+        :param overlays: files that are laid over the default configuration.
         """
         config = Configuration()
         folders = sorted(path for path in (self.folder / CONFIGURATION).iterdir() if path.is_dir())

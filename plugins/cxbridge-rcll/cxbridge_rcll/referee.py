@@ -22,7 +22,7 @@ from cxbridge_rcll.hostfunctions import ConfigFunctions, FieldFunctions, Machine
 from cxbridge_rcll.machines import Machine
 from cxbridge_rcll.refbox import Refbox
 
-ENVIRONMENT: Final = "referee"  # name of the referee's CLIPS environment in logs and recordings
+ENVIRONMENT: Final = "referee"  # the name of the referee's CLIPS environment in logs and recordings
 
 STATION: Final = "/llsfrb/mps/stations/"
 SERVER_PORT: Final = "/llsfrb/comm/server-port"
@@ -31,11 +31,11 @@ _VERSION: Final = "(defglobal ?*VERSION-MAJOR* = 0 ?*VERSION-MINOR* = 0 ?*VERSIO
 
 
 class Referee(Component):
-    """Supervises a game.
+    """Supervises a game with the rules of a referee box.
 
     :param config: the configuration of the referee box.
     :param messages: the folder with message definitions.
-    :param seed: the seed for its random choices.
+    :param seed: the seed for the referee's random choices.
     :raises CxbridgeError: if the rules do not load.
     """
 
@@ -77,7 +77,7 @@ class Referee(Component):
         env, start = self.env, refbox.rules / "init.clp"
         if not env.batch(start):
             raise ExecutiveError("the referee's rules do not load; see the log", file=start)
-        env.call("seed", seed)  # the rules seed with the time of the machine
+        env.call("seed", seed)  # after the batch: the rules seed CLIPS with the time of the machine
         env.assert_string("(init)")
         env.refresh_agenda()
         env.run()
@@ -120,7 +120,7 @@ class Referee(Component):
             yield slots
 
     def columns(self, template: str, *slots: str) -> Iterator[tuple[Value, ...]]:
-        """Yield some slots of each fact of a deftemplate, which is faster than all slots."""
+        """Yield the values of some slots of each fact of a deftemplate: faster than :meth:`facts`."""
         return self.env.columns(template, *slots)
 
     def close(self) -> None:

@@ -24,16 +24,16 @@ from cxbridge_protobuf.types import Message, MessageTypes, frame_of
 from cxbridge_rcll.controller import PACKAGE, Controller, Phase, Script
 from cxbridge_rcll.reported import ReportedGame, ReportedMachine
 
-# Seconds to wait for the first game state, which a referee sends several times a second.
+# The seconds to wait for the first game state, which a referee sends several times a second.
 _PATIENCE_S: Final = 5.0
 
-_PAUSE_S: Final = 0.02  # seconds between two polls for messages while the connection opens
+_PAUSE_S: Final = 0.02  # the seconds between two polls for messages while the connection opens
 _SPECS: Final = "/clips-executive/specs"
 _PEER: Final = "parameters/rcll/peer-address"
-_MOST_PORT: Final = 65535
-# seconds over which clock speeds are compared: long against single delays of messages
+_MAX_PORT: Final = 65535
+# The seconds over which clock speeds are compared: long, compared with the delay of a message.
 _MEASUREMENT_S: Final = 20.0
-_SAME_SPEED: Final = 0.2  # tolerated difference of the clock speeds, since messages are occasionally late
+_TOLERANCE: Final = 0.2  # the tolerated difference of the clock speeds: some messages are late
 
 
 class Address(NamedTuple):
@@ -49,7 +49,7 @@ class Address(NamedTuple):
         :raises CxbridgeError: if the text has another form.
         """
         host, colon, port = text.rpartition(":")
-        if not colon or not host or not port.isdigit() or not 0 < int(port) <= _MOST_PORT:
+        if not colon or not host or not port.isdigit() or not 0 < int(port) <= _MAX_PORT:
             raise CxbridgeError(
                 f"'{text}' is no address of a referee box", hint="write HOST:PORT, e.g. localhost:4444"
             )
@@ -117,7 +117,7 @@ class RemoteReferee:
 
 
 class RefereeClient(Component):
-    """The connection to a referee box; its construction waits for the first game state.
+    """The connection to a referee box; its constructor waits for the first game state.
 
     :raises CxbridgeError: if no server listens, it is not a referee of this league, or its game has begun.
     """
@@ -134,8 +134,8 @@ class RefereeClient(Component):
         self.game = ReportedGame(self._pay)
         self._problem = ""
         self._is_lost = False
-        self._production: tuple[int, float] | None = None  # run's and referee's time at its start
-        self._is_compared = False
+        self._production: tuple[int, float] | None = None  # the run's and the referee's time when it began
+        self._are_clocks_compared = False
         self._network = Network(self.types, NetworkSettings(), context.clock.now_us)
         try:
             self._link = self._network.connect(*address)
@@ -187,26 +187,26 @@ class RefereeClient(Component):
 
     def _compare_clocks(self) -> None:
         """Warn once if the referee's time and the run's time have different speeds."""
-        if self.game.phase != Phase.PRODUCTION or self._is_compared:
+        if self.game.phase != Phase.PRODUCTION or self._are_clocks_compared:
             return
         now_us = self._clock.now_us()
         if self._production is None:
             self._production = now_us, self.game.game_time
             return
-        begun_us, begun_game_time = self._production
-        seconds = (now_us - begun_us) / MICROSECONDS
+        begin_us, begin_game_time = self._production
+        seconds = (now_us - begin_us) / MICROSECONDS
         if seconds < _MEASUREMENT_S:
             return
-        factor = (self.game.game_time - begun_game_time) / seconds
-        if abs(factor - 1) > _SAME_SPEED:
+        factor = (self.game.game_time - begin_game_time) / seconds
+        if abs(factor - 1) > _TOLERANCE:
             self._log.warn(
                 f"The referee's time passes {factor:.2f} times as fast as the game's: see --speed, and "
                 "/llsfrb/simulation/speedup of the referee box"
             )
-        self._is_compared = True
+        self._are_clocks_compared = True
 
     def send(self, message: Message) -> None:
-        """Send the referee a message; ignored after a lost connection."""
+        """Send the referee a message. Does nothing after the connection is lost."""
         if not self._is_lost:
             try:
                 self._network.send(self._link, frame_of(message))

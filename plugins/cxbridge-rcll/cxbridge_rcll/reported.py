@@ -17,7 +17,7 @@ _DELIVERED: Final = {team: f"quantity_delivered_{team.lower()}" for team in TEAM
 _POINTS: Final = {team: f"points_{team.lower()}" for team in TEAMS}
 _BASE_STATION: Final = "BS"
 
-UNKNOWN: Final = "unknown"  # category of all points, because the referee reports no reason
+UNKNOWN: Final = "unknown"  # the category of all points, because the referee reports no reasons
 
 
 class ReportedMachine:
@@ -44,12 +44,12 @@ class ReportedMachine:
         if message.HasField("zone"):
             self.zone = _enum_name(message, "zone")
             self.rotation = message.rotation
-        if message.state == _READY != self.state:
+        if message.state == _READY != self.state:  # the state repeats in each report
             self._has_product = True
         self.state = message.state
 
     def has(self, position: BeltPosition) -> bool:
-        """Return whether the position has a workpiece; a base station has one on either side."""
+        """Return whether the position has a workpiece; a base station offers its workpiece on both sides."""
         return self._has_product and (position is BeltPosition.OUTPUT or self._kind == _BASE_STATION)
 
     def put(self, workpiece: Workpiece) -> None:
@@ -82,10 +82,10 @@ class ReportedGame:
         self._awards: list[Award] = []
         self._deliveries: list[Delivery] = []
         self._orders: dict[int, ProductOrder] = {}
-        self._delivered: dict[tuple[int, str], int] = {}  # number of products by order and team
+        self._delivered: dict[tuple[int, str], int] = {}  # the number of products by order and team
 
     def handle_message(self, message: Message) -> None:
-        """Process a message; unknown kinds are ignored."""
+        """Process a message of the referee. Ignores messages of unknown types."""
         handler = getattr(self, f"_handle_{message.DESCRIPTOR.name}", None)
         if handler is not None:
             handler(message)
@@ -102,13 +102,13 @@ class ReportedGame:
                 self._awards.append(Award(team, difference, self.game_time, phase, "", UNKNOWN))
                 self._points[team] = points
 
-    def _handle_MachineInfo(self, message: Message) -> None:  # noqa: N802
+    def _handle_MachineInfo(self, message: Message) -> None:  # noqa: N802 - the name of the message
         for report in message.machines:
             if report.name not in self.machines:
                 self.machines[report.name] = ReportedMachine(report.name, self._pay)
             self.machines[report.name].update(report)
 
-    def _handle_OrderInfo(self, message: Message) -> None:  # noqa: N802
+    def _handle_OrderInfo(self, message: Message) -> None:  # noqa: N802 - the name of the message
         for order in message.orders:
             complexity = _enum_name(order, "complexity")
             self._orders[order.id] = ProductOrder(
@@ -116,6 +116,7 @@ class ReportedGame:
             )
             for team, field in _DELIVERED.items():
                 count, key = getattr(order, field), (order.id, team)
+                # The referee reports totals; an order may ask for several products.
                 for _ in range(count - self._delivered.get(key, 0)):
                     self._deliveries.append(Delivery(order.id, complexity, team, self.game_time))
                 self._delivered[key] = count

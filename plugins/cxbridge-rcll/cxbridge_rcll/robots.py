@@ -20,7 +20,7 @@ from cxbridge_rcll.field import Field, Pose, entry
 from cxbridge_rcll.machines import BeltPosition, Workpiece, Workplace
 from cxbridge_rcll.stations import StationNodes
 
-SPEED: Final = 0.5  # metres per second
+SPEED: Final = 0.5  # the speed of a robot, in metres per second
 
 ALIGN_S: Final = 4.0  # seconds to align with a machine after a drive
 
@@ -39,9 +39,9 @@ _POSE_S: Final = 0.5  # seconds between two writes of the poses
 class Robot:
     """A robot.
 
-    :param number: from 1.
-    :param workpiece: the workpiece in its gripper.
-    :param last_put: the machine of its last put.
+    :param number: the number of the robot, from 1.
+    :param workpiece: the workpiece in the robot's gripper.
+    :param last_put: the machine on which the robot last put a workpiece; empty before.
     """
 
     name: str
@@ -143,6 +143,7 @@ class RobotExecutor(SkillExecutor):
 
     def _take(self, machine: Workplace, side: str) -> None:
         if side.startswith("SHELF"):
+            # The shelf of a cap station never runs out of transparent bases with caps.
             self.robot.workpiece = Workpiece(["BASE_CLEAR", "CAP"])
             return
         workpiece = machine.take(BeltPosition.INPUT if side == "INPUT" else BeltPosition.OUTPUT)
@@ -188,8 +189,8 @@ class RobotExecutor(SkillExecutor):
 
     def _fractions(self, seconds: float) -> Generator[float, None, None]:
         """Yield the elapsed fraction of a time span until its end."""
-        begun_us, length_us = self.clock.now_us(), round(seconds * MICROSECONDS)
-        while (elapsed_us := self.clock.now_us() - begun_us) < length_us:
+        begin_us, length_us = self.clock.now_us(), round(seconds * MICROSECONDS)
+        while (elapsed_us := self.clock.now_us() - begin_us) < length_us:
             yield elapsed_us / length_us
 
 
@@ -203,7 +204,7 @@ class RobotInterfaces(Component):
 
     :param prefixes: the prefix of the interface ids by robot name: that of Fawkes' bbsync on another robot's
         blackboard, empty on the robot's own.
-    :param stations: receives messages to the navigation graph's generator; None to ignore them.
+    :param stations: gets the messages to the generator of the navigation graph; None to ignore them.
     :raises BlackBoardError: if an interface has another writer.
     """
 
@@ -229,13 +230,13 @@ class RobotInterfaces(Component):
                 alive = self._open("HeartbeatInterface", f"/heartbeat/{name}")
                 alive.alive = True
                 alive.write()
-            self._served = [
+            self._served_interfaces = [
                 self._open(kind, f"{prefix}{_id_of(kind)}")
                 for kind in _GENERATORS
                 if context.registry.path(kind) is not None  # a team may lack this interface
                 for prefix in dict.fromkeys(("/", *(prefix or "/" for prefix in prefixes.values())))
             ]
-            self._served += [
+            self._served_interfaces += [
                 self._open("NavigatorInterface", f"{prefix}Navigator") for prefix in prefixes.values()
             ]
         except Exception:
@@ -249,8 +250,8 @@ class RobotInterfaces(Component):
 
     def loop(self) -> None:
         """Answer commands, and periodically write the robots' poses."""
-        for interface in self._served:
-            self._serve(interface)
+        for interface in self._served_interfaces:
+            self._answer_commands(interface)
         now_us = self._clock.now_us()
         if now_us < self._next_us:
             return
@@ -260,10 +261,10 @@ class RobotInterfaces(Component):
             interface.frame = "map"
             interface.translation = (pose.x, pose.y, 0.0)
             interface.rotation = (0.0, 0.0, math.sin(pose.yaw / 2), math.cos(pose.yaw / 2))
-            interface.visibility_history = 100
+            interface.visibility_history = 100  # Fawkes' count of sightings: the pose is certain
             interface.write()
 
-    def _serve(self, interface: Any) -> None:
+    def _answer_commands(self, interface: Any) -> None:
         """Report each command as done."""
         while (message := interface.msgq_pop()) is not None:
             if self._stations is not None:

@@ -12,6 +12,7 @@ from cxbridge_rcll.referee import Referee
 
 TEAMS: Final = ("CYAN", "MAGENTA")
 
+# The end of the words that all awards of a category share, before a machine, a robot or a number.
 _DETAILS: Final = re.compile(r" (?:at|to|of|for) |:| \(")
 _LATE: Final = " Late (deadline"
 
@@ -33,7 +34,7 @@ def category_of(reason: str) -> str:
 
 
 def score_of(referee: Referee) -> Score:
-    """Return the score, sorted by time: the order of facts is that of their last change."""
+    """Return the score, with awards and deliveries by time: facts are in the order of their last change."""
     awards = sorted(
         (
             Award(
@@ -58,6 +59,7 @@ def score_of(referee: Referee) -> Score:
                 _seconds(slots["game-time"]),
             )
             for slots in referee.facts("product-processed")
+            # Only a confirmed product counts; the order 0 means that no order has asked for it.
             if slots["mtype"] == "DS" and slots["confirmed"] == "TRUE" and _integer(slots["order"])
         ),
         key=lambda delivery: delivery.game_time,
@@ -77,6 +79,7 @@ def score_of(referee: Referee) -> Score:
 
 
 def _orders(referee: Referee) -> Iterator[ProductOrder]:
+    """Yield the orders that are part of the game."""
     for slots in referee.facts("order"):
         if slots["active"] == "TRUE":
             period = slots["delivery-period"]

@@ -17,6 +17,7 @@ _SUCCEEDED: Final = "SUCCEEDED"
 _PARAMETERS: Final = "parameters/simtest"
 _FOLDER: Final = "src/clips-specs"
 _FILE: Final = "simtest.clp"
+# A case such as ``(case FULL then`` in the rule that chooses the facts of a testbed.
 _CASE: Final = re.compile(r'\(case "?([\w-]+)"? then')
 _VERDICT: Final = re.compile(rf"SIMTEST: ({_SUCCEEDED}|{FAILED})")
 
@@ -25,8 +26,8 @@ def turn_on(config: Configuration, spec: str, testbed: str, checkouts: Iterable[
     """Enable the tests in the rules of a spec.
 
     :param spec: the path of the spec in the configuration.
-    :param checkouts: the folders with its rules.
-    :raises CxbridgeError: if the spec has no tests or not this testbed.
+    :param checkouts: the checkouts with the agent's rules.
+    :raises CxbridgeError: if the spec has no tests, or lacks the testbed.
     """
     name = spec.rpartition("/")[2]
     if not config.keys(f"{spec}/{_PARAMETERS}"):
@@ -42,7 +43,7 @@ def turn_on(config: Configuration, spec: str, testbed: str, checkouts: Iterable[
 
 
 def _testbeds(files: Iterable[Path]) -> list[str]:
-    """Return the names in the first existing file; none where they are chosen in another way."""
+    """Return the testbeds in the first existing file; empty if no file names them."""
     file = next((file for file in files if file.is_file()), None)
     if file is None:
         return []
@@ -50,7 +51,7 @@ def _testbeds(files: Iterable[Path]) -> list[str]:
 
 
 class Verdict:
-    """Records the verdict of the tests from log lines; one failure of several agents decides."""
+    """Records the verdict of the tests from log lines: of several agents, the first failure decides."""
 
     def __init__(self) -> None:
         self.text = ""  # `SUCCEEDED` or `FAILED`; empty before a verdict

@@ -10,12 +10,12 @@ from cxbridge.space.navgraph import NavGraph, NavGraphNode
 from cxbridge_rcll.field import Field, Pose
 
 _SIDES: Final = ("I", "O")
-_COLUMNS, _ROWS = 7, 8
-_INSERTION_ROW: Final = 1  # row of the robots' entrance, where no robot waits
+_COLUMNS, _ROWS = 7, 8  # the zones of a half
+_INSERTION_ROW: Final = 1  # the row of the robots' entrance, where no robot waits
 
-_FREE_M: Final = 1.5  # minimum distance in metres from a waiting place to a machine
+_MIN_DISTANCE_M: Final = 1.5  # the minimum distance in metres from a waiting place to a machine
 
-WAIT_ZONES: Final = 3  # waiting places per half, as in the team's configuration
+WAIT_ZONES: Final = 3  # the waiting places per half, as in the team's configuration
 
 
 class StationNodes:
@@ -25,6 +25,7 @@ class StationNodes:
     ``WAIT-C-BS-O`` farther away, and ``C-BS`` itself, to which no edge leads. A waiting zone is a node
     ``C-Z42``. Edges are omitted: simulated robots drive straight.
 
+    :param field: the geometry of the field.
     :param graph: returns the graph, or raises a CxbridgeError.
     """
 
@@ -33,7 +34,7 @@ class StationNodes:
         self._names: set[str] = set()
 
     def handle(self, message: Any) -> None:
-        """Process a message to NavGraphWithMPSGeneratorInterface; unknown types are ignored."""
+        """Process a message to NavGraphWithMPSGeneratorInterface; ignores unknown types."""
         match message.type:
             case "UpdateStationByTagMessage":
                 self._names.add(message.name)
@@ -67,16 +68,16 @@ class StationNodes:
         machines = [pose for pose in map(self._centre, sorted(self._names)) if pose is not None]
         for half in "CM":
             chosen: list[Pose] = []
-            free = [
+            candidates = [
                 (name, pose)
                 for name, pose in _zones(self._field, half)
-                if _distance(pose, machines) >= _FREE_M
+                if _distance(pose, machines) >= _MIN_DISTANCE_M
             ]
-            while free and len(chosen) < WAIT_ZONES:
-                # the zone farthest from the chosen ones, or from the machines at first
-                name, pose = max(free, key=lambda zone: _distance(zone[1], chosen or machines))
+            while candidates and len(chosen) < WAIT_ZONES:
+                # The zone that is farthest from the chosen zones, or from the machines at first.
+                name, pose = max(candidates, key=lambda zone: _distance(zone[1], chosen or machines))
                 chosen.append(pose)
-                free.remove((name, pose))
+                candidates.remove((name, pose))
                 self._graph().replace_node(NavGraphNode(name, pose.x, pose.y))
 
 
