@@ -18,6 +18,7 @@ WIDE: Final = 180  # from this number of columns, skills and the log have separa
 
 LOW: Final = 30  # below this number of rows, the legend has one line
 
+# The titles of the columns, by pane.
 COLUMNS: Final = {
     "actions": ("goal", "id", "action", "arguments", "state"),
     "skills": ("skiller", "skill", "status"),
@@ -26,9 +27,11 @@ COLUMNS: Final = {
     "breakpoints": ("number", "stops at"),
     "events": ("s", "kind", "what"),
 }
+# The breakpoint for a row, by pane: its kind, the column of the name, and the text after the name.
 BREAK_AT: Final = {"actions": ("action", 2, ":"), "skills": ("skill", 1, ":"), "agenda": ("rule", 1, "")}
 LIVE_PANES: Final = ("story", "actions", "skills", "interfaces", "facts", "agenda", "breakpoints", "log")
 RECORDED_PANES: Final = ("story", "actions", "skills", "interfaces", "facts", "events", "log")
+# The titles of the panes whose names are not their titles.
 TITLES: Final = {"interfaces": "Blackboard", "breakpoints": "Breaks"}
 
 STYLE: Final = """
@@ -89,7 +92,7 @@ def key_bindings(source: str) -> list[BindingType]:
             key.label or key.description,
             show=bool(key.label),
             key_display=key.display if key.label else None,
-            # Priority: tables and trees would take the arrow keys.
+            # Without priority, tables and trees would take the arrow keys.
             priority=not SCRUBBING.isdisjoint(key.keys.split(",")),
         )
         for key in KEYS

@@ -35,21 +35,21 @@ if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
     from cxbridge.interfaces.instance import Interface
 
-ANSWER_S: Final = 5.0  # timeout of a daemon's reply, in seconds
+ANSWER_S: Final = 5.0  # the timeout of a daemon's reply, in seconds
 
-MAX_GOALS: Final = 1000  # limit of requested goals
+MAX_GOALS: Final = 1000  # the limit of the requested goals
 
 _MIN_GOALS: Final = 50  # below this number of goals, a reply that is too long has another reason
-_RATE_SNAPSHOTS: Final = 20  # snapshots over which the loop rate is averaged
-_SEARCH_S: Final = 0.25  # seconds of searching facts in one snapshot
+_RATE_SNAPSHOTS: Final = 20  # the number of snapshots over which the loop rate is averaged
+_SEARCH_S: Final = 0.25  # the seconds that a snapshot spends on the search of facts
 _PAUSE_FACTOR: Final = 5.0  # the pause between two searches, as a multiple of the time of a search
-_MIN_PAUSE_S: Final = 1.0
-_STORY_S: Final = 2.0  # seconds between two stories of the run
+_MIN_PAUSE_S: Final = 1.0  # the shortest pause between two searches
+_STORY_S: Final = 2.0  # the seconds between two stories of the run
 
 _ACTION_SLOTS: Final = ("goal-id", "id", "action-name", "param-values", "state")
 
 OWNER: Final = "cxbridge monitor"
-_NO_GOALS: Final[Mapping[str, Any]] = {
+_EMPTY_STATE: Final[Mapping[str, Any]] = {
     "goals": [],
     "more_goals": 0,
     "actions": [],
@@ -80,7 +80,7 @@ class DaemonSource:
         self.name = name
         self._connect = connect
         self._board: BlackBoard | None = None
-        self._interface: Interface | None = None  # whose fields are shown
+        self._shown: Interface | None = None  # the interface whose fields are shown
         self._log: deque[LogRow] = deque(maxlen=MAX_LINES)
         self._last_line = 0
         self._started_us: object = None
@@ -90,11 +90,11 @@ class DaemonSource:
         self._next_story_s = 0.0
         self._loops: deque[tuple[float, int]] = deque(maxlen=_RATE_SNAPSHOTS)
         self._commands: dict[str, Callable[[str, ViewQuery], str]] = {
-            **dict.fromkeys(("pause", "resume", "reset"), self._command),
-            "step": lambda unit, _query: self._ask("step", what=unit or "rule") or "",
-            "break": lambda spec, _query: self._break(spec),
-            "delete": lambda numbers, _query: self._ask("break-remove", numbers=_numbers(numbers)) or "",
-            "assert": lambda fact, query: f"f-{self._ask('assert', env=query.env, fact=fact)}",
+            **dict.fromkeys(("pause", "resume", "reset"), self._send_command),
+            "step": lambda unit, _query: self._request("step", what=unit or "rule") or "",
+            "break": lambda spec, _query: self._add_breakpoint(spec),
+            "delete": lambda numbers, _query: self._request("break-remove", numbers=_numbers(numbers)) or "",
+            "assert": lambda fact, query: f"f-{self._request('assert', env=query.env, fact=fact)}",
             "retract": self._retract,
             "modify": self._modify,
             "eval": self._eval,
@@ -102,7 +102,7 @@ class DaemonSource:
         }
 
     def close(self) -> None:
-        self._hide()
+        self._close_shown()
         board, self._board = self._board, None
         if board is not None:
             with suppress(CxbridgeError):
@@ -138,7 +138,7 @@ class DaemonSource:
         try:
             state = self._state(query.words)
         except BlackBoardError as error:  # the executive is not running: the blackboard is still shown
-            state, problem = _NO_GOALS, error.message
+            state, problem = _EMPTY_STATE, error.message
         for number, level, component, text in state["log"]:
             self._log.append(LogRow(number, level, f"{level} {component}: {text}"))
             self._last_line = number
@@ -168,8 +168,8 @@ class DaemonSource:
                 "interfaces",
             ),
             fields=self._fields(board, query),
-            facts=_or_note(self._facts, query) if query.pane == "facts" and not problem else Table(),
-            agenda=_or_note(self._agenda, query) if query.pane == "agenda" and not problem else Table(),
+            facts=_table_or_note(self._facts, query) if query.pane == "facts" and not problem else Table(),
+            agenda=_table_or_note(self._agenda, query) if query.pane == "agenda" and not problem else Table(),
             breakpoints=Table([(str(row["number"]), row["spec"]) for row in state["breakpoints"]]),
             log=tuple(self._log),
             story=self._story(board) if query.pane == "story" and not problem else (),
@@ -178,15 +178,15 @@ class DaemonSource:
 
     def _times(self, status: Mapping[str, Any], state: Mapping[str, Any]) -> Iterator[str]:
         """Yield the daemon's clock and the state of its main loop."""
-        if "time_us" not in state:
+        if "time_us" not in state:  # the executive is not running
             return
         kind = status["clock"]
         seconds = (state["time_us"] - status["started_us"]) / MICROSECONDS
         yield f"up {duration_text(seconds)}" + (f" ({kind} clock)" if kind != "real" else "")
         loops = state.get("loops", 0)
         self._loops.append((time.monotonic(), loops))
-        (first_s, first), (last_s, last) = self._loops[0], self._loops[-1]
-        rate = f" at {(last - first) / (last_s - first_s):.0f} Hz" if last_s > first_s else ""
+        (first_s, first_count), (last_s, last_count) = self._loops[0], self._loops[-1]
+        rate = f" at {(last_count - first_count) / (last_s - first_s):.0f} Hz" if last_s > first_s else ""
         yield f"loop {loops:,}{rate}"
 
     def _story(self, board: BlackBoard) -> Sequence[str]:
@@ -202,14 +202,14 @@ class DaemonSource:
                 self._last_story = self._last_story if explanation is None else explanation["lines"]
         return self._last_story
 
-    def _ask(self, verb: str, **arguments: Any) -> Any:
+    def _request(self, verb: str, **arguments: Any) -> Any:
         return request(self._connected_board(), verb, ANSWER_S, **arguments)
 
     def _state(self, words: str) -> Mapping[str, Any]:
         """Return the daemon's report, with fewer goals if the reply is too long."""
         while True:
             try:
-                state: Mapping[str, Any] = self._ask(
+                state: Mapping[str, Any] = self._request(
                     "state", since=self._last_line, goals=self._max_goals, words=words
                 )
             except CxbridgeError as error:
@@ -222,29 +222,29 @@ class DaemonSource:
 
     def _fields(self, board: BlackBoard, query: ViewQuery) -> Table:
         if not query.interface or query.pane != "interfaces":
-            self._hide()
+            self._close_shown()
             return Table()
-        if self._interface is None or self._interface.uid != query.interface or not self._interface.valid:
-            self._hide()
+        if self._shown is None or self._shown.uid != query.interface or not self._shown.valid:
+            self._close_shown()
             try:
-                self._interface = board.open_for_reading(*parse_uid(query.interface), owner=OWNER)
+                self._shown = board.open_for_reading(*parse_uid(query.interface), owner=OWNER)
             except (InterfaceError, UnknownTypeError, VersionMismatchError) as error:
                 return Table(note=str(error))
-        self._interface.read()
-        return Table([(name, field_text(value)) for name, value in self._interface.as_dict().items()])
+        self._shown.read()
+        return Table([(name, field_text(value)) for name, value in self._shown.as_dict().items()])
 
-    def _hide(self) -> None:
+    def _close_shown(self) -> None:
         """Close the shown interface."""
-        interface, self._interface = self._interface, None
+        interface, self._shown = self._shown, None
         if interface is not None and interface.valid:
             with suppress(CxbridgeError):
                 interface.close()
 
     def _facts(self, query: ViewQuery) -> Table:
-        return self._search.find(query, lambda **arguments: self._ask("find-facts", **arguments))
+        return self._search.find(query, lambda **arguments: self._request("find-facts", **arguments))
 
     def _agenda(self, query: ViewQuery) -> Table:
-        rows = self._ask("agenda", env=query.env, limit=MAX_ROWS + 1)
+        rows = self._request("agenda", env=query.env, limit=MAX_ROWS + 1)
         table = page(((str(salience), rule, facts) for salience, rule, facts in rows), query.words, "")
         return Table(table.rows[:MAX_ROWS], f"more than {MAX_ROWS}" if len(rows) > MAX_ROWS else "")
 
@@ -261,32 +261,32 @@ class DaemonSource:
             raise CxbridgeError(f"there is no command '{word}'", hint=HELP)
         message = action(word if word in {"pause", "resume", "reset"} else argument.strip(), query)
         if word in {"assert", "retract", "modify"}:
-            self._search = _FactSearch()  # shows the change without a pause
+            self._search = _FactSearch()  # a new search shows the change without a pause
         return message
 
-    def _command(self, verb: str, _query: ViewQuery) -> str:
+    def _send_command(self, verb: str, _query: ViewQuery) -> str:
         if not command(self._connected_board(), verb.capitalize(), ANSWER_S):
             raise CxbridgeError(f"the daemon did not {verb} within {ANSWER_S:g} s")
         return ""
 
-    def _break(self, spec: str) -> str:
+    def _add_breakpoint(self, spec: str) -> str:
         if not spec:
             raise CxbridgeError(
                 "where?", hint="break rule:NAME, goal:NAME:MODE, action:NAME:STATE, skill:TEXT"
             )
-        return ", ".join(f"breakpoint {row['number']}" for row in self._ask("break-add", specs=[spec]))
+        return ", ".join(f"breakpoint {row['number']}" for row in self._request("break-add", specs=[spec]))
 
     def _retract(self, indices: str, query: ViewQuery) -> str:
         for index in _numbers(indices):
-            self._ask("retract", env=query.env, index=index)
+            self._request("retract", env=query.env, index=index)
         return ""
 
     def _modify(self, arguments: str, query: ViewQuery) -> str:
         index, slots = changed_fact(arguments)
-        return f"f-{self._ask('modify', env=query.env, index=index, slots=dict(slots))}"
+        return f"f-{self._request('modify', env=query.env, index=index, slots=dict(slots))}"
 
     def _eval(self, expression: str, query: ViewQuery) -> str:
-        value = self._ask("env-eval", env=query.env, expression=expression)
+        value = self._request("env-eval", env=query.env, expression=expression)
         return "; ".join(filter(None, (*value["output"], value["text"]))) or "it has no value"
 
     def _send(self, text: str, query: ViewQuery) -> str:
@@ -311,22 +311,25 @@ class _FactSearch:
         self._query: tuple[str, str] | None = None
         self._last_result = Table()
         self._next_search_s = 0.0
-        self._begin()
+        self._start()
 
-    def _begin(self) -> None:
+    def _start(self) -> None:
         self._rows: list[tuple[str, ...]] = []
         self._position: int | None = 0  # the index after which the search continues; None at its end
         self._spent_s = 0.0
         self._is_over = False
 
     def find(self, query: ViewQuery, ask: Callable[..., Mapping[str, Any]]) -> Table:
-        """Search on for a while, and return the facts found so far, or else the last result."""
+        """Continue the search for a while.
+
+        :returns: the facts found so far, or the last complete result if it has more facts.
+        """
         begin_s = time.monotonic()
         if (query.env, query.words) != self._query:
             self._query, self._last_result = (query.env, query.words), Table()
-            self._begin()
+            self._start()
         elif self._is_over and begin_s >= self._next_search_s:
-            self._begin()
+            self._start()
         if self._is_over:
             return self._last_result
         while self._position is not None and len(self._rows) <= MAX_ROWS:
@@ -346,7 +349,7 @@ class _FactSearch:
         return self._last_result
 
 
-def _or_note(read: Callable[[ViewQuery], Table], query: ViewQuery) -> Table:
+def _table_or_note(read: Callable[[ViewQuery], Table], query: ViewQuery) -> Table:
     """Return a table, or the error of its request as a note; a lost connection is the snapshot's error."""
     try:
         return read(query)
@@ -367,4 +370,4 @@ def stop_text(stop: Mapping[str, Any]) -> str:
 
 
 def _numbers(text: str) -> list[int]:
-    return [number_of(word) for word in text.split() or [text]]  # without a word, the empty text is refused
+    return [number_of(word) for word in text.split() or [text]]  # no word: `number_of` refuses the empty text

@@ -32,13 +32,13 @@ from cxbridge_studio.monitor.snapshot import (
     ViewQuery,
 )
 
-_FIRST_S: Final = 0.5  # seconds of reading before the first screen
-_SLICE_S: Final = 0.15  # seconds of reading between two keys, so that the screen stays responsive
-_FASTEST: Final = 1024.0  # times the recorded speed
-_SLOWEST: Final = 1 / 16
-_SLOW_S: Final = 0.3  # seconds between two snapshots while the recording stands still
-_FAST_S: Final = 0.05  # seconds between two snapshots while it plays or loads
-_EVENTS_EACH_SIDE: Final = MAX_ROWS // 4
+_FIRST_S: Final = 0.5  # the seconds of reading before the first screen
+_SLICE_S: Final = 0.15  # the seconds of reading between two keys, so that the screen stays responsive
+_MAX_SPEED: Final = 1024.0  # times the recorded speed
+_MIN_SPEED: Final = 1 / 16
+_IDLE_PERIOD_S: Final = 0.3  # the seconds between two snapshots while the recording stands still
+_BUSY_PERIOD_S: Final = 0.05  # the seconds between two snapshots while it plays or loads
+_EVENTS_EACH_SIDE: Final = MAX_ROWS // 4  # the events shown before the moment, and after it
 
 HELP: Final = "event N, transition N, begin, end, jump SECONDS, play, speed N"
 
@@ -46,7 +46,7 @@ HELP: Final = "event N, transition N, begin, end, jump SECONDS, play, speed N"
 class RecordedSource:
     """A recording to scrub, positioned at its last transition: the goals may be retracted after it.
 
-    :param now: returns seconds, for the playing speed.
+    :param now: returns the time in seconds, by which the recording is played.
     :raises TraceError: if the file is not a recording or has no events.
     """
 
@@ -67,7 +67,7 @@ class RecordedSource:
         self._speed = 1.0
         # While playing: the seconds at which playing began, and the time of the run then.
         self._play_start: tuple[float, int] | None = None
-        self._last_story: tuple[int, Sequence[str]] = (-1, ())  # with the moment that it is about
+        self._last_story: tuple[int, Sequence[str]] = (-1, ())  # the moment of the story, and its lines
         self._commands: dict[str, Callable[[str], str]] = {
             "event": lambda count: self._move(lambda scrubber: scrubber.go(scrubber.at + _integer(count))),
             "transition": lambda count: self._move(lambda scrubber: scrubber.go_transitions(_integer(count))),
@@ -80,7 +80,7 @@ class RecordedSource:
 
     @property
     def period_s(self) -> float:
-        return _FAST_S if self._play_start is not None or self._scrubber.is_loading else _SLOW_S
+        return _BUSY_PERIOD_S if self._play_start is not None or self._scrubber.is_loading else _IDLE_PERIOD_S
 
     def close(self) -> None:
         """Do nothing: the file is already closed."""
@@ -114,7 +114,7 @@ class RecordedSource:
 
     def _set_speed(self, text: str) -> str:
         speed = {"+": self._speed * 2, "-": self._speed / 2}.get(text)
-        self._speed = min(max(_number(text) if speed is None else speed, _SLOWEST), _FASTEST)
+        self._speed = min(max(_number(text) if speed is None else speed, _MIN_SPEED), _MAX_SPEED)
         if self._play_start is not None:  # the new speed counts from here
             self._play_start = self._now(), self._scrubber.now_us
         return f"speed {self._speed:g}"
@@ -189,7 +189,15 @@ class RecordedSource:
     def _goals(self) -> list[GoalRow]:
         state = self._scrubber.state
         return [
-            GoalRow(env, goal.goal, goal.goal_class, goal.parent, goal.mode, goal.outcome, _bare(goal.error))
+            GoalRow(
+                env,
+                goal.goal,
+                goal.goal_class,
+                goal.parent,
+                goal.mode,
+                goal.outcome,
+                _without_nil(goal.error),
+            )
             for (env, name), goal in state.goals.items()
             if state.has_goal(env, name)
         ]
@@ -203,14 +211,15 @@ class RecordedSource:
                 arguments[env, *key] = slots.get("param-values", "")
         for key, action in state.actions.items():
             env, goal, _, _ = key
+            # A retracted plan-action is not shown, if the recording has the facts.
             if key in arguments or "plan-action" not in state.facts.templates.get(env, ()):
                 yield goal, action.action_id, action.action, arguments.get(key, ""), action.state
 
     def _skills(self) -> Iterator[tuple[str, ...]]:
         skills = self._scrubber.state.skills
-        several = len({env for env, _ in skills}) > 1
+        has_several_envs = len({env for env, _ in skills}) > 1
         for (env, skiller), skill in sorted(skills.items()):
-            yield f"{env}/{skiller}" if several else skiller, skill.skill_string, skill.status
+            yield f"{env}/{skiller}" if has_several_envs else skiller, skill.skill_string, skill.status
 
     def _interfaces(self) -> Iterator[tuple[str, ...]]:
         for uid, write in sorted(self._scrubber.state.interfaces.items()):
@@ -254,7 +263,7 @@ class LoadedRun(Run):
     """A recording whose events are in memory.
 
     :param run: the recording.
-    :param events: its events.
+    :param events: the events of the recording.
     """
 
     def __init__(self, run: Run, events: Sequence[Event]) -> None:
@@ -270,8 +279,8 @@ class LoadedRun(Run):
 
 def _story_of(run: Run, at_s: float | None) -> Sequence[str]:
     """Return the story of a run up to a moment, or the reason why there is none."""
-    from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - the first look is quick without
-    from cxbridge_studio.explain.recorded import RecordedEvidence  # noqa: PLC0415
+    from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - slow, and only for the story
+    from cxbridge_studio.explain.recorded import RecordedEvidence  # noqa: PLC0415 - slow, and only for the story
 
     try:
         return explain(RecordedEvidence(run, at_s, None), "", "run").lines
@@ -283,7 +292,7 @@ def event_text(event: Event) -> str:
     """Return the content of an event in a few words, without its kind."""
     if isinstance(event, GoalTransition):
         outcome = "" if event.outcome in {"", "UNKNOWN"} else f" {event.outcome}"
-        error = f": {event.error}" if _bare(event.error) else ""
+        error = f": {event.error}" if _without_nil(event.error) else ""
         return f"{event.goal} ({event.goal_class}) {event.mode}{outcome}{error}"
     if isinstance(event, PlanActionTransition):
         return f"{event.action} {event.state} ({event.action_id} of {event.goal})"
@@ -300,7 +309,7 @@ def value_text(value: object) -> str:
     return f'"{value}"' if isinstance(value, str) else str(value)
 
 
-def _bare(error: str) -> str:
+def _without_nil(error: str) -> str:
     """Return a goal's error; CLIPS' ``nil`` becomes the empty text."""
     return "" if error == "nil" else error
 

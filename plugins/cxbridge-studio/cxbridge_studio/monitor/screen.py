@@ -44,18 +44,18 @@ from cxbridge_studio.monitor.layout import (
 from cxbridge_studio.monitor.snapshot import MonitorSnapshot, MonitorSource, ViewQuery
 from cxbridge_studio.monitor.widgets import Aside, GoalTree, KeyLine, LogLines, Rows, bar
 
-_MAX_NOTE: Final = 2000  # characters of a note
-_MESSAGE_S: Final = 5.0  # seconds for which the message of a command is shown
-_PATIENCE_S: Final = 1.0  # seconds for the reading thread to end
-_SILENCE_S: Final = 2.0  # seconds without a snapshot after which the screen says so
-_DELIVERY_S: Final = 0.03  # seconds between two deliveries of the thread's results
+_MAX_NOTE: Final = 2000  # the characters of a note
+_MESSAGE_S: Final = 5.0  # the seconds for which the message of a command is shown
+_PATIENCE_S: Final = 1.0  # the seconds that the reading thread has to end
+_SILENCE_S: Final = 2.0  # the seconds without a snapshot after which the screen reports the silence
+_DELIVERY_S: Final = 0.03  # the seconds between two deliveries of the thread's results
 _Widget = TypeVar("_Widget", bound=Widget)
 
 
 class MonitorApp(App[None]):
     """Shows the state of a daemon or a recording and sends commands to it.
 
-    :param source: called from a second thread only.
+    :param source: the daemon or the recording, which only a second thread calls.
     """
 
     CSS = STYLE
@@ -72,7 +72,7 @@ class MonitorApp(App[None]):
         self._new_messages: deque[str] = deque()
         self._view_query = ViewQuery(pane=self._panes[0])
         self._wake = threading.Event()
-        self._over = threading.Event()
+        self._is_over = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="monitor", daemon=True)
         self.snapshot = MonitorSnapshot("...")
         self._texts: dict[str, str] = {}
@@ -92,12 +92,12 @@ class MonitorApp(App[None]):
             with TabbedContent(id="panes"):
                 for number, name in enumerate(self._panes, 1):
                     with TabPane(f"{number} {TITLES.get(name, name.capitalize())}", id=f"pane-{name}"):
-                        yield from self._pane(name)
+                        yield from self._pane_widgets(name)
             yield Aside()
         yield Input(id="prompt")
         yield KeyLine()
 
-    def _pane(self, name: str) -> ComposeResult:
+    def _pane_widgets(self, name: str) -> ComposeResult:
         if name == "log":
             yield LogLines()
             return
@@ -129,17 +129,17 @@ class MonitorApp(App[None]):
 
     def on_unmount(self) -> None:
         """Stop the watching thread, without waiting for a source that is slow to reply."""
-        self._over.set()
+        self._is_over.set()
         self._wake.set()
         self._thread.join(_PATIENCE_S)
 
     # -- in the watching thread
 
     def _watch(self) -> None:
-        while not self._over.is_set():
+        while not self._is_over.is_set():
             try:
                 while self._pending_commands:
-                    message = self._do(self._pending_commands.popleft())
+                    message = self._carry_out(self._pending_commands.popleft())
                     self._new_messages += [message] if message else []
                 self._results.append(self._source.look(self._view_query))
             except CxbridgeError as error:
@@ -150,7 +150,7 @@ class MonitorApp(App[None]):
             self._wake.clear()
         self._source.close()
 
-    def _do(self, command: str) -> str:
+    def _carry_out(self, command: str) -> str:
         try:
             return self._source.do(command, self._view_query)
         except CxbridgeError as error:
@@ -162,8 +162,8 @@ class MonitorApp(App[None]):
         """Show the latest snapshot of the watching thread."""
         if self.is_end_requested():
             self.exit()
-        elif self.screen_stack:  # else the screen is already removed,
-            with suppress(NoMatches):  # or is being removed
+        elif self.screen_stack:  # empty when the screen is removed
+            with suppress(NoMatches):  # the screen is being removed
                 self._show_results()
 
     def _show_results(self) -> None:
@@ -183,6 +183,7 @@ class MonitorApp(App[None]):
             self._show_head(f"{self._error or 'no answer'}, for {silence_s:.0f} s")
 
     def show(self, snapshot: MonitorSnapshot) -> None:
+        """Show a snapshot: the head, the goals, and the shown pane alone."""
         self.snapshot = snapshot
         words = [snapshot.head]
         if snapshot.more_goals:
@@ -195,19 +196,19 @@ class MonitorApp(App[None]):
         self._show_message()
         self._find("#goals", GoalTree).show(snapshot.goals)
         self._find("#aside", Aside).show(snapshot)
-        pane = self._pane_shown
+        pane = self._shown_pane
         if pane == "log":
             self._find("#log", LogLines).show(snapshot.log)
             return
         if pane == "story":
-            self._write("story-text", "\n".join(map(visible, snapshot.story)))
+            self._set_text("story-text", "\n".join(map(visible, snapshot.story)))
             return
         self._find(f"#{pane}", Rows).show(getattr(snapshot, pane))
         if pane == "interfaces":
             self._find("#fields", Rows).show(snapshot.fields)
         self._show_note(pane)
 
-    def _write(self, name: str, text: str) -> None:
+    def _set_text(self, name: str, text: str) -> None:
         """Set the text of a line; unchanged text causes no layout."""
         if self._texts.get(name) != text:
             self._texts[name] = text
@@ -218,7 +219,7 @@ class MonitorApp(App[None]):
         return self.screen_stack[0].query_one(selector, kind)
 
     def _show_head(self, text: str) -> None:
-        self._write("status", f"{self._source.name}: {text}")
+        self._set_text("status", f"{self._source.name}: {text}")
 
     def _show_note(self, pane: str) -> None:
         """Show the note below a pane, and the full text of the selected fact."""
@@ -226,7 +227,7 @@ class MonitorApp(App[None]):
         notes = [table.note, self.snapshot.fields.note if pane == "interfaces" else ""]
         chosen = self._find("#fields" if pane == "interfaces" else f"#{pane}", Rows).chosen
         notes.insert(0, " ".join(chosen)[:_MAX_NOTE] if chosen else "")
-        self._write(f"{pane}-note", "\n".join(filter(None, notes)))
+        self._set_text(f"{pane}-note", "\n".join(filter(None, notes)))
 
     def _clear_message(self) -> None:
         self._message = ""  # the next snapshot replaces the text
@@ -238,13 +239,13 @@ class MonitorApp(App[None]):
         if snapshot.progress is not None:
             width = max(10, self.size.width // 4)
             text = f"{bar(snapshot.progress, width)} {text}"
-        self._write("said", text)
+        self._set_text("said", text)
 
     @property
-    def _pane_shown(self) -> str:
+    def _shown_pane(self) -> str:
         return self._find("#panes", TabbedContent).active.removeprefix("pane-")
 
-    # -- selection; widgets still send events while the screen is being removed: is_running is false then
+    # -- selection: while the screen is being removed, widgets still send events, but is_running is false
 
     def _change_query(self, **changes: str) -> None:
         """Change the query and read a snapshot at once."""
@@ -254,7 +255,7 @@ class MonitorApp(App[None]):
     def on_tabbed_content_tab_activated(self, _event: TabbedContent.TabActivated) -> None:
         """Show the content of the pane."""
         if self.is_running:
-            self._change_query(pane=self._pane_shown)
+            self._change_query(pane=self._shown_pane)
             self.show(self.snapshot)
 
     def on_data_table_row_highlighted(self, event: Rows.RowHighlighted) -> None:
@@ -265,8 +266,8 @@ class MonitorApp(App[None]):
         if isinstance(table, Rows) and table.id == "interfaces" and table.chosen is not None:
             if table.chosen[0] != self._view_query.interface:
                 self._change_query(interface=table.chosen[0])
-        elif table.id in {self._pane_shown, "fields"}:
-            self._show_note(self._pane_shown)
+        elif table.id in {self._shown_pane, "fields"}:
+            self._show_note(self._shown_pane)
 
     def on_tree_node_highlighted(self) -> None:
         """Show the details of the selected goal, or the legend of icons."""
@@ -274,7 +275,7 @@ class MonitorApp(App[None]):
             return
         goal = self._find("#goals", GoalTree).chosen
         text = LEGEND if goal is None else one_line(goal_line("", goal.id, goal, modes=True).text)
-        self._write("legend", text)
+        self._set_text("legend", text)
 
     # -- keys
 
@@ -312,7 +313,7 @@ class MonitorApp(App[None]):
 
     def action_breakpoint(self) -> None:
         """Open the prompt for a breakpoint at the selection."""
-        spec, pane, goals = "", self._pane_shown, self._find("#goals", GoalTree)
+        spec, pane, goals = "", self._shown_pane, self._find("#goals", GoalTree)
         if goals.has_focus:
             spec = "" if goals.chosen is None else f"goal:{goals.chosen.goal_class}:"
         elif pane in BREAK_AT and (row := self._find(f"#{pane}", Rows).chosen) is not None:
@@ -322,14 +323,14 @@ class MonitorApp(App[None]):
 
     def action_delete(self) -> None:
         """Remove the selected breakpoint, or open the prompt to retract the selected fact."""
-        if self._pane_shown == "breakpoints" and (row := self._find("#breakpoints", Rows).chosen):
+        if self._shown_pane == "breakpoints" and (row := self._find("#breakpoints", Rows).chosen):
             self.action_do(f"delete {row[0]}")
-        elif self._pane_shown == "facts" and (row := self._find("#facts", Rows).chosen):
+        elif self._shown_pane == "facts" and (row := self._find("#facts", Rows).chosen):
             self.action_ask(f":retract {row[0]}")
 
     def action_edit(self) -> None:
         """Open the prompt to modify the selected fact."""
-        if self._pane_shown == "facts" and (row := self._find("#facts", Rows).chosen):
+        if self._shown_pane == "facts" and (row := self._find("#facts", Rows).chosen):
             self.action_ask(f":modify {row[0]} (")
 
     # -- prompt
@@ -357,7 +358,7 @@ class MonitorApp(App[None]):
     def _leave_prompt(self) -> None:
         self._find("#prompt", Input).remove_class("shown")
         if self._is_typing:
-            self._find(f"#{self._pane_shown}", Widget).focus()
+            self._find(f"#{self._shown_pane}", Widget).focus()
 
     def on_input_changed(self, event: Input.Changed) -> None:
         """Apply the filter while typing."""

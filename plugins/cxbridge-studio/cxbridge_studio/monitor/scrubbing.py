@@ -18,19 +18,19 @@ from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Run
 
-MAX_EVENTS: Final = 1_000_000  # loaded events: about 1 GB of memory
+MAX_EVENTS: Final = 1_000_000  # the limit of the loaded events, which take about 1 GB of memory
 
 # The number of events between stored states, which limits the time of going back.
 STRIDE: Final = 10_000
 
-_BATCH: Final = 500  # events read between two queries of the clock
+_BATCH: Final = 500  # the events read between two queries of the clock
 
 
 class Scrubber:
     """A run and its state after ``at`` events, loaded step by step.
 
     :param run: the recording.
-    :param stride: as `STRIDE`.
+    :param stride: the number of events between two stored states.
     """
 
     def __init__(self, run: Run, stride: int = STRIDE) -> None:
@@ -39,13 +39,15 @@ class Scrubber:
         self._stride = stride
         self._clock = SteadyClock(run.start_us)
         self._stored_states = [RunState()]
-        self._state_at_end = RunState()  # after all loaded events
-        self._statuses: dict[tuple[str, str], tuple[str, str]] = {}  # by environment and Skiller
+        self._state_at_end = RunState()  # the state after all loaded events
+        self._statuses: dict[
+            tuple[str, str], tuple[str, str]
+        ] = {}  # the skill string and the status, by environment and Skiller
         self.events: list[Event] = []
         self.times = array("q")  # microseconds since the start of the run, never decreasing
         # The numbers of events after which the last event is a transition.
         self.transitions = array("q")
-        self.log_lines = array("q")  # numbers of the events that are log lines
+        self.log_lines = array("q")  # the indices of the events that are log lines
         self.at = 0
         self.state = RunState()
         self.notes: list[str] = []
@@ -84,16 +86,18 @@ class Scrubber:
             for _ in range(_BATCH):
                 event = next(reader, None)
                 if event is None:
-                    self._end()
+                    self._end_loading()
                     return
                 self._add(event)
         except TraceError as error:
-            self._end(f"the rest cannot be read: {error.message}")
+            self._end_loading(f"the rest cannot be read: {error.message}")
             return
         if len(self.events) >= MAX_EVENTS:
-            self._end(f"only the first {len(self.events)} events are shown; 'cxbridge trace cat' has all")
+            self._end_loading(
+                f"only the first {len(self.events)} events are shown; 'cxbridge trace cat' has all"
+            )
 
-    def _end(self, *notes: str) -> None:
+    def _end_loading(self, *notes: str) -> None:
         self._reader = None
         self.notes += [*notes, *self.run.notes, *self._clock.notes()]
 
@@ -106,13 +110,13 @@ class Scrubber:
         self._state_at_end.take(event)
         if isinstance(event, LogLine):
             self.log_lines.append(number)
-        elif isinstance(event, TRANSITION_TYPES) and self._is_new(event):
+        elif isinstance(event, TRANSITION_TYPES) and self._changes_state(event):
             self.transitions.append(number + 1)
         if len(self.events) % self._stride == 0:
             self._stored_states.append(self._state_at_end.copy())
 
-    def _is_new(self, event: Event) -> bool:
-        """Return whether an event is news; a Skiller repeats its status."""
+    def _changes_state(self, event: Event) -> bool:
+        """Return whether an event changes a state: Skillers repeat their status, which is recorded here."""
         if not isinstance(event, SkillStatus):
             return True
         key, status = (event.env, event.skiller), (event.skill_string, event.status)

@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple, Protocol
 
-# The limit of shown facts, activations, plan-actions or events; a filter finds further rows.
+# The limit of the shown facts, activations, plan-actions or events; a filter finds further rows.
 MAX_ROWS: Final = 400
 
-MAX_LINES: Final = 1000  # limit of shown log lines
+MAX_LINES: Final = 1000  # the limit of the shown log lines
 
 
 class GoalRow(NamedTuple):
     """A goal.
 
-    :param env: its CLIPS environment.
+    :param env: the CLIPS environment of the goal.
     """
 
     env: str
@@ -30,7 +30,7 @@ class GoalRow(NamedTuple):
 class LogRow(NamedTuple):
     """A log line.
 
-    :param number: its position in the log, from 1.
+    :param number: the position of the line in the log, from 1.
     :param level: a letter of :class:`cxbridge.events.Level`.
     """
 
@@ -73,10 +73,11 @@ class MonitorSnapshot:
     """The state of a watched run or daemon.
 
     :param head: the state in a few words.
+    :param more_goals: the number of goals that are not in ``goals``.
     :param stop: the stop of the rules with its reason, or the last event of a recording; may be empty.
-    :param progress: position in a recording, from 0 to 1; None for a daemon.
+    :param progress: the position in a recording, from 0 to 1; None for a daemon.
     :param fields: the fields of the shown interface.
-    :param environments: names of the CLIPS environments.
+    :param environments: the names of the CLIPS environments.
     :param notes: remarks about the recording.
     """
 
@@ -100,7 +101,7 @@ class MonitorSnapshot:
 
 
 class MonitorSource(Protocol):
-    """A daemon or a recording; called by one thread at a time."""
+    """A daemon or a recording. One thread at a time calls the methods."""
 
     @property
     def name(self) -> str:
@@ -111,7 +112,7 @@ class MonitorSource(Protocol):
 
     @property
     def period_s(self) -> float:
-        """Seconds between two looks."""
+        """The seconds between two snapshots."""
 
     def look(self, query: ViewQuery) -> MonitorSnapshot:
         """Return the current state.

@@ -30,13 +30,13 @@ _COLOURS: Final = {
     **{state: action_outcome(state).colour for state in ("FINAL", "EXECUTION-FAILED")},
     **{status: skill_outcome(status).colour for status in ("S_RUNNING", "S_FINAL", "S_FAILED")},
 }
-_GUIDE: Final = 2  # columns per level of the tree
-_ARROW: Final = 2  # columns of the tree's arrow
-_ICON: Final = 2  # columns of the outcome's icon
-_STATE: Final = 12  # columns of the state
-_MIN_TITLE: Final = 8  # columns of a title however deep its level
-_MAX_LENGTH: Final = 200  # characters of a cell
-_LEVELS: Final = {"D": "dim", "I": "", "W": "yellow", "E": "red"}
+_GUIDE_WIDTH: Final = 2  # the columns per level of the tree
+_ARROW_WIDTH: Final = 2  # the columns of the tree's arrow
+_ICON_WIDTH: Final = 2  # the columns of the outcome's icon
+_STATE_WIDTH: Final = 12  # the columns of the state
+_MIN_TITLE_WIDTH: Final = 8  # the columns of a title, however deep its level
+_MAX_LENGTH: Final = 200  # the characters of a cell
+_LEVEL_STYLES: Final = {"D": "dim", "I": "", "W": "yellow", "E": "red"}
 
 GoalKey = tuple[str, str]  # environment and id of a goal; an empty id means the environment
 
@@ -46,7 +46,7 @@ class GoalTree(Tree[GoalKey]):
 
     def __init__(self) -> None:
         super().__init__("goals", id="goals")
-        self.guide_depth = _GUIDE
+        self.guide_depth = _GUIDE_WIDTH
         self._widths: dict[GoalKey, int] = {}
         self._goals: dict[GoalKey, GoalRow] = {}
         self._goal_nodes: dict[GoalKey, TreeNode[GoalKey]] = {}
@@ -77,7 +77,7 @@ class GoalTree(Tree[GoalKey]):
         self._goal_nodes = {}
         forest = goal_forest(rows.values())
         envs = list(dict.fromkeys(env for env, _ in rows))
-        self._measure(rows)
+        self._compute_widths(rows)
         for env in envs:
             top = (
                 self.root
@@ -85,32 +85,32 @@ class GoalTree(Tree[GoalKey]):
                 else self.root.add(Text(one_line(env)), data=(env, ""), expand=True)
             )
             for key, _ in forest.walk(key for key in forest.roots if key[0] == env):
-                parent, leaf = forest.parents[key], key not in forest.children
-                over = top if parent is None else self._goal_nodes[parent]
+                parent, is_leaf = forest.parents[key], key not in forest.children
+                above = top if parent is None else self._goal_nodes[parent]
                 label = self._goal_label(key, rows[key])
-                node = over.add(label, data=key, expand=not leaf, allow_expand=not leaf)
+                node = above.add(label, data=key, expand=not is_leaf, allow_expand=not is_leaf)
                 self._goal_nodes[key] = node
         self.root.expand()
         if cursor_key in self._goal_nodes:
-            self.call_after_refresh(self._return_to, cursor_key, scrolled)
+            self.call_after_refresh(self._restore_cursor, cursor_key, scrolled)
 
     def on_resize(self, _event: events.Resize) -> None:
         """Fit the column of states into the new width."""
-        self._measure(self._goals)
+        self._compute_widths(self._goals)
         for key, node in self._goal_nodes.items():
             node.set_label(self._goal_label(key, self._goals[key]))
 
-    def _measure(self, rows: Mapping[GoalKey, GoalRow]) -> None:
+    def _compute_widths(self, rows: Mapping[GoalKey, GoalRow]) -> None:
         """Compute the width of titles, so that all states are in one visible column."""
         forest = goal_forest(rows.values())
         env_levels = 1 if len({env for env, _ in rows}) > 1 else 0  # the environments are nodes, too
-        indents = {key: (depth + env_levels + 1) * _GUIDE for key, depth in forest.walk()}
+        indents = {key: (depth + env_levels + 1) * _GUIDE_WIDTH for key, depth in forest.walk()}
         titles = {key: len(one_line(goal_title(goal.id, goal.goal_class))) for key, goal in rows.items()}
         column = max((indents[key] + titles[key] for key in rows), default=0)
-        room = self.size.width - _ARROW - _ICON - _STATE
+        room = self.size.width - _ARROW_WIDTH - _ICON_WIDTH - _STATE_WIDTH
         column = min(column, room) if room > 0 else column
-        widths = {key: max(_MIN_TITLE, column - indents[key]) for key in rows}
-        # Negative: a leaf, which has no arrow and gets blanks in its place.
+        widths = {key: max(_MIN_TITLE_WIDTH, column - indents[key]) for key in rows}
+        # Negative: a is_leaf, which has no arrow and gets blanks in its place.
         self._widths = {key: width if key in forest.children else -width for key, width in widths.items()}
 
     def _goal_label(self, key: GoalKey, goal: GoalRow) -> Text:
@@ -119,10 +119,10 @@ class GoalTree(Tree[GoalKey]):
         title = one_line(line.title)
         if len(title) > abs(width):
             title = title[: abs(width) - 1] + "…"
-        label = Text(" " * _ARROW if width < 0 else "")
+        label = Text(" " * _ARROW_WIDTH if width < 0 else "")
         label.append(f"{line.outcome.icon} ", line.outcome.colour)
         label.append(f"{title:{abs(width)}} ")
-        label.append(one_line(f"{line.state:{_STATE - 1}}"), line.outcome.colour)
+        label.append(one_line(f"{line.state:{_STATE_WIDTH - 1}}"), line.outcome.colour)
         if line.state != goal.mode:
             label.append(one_line(f" {goal.mode}"), "dim")
         if goal.error:
@@ -130,7 +130,7 @@ class GoalTree(Tree[GoalKey]):
         label.rstrip()
         return label
 
-    def _return_to(self, key: GoalKey, scrolled: float) -> None:
+    def _restore_cursor(self, key: GoalKey, scrolled: float) -> None:
         """Move the cursor back to a goal, if the goal still exists."""
         node = self._goal_nodes.get(key)
         if node is not None:
@@ -142,8 +142,8 @@ class GoalTree(Tree[GoalKey]):
 class Rows(DataTable[Text]):
     """A table that updates only changed cells if the number of rows is the same.
 
-    :param name: also its id.
-    :param columns: the titles.
+    :param name: the id of the table.
+    :param columns: the titles of the columns; an empty first title hides all titles.
     """
 
     def __init__(self, name: str, columns: Sequence[str]) -> None:
@@ -205,12 +205,12 @@ class LogLines(RichLog):
         last = rows[-1] if rows else None
         if last == self._last:
             return
-        written = rows.index(self._last) if self._last in rows else -1
-        if self._last is not None and written < 0:
+        last_index = rows.index(self._last) if self._last in rows else -1
+        if self._last is not None and last_index < 0:
             self.clear()
         self._last = last
-        for row in rows[written + 1 :]:
-            self.write(Text(indented(row.text), style=_LEVELS.get(row.level, "")))
+        for row in rows[last_index + 1 :]:
+            self.write(Text(indented(row.text), style=_LEVEL_STYLES.get(row.level, "")))
 
 
 class KeyLine(Footer):

@@ -17,7 +17,7 @@ _COLOURS = {"S_RUNNING": "yellow", "S_FINAL": "green", "S_FAILED": "red", "S_INA
 _KINDS = {"start": "bold", "final": "green", "failed": "red", "end": "cyan"}
 _ACTIVE, _VISITED, _UNVISITED = "\N{BLACK CIRCLE}", "\N{WHITE CIRCLE}", " "
 _ARROW = "\N{RIGHTWARDS ARROW}"
-_MAX_PATH = 12  # states of a path that fit into a line
+_MAX_PATH = 12  # the steps of a path that fit into a line
 
 
 def view(values: Mapping[str, Any], graph: str, uses: Mapping[str, list[str]]) -> RenderableType:
@@ -25,22 +25,22 @@ def view(values: Mapping[str, Any], graph: str, uses: Mapping[str, list[str]]) -
 
     :param values: the fields of SkillerInterface, enums by name; empty if the Skiller has gone.
     :param graph: the graph of SkillerDebugInterface; empty without one.
-    :param uses: the used skills of each skill.
+    :param uses: the skills that each skill uses, by name.
     """
     values = {name: one_line(value) if isinstance(value, str) else value for name, value in values.items()}
     graph = visible(graph)
-    rows: list[RenderableType] = [_head(values)]
+    rows: list[RenderableType] = [_head_line(values)]
     if graph:
         try:
             machine = parse_graph(graph)
         except SkillerError as error:
             rows.append(Text(f"(not a state machine, or too big to be shown: {error.message})", style="dim"))
         else:
-            rows += _machine(machine, uses)
+            rows += _machine_rows(machine, uses)
     return Group(*rows)
 
 
-def _head(values: Mapping[str, Any]) -> Text:
+def _head_line(values: Mapping[str, Any]) -> Text:
     if not values:
         return Text("the Skiller is gone", style="red")
     status = values["status"]
@@ -51,7 +51,7 @@ def _head(values: Mapping[str, Any]) -> Text:
     return line
 
 
-def _machine(machine: StateMachine, uses: Mapping[str, list[str]]) -> list[RenderableType]:
+def _machine_rows(machine: StateMachine, uses: Mapping[str, list[str]]) -> list[RenderableType]:
     names = {state.node: state.name for _, inner in machine.walk() for state in inner.states}
     transitions = machine_transitions(machine)
     title = Text.assemble("\n", (machine.name, "bold underline"))
@@ -59,14 +59,16 @@ def _machine(machine: StateMachine, uses: Mapping[str, list[str]]) -> list[Rende
         title.append(f"  uses {', '.join(uses[machine.name])}", style="dim")
     table = Table(box=None, padding=(0, 2, 0, 0), show_header=False)
     for depth, inner in machine.walk():
-        visited = {node for item in inner.taken() for node in (item.source, item.target)}
+        visited = {node for item in inner.taken_transitions() for node in (item.source, item.target)}
         if depth:
             table.add_row(Text(f"{'  ' * depth}{inner.name}", style="underline"), Text())
         for state in inner.states:
             # A transition may leave an inner machine, so those of all machines are searched.
             exits = [item for item in transitions if item.source == state.node]
-            table.add_row(_state(state, depth, is_visited=state.node in visited), _exits(exits, names))
-    return [title, table, *_paths(machine, names)]
+            table.add_row(
+                _state_text(state, depth, is_visited=state.node in visited), _exits_text(exits, names)
+            )
+    return [title, table, *_path_lines(machine, names)]
 
 
 def machine_transitions(machine: StateMachine) -> list[MachineTransition]:
@@ -74,7 +76,7 @@ def machine_transitions(machine: StateMachine) -> list[MachineTransition]:
     return [item for _, inner in machine.walk() for item in inner.transitions]
 
 
-def _state(state: MachineState, depth: int, *, is_visited: bool) -> Text:
+def _state_text(state: MachineState, depth: int, *, is_visited: bool) -> Text:
     mark = _ACTIVE if state.active else _VISITED if is_visited else _UNVISITED
     style = "reverse bold" if state.active else _KINDS.get(state.kind, "" if is_visited else "dim")
     text = Text.assemble("  " * depth, f"{mark} ", (state.name, style))
@@ -83,7 +85,7 @@ def _state(state: MachineState, depth: int, *, is_visited: bool) -> Text:
     return text
 
 
-def _exits(transitions: list[MachineTransition], names: Mapping[str, str]) -> Text:
+def _exits_text(transitions: list[MachineTransition], names: Mapping[str, str]) -> Text:
     lines = []
     for item in transitions:
         target = names.get(item.target, item.target)
@@ -93,13 +95,14 @@ def _exits(transitions: list[MachineTransition], names: Mapping[str, str]) -> Te
     return Text("\n").join(lines)
 
 
-def _paths(machine: StateMachine, names: Mapping[str, str]) -> list[RenderableType]:
+def _path_lines(machine: StateMachine, names: Mapping[str, str]) -> list[RenderableType]:
     """Return a line with the last steps of each machine's path."""
     lines: list[RenderableType] = []
     for _, inner in machine.walk():
-        taken = inner.taken()
+        taken = inner.taken_transitions()
         if taken:
-            nodes = [taken[-_MAX_PATH:][0].source, *(item.target for item in taken[-_MAX_PATH:])]
+            shown = taken[-_MAX_PATH:]
+            nodes = [shown[0].source, *(item.target for item in shown)]
             ellipsis = "... " if len(taken) > _MAX_PATH else ""
             path = f" {_ARROW} ".join(names.get(node, node) for node in nodes)
             lines.append(Text(f"way: {ellipsis}{path}", style="yellow"))

@@ -18,13 +18,13 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.skiller.calls import OWNER
 
 TYPE = "SkillerDebugInterface"
-# Layouts of graphs, with their names in the interface.
+# The layouts of graphs, with their names in the interface.
 DIRECTIONS = {"TB": "GD_TOP_BOTTOM", "BT": "GD_BOTTOM_TOP", "LR": "GD_LEFT_RIGHT", "RL": "GD_RIGHT_LEFT"}
 # Subjects other than skills: all names, and the dependencies of skills.
 OVERVIEWS = ("LIST", "SKILL_DEP")
 PICTURES = (".svg", ".png", ".pdf")  # supported suffixes of `render`
 
-_RENDER_S = 60  # seconds that graphviz may take
+_RENDER_S = 60  # the seconds that graphviz may take
 
 
 def fetch_graph(
@@ -41,8 +41,8 @@ def fetch_graph(
     A Skiller shows one graph to all its viewers: SkillerDebugInterface has one field for it.
 
     :param subject: a skill, ``ACTIVE``, or one of :data:`OVERVIEWS`.
-    :param direction: one of :data:`DIRECTIONS`; None: unchanged.
-    :param coloured: None: unchanged.
+    :param direction: one of :data:`DIRECTIONS`; None leaves the direction unchanged.
+    :param coloured: whether the graph has colours; None leaves the setting unchanged.
     :raises SkillerError: if the Skiller or skill does not exist, or does not reply.
     """
     with Feed(board, OWNER) as feed:
@@ -58,12 +58,12 @@ def fetch_graph(
             message_fields |= {} if direction is None else {"graph_dir": DIRECTIONS[direction]}
             message_fields |= {} if coloured is None else {"graph_colored": coloured}
         try:
-            _select(interface, message_fields)
-            change = _wait(feed, interface, message_fields, Deadline(timeout_s))
+            _request_graph(interface, message_fields)
+            change = _await_graph(feed, interface, message_fields, Deadline(timeout_s))
         finally:
-            previous_fields = {name: _plain(previous_values[name]) for name in reversed(message_fields)}
+            previous_fields = {name: _enum_name(previous_values[name]) for name in reversed(message_fields)}
             previous_fields["graph_fsm"] = previous_fields["graph_fsm"] or "ACTIVE"
-            _select(interface, previous_fields)
+            _request_graph(interface, previous_fields)
     if change is None:
         raise SkillerError(
             f"the Skiller did not show '{subject}' within {timeout_s:g} s", hint="is it stopped?"
@@ -76,12 +76,12 @@ def fetch_graph(
     return graph
 
 
-def _plain(value: Any) -> Any:
+def _enum_name(value: Any) -> Any:
     """Return the name of an enum item; other values unchanged."""
     return getattr(value, "name", value)
 
 
-def _select(interface: Interface, message_fields: dict[str, Any]) -> None:
+def _request_graph(interface: Interface, message_fields: dict[str, Any]) -> None:
     """Send the messages that select the graph."""
     kinds = {"graph_fsm": "SetGraph", "graph_dir": "SetGraphDirection", "graph_colored": "SetGraphColored"}
     for name, value in message_fields.items():
@@ -90,13 +90,13 @@ def _select(interface: Interface, message_fields: dict[str, Any]) -> None:
         interface.msgq_enqueue(message)
 
 
-def _wait(
+def _await_graph(
     feed: Feed, interface: Interface, expected_fields: dict[str, Any], deadline: Deadline
 ) -> InterfaceChange | None:
     """Return the first change with these fields; None after the deadline."""
     change: InterfaceChange | None = feed.now(interface)
     while change is not None and any(
-        _plain(change.values[name]) != value for name, value in expected_fields.items()
+        _enum_name(change.values[name]) != value for name, value in expected_fields.items()
     ):
         change = feed.next(deadline)
     return change
@@ -118,7 +118,7 @@ def draw_graph(
     :raises SkillerError: if the skill does not exist.
     :raises CxbridgeError: if the skills cannot be loaded.
     """
-    from cxbridge.skiller.make import make_lua_skiller  # noqa: PLC0415 - Lua only for those who use it
+    from cxbridge.skiller.make import make_lua_skiller  # noqa: PLC0415 - loads Lua
 
     clock = VirtualClock()
     bus = EventBus(clock)

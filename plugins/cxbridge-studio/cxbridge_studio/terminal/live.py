@@ -18,7 +18,7 @@ from cxbridge_studio.terminal.drawing import machine_transitions, view
 from cxbridge_studio.terminal.graphs import OVERVIEWS, TYPE, fetch_graph
 from cxbridge_studio.terminal.machinegraph import parse_graph
 
-_OVERVIEW_S = 2.0  # seconds to wait for the graph of skills
+_OVERVIEW_S = 2.0  # the seconds to wait for the graph of skills
 
 
 def show(
@@ -28,11 +28,11 @@ def show(
 
     :param console: the terminal; None for stdout.
     """
-    uses = _uses(board, skiller)
+    uses = _fetch_uses(board, skiller)
     console = console or Console(file=terminal_of(sys.stdout))
     with Feed(board, OWNER) as feed, Live(console=console, auto_refresh=False) as live:
-        values = _values(feed.now(feed.open(SKILLER_TYPE, skiller)))
-        graph = _graph(feed.now(feed.open(TYPE, skiller)))
+        values = _values_of(feed.now(feed.open(SKILLER_TYPE, skiller)))
+        graph = _graph_of(feed.now(feed.open(TYPE, skiller)))
         changes = 0
         previous_value: object = None
         while True:
@@ -45,24 +45,24 @@ def show(
             if change is None:
                 return False
             if change.uid.startswith(f"{TYPE}::"):
-                graph = _graph(change)
+                graph = _graph_of(change)
             else:
-                values = _values(change)
+                values = _values_of(change)
 
 
-def _values(change: InterfaceChange) -> dict[str, object]:
+def _values_of(change: InterfaceChange) -> dict[str, object]:
     if change.kind == "writer removed":
         return {}
     return {key: json_value(item) for key, item in change.values.items()}
 
 
-def _graph(change: InterfaceChange) -> str:
+def _graph_of(change: InterfaceChange) -> str:
     """Return the graph of a machine, regardless of the graphs that other viewers request."""
     return "" if change.values["graph_fsm"] in OVERVIEWS else str(change.values["graph"])
 
 
-def _uses(board: BlackBoard, skiller: str) -> dict[str, list[str]]:
-    """Return the used skills of each skill, as far as the Skiller reports them."""
+def _fetch_uses(board: BlackBoard, skiller: str) -> dict[str, list[str]]:
+    """Return the skills that each skill uses, as far as the Skiller reports them."""
     try:
         graph = parse_graph(visible(fetch_graph(board, skiller, "SKILL_DEP", timeout_s=_OVERVIEW_S)))
     except CxbridgeError:

@@ -24,8 +24,8 @@ class MachineState:
 
     :param node: the unique name in the graph; ``name`` is unique only in its machine.
     :param active: whether the machine is in this state.
-    :param kind: ``start``, ``final``, ``failed``, or empty.
-    :param note: the comment of the definition.
+    :param kind: ``start``, ``final``, ``failed``, ``end`` for another end, or empty.
+    :param note: the comment in the state's definition.
     """
 
     name: str
@@ -39,8 +39,8 @@ class MachineState:
 class MachineTransition:
     """A transition between two nodes.
 
-    :param label: the condition.
-    :param steps: the numbers of the steps that took it, from 1; empty: none yet.
+    :param label: the condition of the transition.
+    :param steps: the numbers of the steps that took the transition, from 1; empty before the first.
     """
 
     source: str
@@ -53,7 +53,7 @@ class MachineTransition:
 class StateMachine:
     """A state machine, or a graph of skill dependencies.
 
-    :param inner: machines within its states.
+    :param inner: the machines within the states.
     """
 
     name: str
@@ -61,7 +61,7 @@ class StateMachine:
     transitions: list[MachineTransition] = field(default_factory=list)
     inner: list[StateMachine] = field(default_factory=list)
 
-    def taken(self) -> list[MachineTransition]:
+    def taken_transitions(self) -> list[MachineTransition]:
         """Return the taken transitions in order, with repetitions."""
         steps = [(step, item) for item in self.transitions for step in item.steps]
         return [item for _, item in sorted(steps, key=lambda pair: pair[0])]
@@ -109,7 +109,7 @@ class _DotReader:
             raise SkillerError(f"this is not a graph of a state machine: '{token}' where '{word}' should be")
 
     def _accept(self, word: str) -> bool:
-        """Skip a mark if it is the next token, and return whether it was; in quotes, it is a name."""
+        """Skip a mark if it is the next token, and return whether it was. A mark in quotes is a name."""
         is_next = self._at < len(self._tokens) and self._tokens[self._at] == (2, word)
         self._at += is_next
         return is_next
@@ -130,16 +130,16 @@ class _DotReader:
                 self.word()
             elif self._accept("->"):
                 target = self.word()
-                machine.transitions.append(_transition(name, target, self._attributes()))
+                machine.transitions.append(_parse_transition(name, target, self._attributes()))
             else:
-                self._node(machine, name, self._attributes())
+                self._add_node(machine, name, self._attributes())
             self._accept(";")
 
-    def _node(self, machine: StateMachine, name: str, attributes: dict[str, str]) -> None:
+    def _add_node(self, machine: StateMachine, name: str, attributes: dict[str, str]) -> None:
         if name == "graph":
-            machine.name = _plain(attributes.get("label", machine.name))
+            machine.name = _one_line(attributes.get("label", machine.name))
         elif name not in ("node", "edge"):  # statements with defaults for all nodes or edges
-            machine.states.append(_state(name, attributes))
+            machine.states.append(_parse_state(name, attributes))
 
     def _attributes(self) -> dict[str, str]:
         attributes: dict[str, str] = {}
@@ -151,21 +151,21 @@ class _DotReader:
         return attributes
 
 
-def _plain(label: str) -> str:
+def _one_line(label: str) -> str:
     """Return a label in one line."""
     text = re.sub(r"\\(?:\n|[nlr])", " ", label)
     return " ".join(re.sub(r"\\(.)", r"\1", text).split())
 
 
-def _state(node: str, attributes: dict[str, str]) -> MachineState:
+def _parse_state(node: str, attributes: dict[str, str]) -> MachineState:
     name, _, note = attributes.get("label", node).partition("\\n(")
     kind = "start" if attributes.get("penwidth") == "4.0" else ""  # only the start state has a thick line
     if attributes.get("shape") == _END_SHAPE:
         kind = _END_COLOURS.get(attributes.get("color", ""), "end")
     is_active = attributes.get("active") == "true"
-    return MachineState(_plain(name), node, is_active, kind, _plain(note.removesuffix(")")))
+    return MachineState(_one_line(name), node, is_active, kind, _one_line(note.removesuffix(")")))
 
 
-def _transition(source: str, target: str, attributes: dict[str, str]) -> MachineTransition:
+def _parse_transition(source: str, target: str, attributes: dict[str, str]) -> MachineTransition:
     steps = tuple(int(step) for step in attributes.get("taillabel", "").split(",") if step.isdecimal())
-    return MachineTransition(source, target, _plain(attributes.get("label", "")), steps)
+    return MachineTransition(source, target, _one_line(attributes.get("label", "")), steps)

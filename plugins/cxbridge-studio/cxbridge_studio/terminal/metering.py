@@ -12,7 +12,7 @@ from typing import Final
 
 OWNER = "cxbridge bb"
 
-WINDOW: Final = 10_000  # number of latest writes over which a rate is computed
+WINDOW: Final = 10_000  # the number of latest writes over which a rate is computed
 
 _BLANK: Final = 0x2800  # the Unicode block of braille patterns, whose dots are the pixels of a plot
 # The dots of a Braille character: left and right column from the top.
@@ -28,8 +28,10 @@ class Rate:
     """The rate of writes.
 
     :param hz: the mean rate.
-    :param shortest_s: the shortest interval; ``longest_s`` and ``deviation_s`` likewise.
-    :param window: the number of intervals.
+    :param shortest_s: the shortest interval between two writes.
+    :param longest_s: the longest interval.
+    :param deviation_s: the standard deviation of the intervals.
+    :param window: the number of writes.
     """
 
     hz: float
@@ -81,11 +83,11 @@ def amount(size: float) -> str:
 def drawing(points: Sequence[tuple[float, float]], width: int, height: int, span_s: float) -> Iterator[str]:
     """Yield the lines of a plot in Braille characters with its axes.
 
-    :param points: seconds and values; the last one is at the right edge.
+    :param points: the seconds and values; the last point is at the right edge.
     :param span_s: the shown time span in seconds.
     """
     points = [(time_s, value) for time_s, value in points if isfinite(value)]
-    low, high = _bounds([value for _, value in points])
+    low, high = _axis_range([value for _, value in points])
     span = high - low
     labels = [_label(high - span * row / max(1, height - 1), span) for row in range(height)]
     margin = max(map(len, labels))
@@ -99,7 +101,7 @@ def drawing(points: Sequence[tuple[float, float]], width: int, height: int, span
         y = round((high - value) / span * (4 * height - 1))
         if x < 0:
             continue
-        for dot_x, dot_y in _step(previous_dot, (x, y)):
+        for dot_x, dot_y in _step_dots(previous_dot, (x, y)):
             cells[dot_y // 4][dot_x // 2] |= _DOTS[dot_x % 2][dot_y % 4]
         previous_dot = x, y
     for row, label in enumerate(labels):
@@ -111,7 +113,7 @@ def drawing(points: Sequence[tuple[float, float]], width: int, height: int, span
     yield f"{'':{margin}}  {begin}{end:>{max(1, inner - len(begin))}}"
 
 
-def _step(previous_dot: tuple[int, int] | None, dot: tuple[int, int]) -> Iterator[tuple[int, int]]:
+def _step_dots(previous_dot: tuple[int, int] | None, dot: tuple[int, int]) -> Iterator[tuple[int, int]]:
     """Yield the dots of a step: horizontal at the old value, since a field keeps it, then vertical."""
     x, y = dot
     if previous_dot is not None:
@@ -121,12 +123,12 @@ def _step(previous_dot: tuple[int, int] | None, dot: tuple[int, int]) -> Iterato
     yield dot
 
 
-def _bounds(values: Sequence[float]) -> tuple[float, float]:
+def _axis_range(values: Sequence[float]) -> tuple[float, float]:
     """Return the range of the axis."""
     if not values:
         return 0.0, 1.0
     low, high = min(values), max(values)
-    if low == high:
+    if low == high:  # an axis needs a range: the constant is in its middle
         margin = abs(low) / 10 or 1.0
         return low - margin, high + margin
     return low, high

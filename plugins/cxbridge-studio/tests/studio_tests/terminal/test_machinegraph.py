@@ -49,7 +49,7 @@ def test_the_transitions_and_the_way(engine: LuaEngine):
     machine = run(engine, "leaf", 3)
     assert MachineTransition("FIRST", "SECOND", "on in two lines", (1, 3)) in machine.transitions
     assert MachineTransition("SECOND", "FIRST", 'back to "FIRST"', (2,)) in machine.transitions
-    assert [item.target for item in machine.taken()] == ["SECOND", "FIRST", "SECOND"]
+    assert [item.target for item in machine.taken_transitions()] == ["SECOND", "FIRST", "SECOND"]
 
 
 def test_machines_within_states(engine: LuaEngine):
