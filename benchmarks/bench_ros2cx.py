@@ -119,7 +119,7 @@ def turtle(folder: Path) -> None:
 
     def attach(run):
         assert isinstance(run.executive, CxNode)
-        node = run.executive.node.context.ros.graph.join("turtle")
+        node = run.executive.manager.context.ros.graph.join("turtle")
         pose, topic = [5.5, 5.5, 0.0], node.publisher("/pose", "geometry_msgs/msg/Pose2D")
         moving = [0.0, 0.0]
 

@@ -66,7 +66,8 @@ class GoalObserver:
     def answered(self, sent: SentGoal) -> None:
         """Handle the acceptance or rejection of the goal."""
 
-    def feedback(self, sent: SentGoal, feedback: Message) -> None: ...
+    def feedback(self, sent: SentGoal, feedback: Message) -> None:
+        """Handle feedback about the goal."""
 
     def ended(self, sent: SentGoal) -> None:
         """Handle the end of the goal; its result is set."""
@@ -84,9 +85,9 @@ class SentGoal:
     :ivar result: the result message; None before the end.
     :ivar reason: why the result is missing, if the transport knows; else empty.
     :ivar is_cancelled: whether a cancel request was sent.
-    :ivar refused_cancel: the reason of a refused cancel request, or None.
-    :ivar servers: the servers at the last check.
-    :ivar stamp: seconds of the acceptance; 0.0 before.
+    :ivar refused_cancel: the reason why the last cancel request was refused, or None.
+    :ivar servers: the numbers of the servers at the last check.
+    :ivar stamp: the time of the acceptance, in seconds of the epoch; 0.0 before.
     """
 
     def __init__(self, client: ActionClient, goal_id: bytes, observer: GoalObserver) -> None:
@@ -115,8 +116,8 @@ class SentGoal:
 class ActionClient(Closing):
     """Client of an action.
 
-    :param name: such as ``/navigate_to_pose``.
-    :param action_type: such as ``nav2_msgs/action/NavigateToPose``.
+    :param name: the name of the action, such as ``/navigate_to_pose``.
+    :param action_type: the type of the action, such as ``nav2_msgs/action/NavigateToPose``.
     :raises Ros2Error: if the name or type is invalid.
     """
 
@@ -126,17 +127,17 @@ class ActionClient(Closing):
         self._send = node.client(f"{name}/_action/send_goal", str(kind.derived("SendGoal")))
         self._get = node.client(f"{name}/_action/get_result", str(kind.derived("GetResult")))
         self._cancel = node.client(f"{name}/_action/cancel_goal", CANCEL_GOAL)
-        self._ends = [
+        self._closers = [
             node.subscribe(
                 f"{name}/_action/feedback",
                 str(kind.derived("FeedbackMessage")),
-                self._take_feedback,
+                self._receive_feedback,
                 needs=Right.LOOK,  # events of our own goals need no further right
             ),
             node.subscribe(
                 f"{name}/_action/status",
                 STATUS_TYPE,
-                self._take_status,
+                self._receive_status,
                 PROFILES["action_status"],
                 needs=Right.LOOK,
             ),
@@ -158,7 +159,7 @@ class ActionClient(Closing):
         """Send a goal.
 
         :param observer: handles the events of the goal.
-        :raises Ros2Error: if the goal has another type.
+        :raises Ros2Error: if the goal does not have the type of the action.
         """
         goal_id = uuid.uuid4().bytes
         sent = SentGoal(self, goal_id, observer or GoalObserver())
@@ -171,7 +172,7 @@ class ActionClient(Closing):
                 sent.observer.answered(sent)
                 return
             sent.stamp = nanoseconds_of(response["stamp"]) / 1e9
-            sent.status = max(sent.status, GoalStatus.ACCEPTED)  # the topic may have reported more
+            sent.status = max(sent.status, GoalStatus.ACCEPTED)  # the topic may have reported a later status
             sent.observer.answered(sent)
             self._request_result(sent)
             if sent.is_cancelled:  # an earlier cancel request may have been refused for an unknown goal
@@ -192,9 +193,11 @@ class ActionClient(Closing):
         """End the goal with status UNKNOWN if its server has restarted and forgotten it."""
         present_servers = self._get.servers
         if present_servers - sent.servers and sent.is_accepted:
-            self._request_result(sent)  # a new server does not know the goal, and says so
+            # a new server does not know the goal: its response has the status UNKNOWN
+            self._request_result(sent)
         elif present_servers and sent.servers.isdisjoint(present_servers) and sent.is_accepted is None:
-            self._give_up(sent, GoalStatus.UNKNOWN, "")  # the servers that could have accepted it are gone
+            # all servers that could have accepted the goal are gone
+            self._give_up(sent, GoalStatus.UNKNOWN, "")
         sent.servers |= present_servers
 
     def _give_up(self, sent: SentGoal, status: GoalStatus, reason: str) -> None:
@@ -241,16 +244,16 @@ class ActionClient(Closing):
     def close(self) -> None:
         for client in self._clients:
             client.close()
-        for end in self._ends:
+        for end in self._closers:
             end()
 
-    def _take_feedback(self, message: Message) -> None:
+    def _receive_feedback(self, message: Message) -> None:
         sent = self._goals.get(message["goal_id"]["uuid"])
         if sent is not None:
             sent.feedback = message["feedback"]
             sent.observer.feedback(sent, message["feedback"])
 
-    def _take_status(self, message: Message) -> None:
+    def _receive_status(self, message: Message) -> None:
         for goal_status in message["status_list"]:
             sent = self._goals.get(goal_status["goal_info"]["goal_id"]["uuid"])
             if sent is not None and not sent.status.is_final:
@@ -288,12 +291,12 @@ class ServedGoal:
         self._server.publish_feedback(self, feedback)
 
     def execute(self) -> None:
-        self._server.change(self, GoalStatus.EXECUTING)
+        self._server.set_status(self, GoalStatus.EXECUTING)
 
     def finish(self, status: GoalStatus, result: Mapping[str, Any]) -> None:
         """End the goal and send the result to the clients that requested it.
 
-        :raises Ros2Error: if the result has another type; the goal continues then.
+        :raises Ros2Error: if the result does not have the type of the action; the goal then continues.
         """
         self._server.finish(self, status, result)
 
@@ -316,8 +319,8 @@ class GoalHandler:
 class GoalServer(Closing):
     """Server of an action; its handler executes the goals.
 
-    :param clock: for the stamps of goals.
-    :param needs: the right to send a goal.
+    :param clock: the clock for the stamps of goals.
+    :param needs: the right that clients need to send a goal.
     """
 
     def __init__(
@@ -337,7 +340,7 @@ class GoalServer(Closing):
         self._result_requests: dict[bytes, list[SendResponse]] = {}
         self._feedback = node.publisher(f"{name}/_action/feedback", str(kind.derived("FeedbackMessage")))
         self._status = node.publisher(f"{name}/_action/status", STATUS_TYPE, PROFILES["action_status"])
-        self._ends = [
+        self._closers = [
             node.serve(
                 f"{name}/_action/send_goal", str(kind.derived("SendGoal")), self._respond, needs=needs
             ),
@@ -363,7 +366,7 @@ class GoalServer(Closing):
     def publish_feedback(self, served: ServedGoal, feedback: Mapping[str, Any]) -> None:
         self._feedback.publish({"goal_id": {"uuid": served.goal_id}, "feedback": feedback})
 
-    def change(self, served: ServedGoal, status: GoalStatus) -> None:
+    def set_status(self, served: ServedGoal, status: GoalStatus) -> None:
         served.status = status
         self._publish_status()
 
@@ -371,12 +374,12 @@ class GoalServer(Closing):
         """End a goal and answer the requests for its result."""
         goal_id = served.goal_id
         response = {"status": status, "result": result}
-        # a wrong result is an error of the first reply: the goal continues then
+        # a wrong result is an error of the first reply: the goal then continues
         for reply in self._result_requests.get(goal_id, ()):
             reply(response)
         self._result_requests.pop(goal_id, None)
         self._results[goal_id] = response
-        self.change(served, status)
+        self.set_status(served, status)
         while len(self._results) > _MAX_RESULTS:
             oldest = next(iter(self._results))
             del self._results[oldest], self._goals[oldest]
@@ -384,7 +387,7 @@ class GoalServer(Closing):
     def close(self) -> None:
         for served in self.running:
             self.finish(served, GoalStatus.ABORTED, {})
-        for end in self._ends:
+        for end in self._closers:
             end()
         self._feedback.close()
         self._status.close()
@@ -409,7 +412,7 @@ class GoalServer(Closing):
             return {"return_code": CancelCode.GOAL_TERMINATED}
         if goal is None and any(goal_id):
             return {"return_code": CancelCode.UNKNOWN_GOAL_ID}
-        # without an id: all goals, or those accepted until the stamp
+        # an id of zeros is no id; then all goals are meant, or all that were accepted until the stamp
         until_ns = nanoseconds_of(request["goal_info"]["stamp"])
         goals = (
             [goal]
@@ -461,8 +464,8 @@ class ActionServer(Closing, GoalHandler):
     """Server that executes one step of each goal per call of :meth:`step`.
 
     :param execute: starts the execution of a goal.
-    :param clock: for the stamps of goals.
-    :param needs: the right to send a goal.
+    :param clock: the clock for the stamps of goals.
+    :param needs: the right that clients need to send a goal.
     """
 
     def __init__(
@@ -484,6 +487,7 @@ class ActionServer(Closing, GoalHandler):
         return bool(self._running)
 
     def step(self) -> None:
+        """Execute the next step of each goal."""
         for goal_id, (served, steps) in list(self._running.items()):
             try:
                 feedback = next(steps)

@@ -1,4 +1,4 @@
-"""Built-in definitions that rosbags lacks, so that users need not have their packages.
+"""Definitions that rosbags lacks, built in so that users do not need the packages.
 
 Constants of the hub messages are left out: they are neither on the wire nor in type hashes.
 :mod:`cxbridge_ros2.hub.protocol` has them as enums.
@@ -71,26 +71,26 @@ lifecycle_msgs/State[] available_states
 lifecycle_msgs/TransitionDescription[] available_transitions
 """,
     "plansys2_msgs/msg/ActionExecution": """int16 type         # a MessageKind
-string node_id     # who asks in a REQUEST, else who performs
+string node_id     # the caller in a REQUEST, otherwise the performer
 string action
 string[] arguments
 bool success       # of FINISH
 float32 completion # from 0 to 1
-string status      # what is being done, or why it failed
+string status      # the current work, or the reason of a failure
 """,
     "plansys2_msgs/msg/ActionPerformerStatus": """builtin_interfaces/Time status_stamp
 int8 state                      # a PerformerState
 string action
-string[] specialized_arguments  # those that it performs only; empty: any
+string[] specialized_arguments  # the only possible arguments; empty for any
 string node_name
 """,
     "cx_msgs/msg/SkillExecution": """int16 type                 # a MessageKind
-string node_id             # who asks in a REQUEST, else who executes
+string node_id             # the caller in a REQUEST, otherwise the executor
 string action
 string[] action_parameters
 string agent_id            # empty unless there are several robots
 string mapped_action       # the skill string that the action is mapped to
-string status              # what is being done, or why it failed
+string status              # the current work, or the reason of a failure
 bool success               # of FINISH
 float32 progress           # from 0 to 1
 """,

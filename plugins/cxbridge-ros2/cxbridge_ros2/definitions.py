@@ -1,7 +1,7 @@
 """Definitions of messages, services and actions, from .msg, .srv, .action and .idl files.
 
 Sources in order: the user's folders, a sourced ROS environment (``AMENT_PREFIX_PATH``), and the well-known
-types of a ROS distribution from rosbags. A file is read when a type of it is requested.
+types of a ROS distribution from rosbags. A file is read when one of its types is requested.
 
 rosbags parses messages, reads and writes CDR, and computes type hashes (REP 2016). It does not support
 services and actions; this module derives their messages.
@@ -40,9 +40,9 @@ _TIME: Final = parse_type("builtin_interfaces/msg/Time")
 _UUID: Final = parse_type("unique_identifier_msgs/msg/UUID")
 _EVENT_INFO: Final = parse_type("service_msgs/msg/ServiceEventInfo")
 _SEPARATOR: Final = "---"
-_SECTIONS: Final = {"msg": 1, "srv": 2, "action": 3}
+_SECTION_COUNTS: Final = {"msg": 1, "srv": 2, "action": 3}
 
-# A field with a default value.
+# A field with a default value: `float64 w 1.0`.
 _DEFAULT: Final = re.compile(r"[a-zA-Z][^\s#]*[ \t]+([a-zA-Z]\w*)[ \t]+([^\s=#].*)")
 
 # defaults of well-known types, which rosbags leaves out
@@ -56,7 +56,7 @@ class Definitions:
     """The known types.
 
     :param folders: packages, or folders with packages.
-    :param distribution: the distribution of the well-known types; None for none.
+    :param distribution: the distribution of the well-known types; None for no such types.
     :param texts: further definitions by type, with less priority than files.
     :param environment: the environment with ``AMENT_PREFIX_PATH``; by default that of the process.
     :raises Ros2Error: if a folder or the distribution does not exist.
@@ -86,7 +86,7 @@ class Definitions:
             self._store.fielddefs.pop(name, None)
             self._store.types.pop(name, None)
         self._loaded: set[str] = set()
-        # whether types have hashes and services have events: since ROS 2 Iron
+        # whether types have hashes and services have events, as since ROS 2 Iron
         self.has_hashes = str(_EVENT_INFO) in {*self._store.fielddefs, *self._files}
         self._defaults = dict(_DEFAULTS)
 
@@ -190,7 +190,7 @@ class Definitions:
     def _load_nested(self, fields: Fields, registered: Collection[str] = ()) -> None:
         """Load the nested types of fields, except those just registered."""
         for _, kind in fields:
-            nested = _nested(kind)
+            nested = _nested_type(kind)
             if nested is not None and nested not in registered:
                 self._load(parse_type(nested))
 
@@ -203,9 +203,9 @@ class Definitions:
         if name.kind == "msg":
             yield str(name), sections[0]
         elif name.kind == "srv":
-            yield from _service(name, sections[0], sections[1], self.has_hashes)
+            yield from _service_messages(name, sections[0], sections[1], self.has_hashes)
         else:
-            yield from _action(name, sections, self.has_hashes)
+            yield from _action_messages(name, sections, self.has_hashes)
 
     def _sections(self, name: TypeName) -> tuple[list[Fields], list[dict[str, Any]]]:
         """Return the fields and the defaults of each section of a definition."""
@@ -219,13 +219,13 @@ class Definitions:
         if file is not None and file.suffix == ".idl":
             return [_parse_idl(text, name, file)], [{}]
         sections = _split(text)
-        if len(sections) != _SECTIONS[name.kind]:
+        if len(sections) != _SECTION_COUNTS[name.kind]:
             raise Ros2Error(
-                f"{name} has {len(sections)} sections, {_SECTIONS[name.kind]} are wanted",
+                f"{name} has {len(sections)} sections, {_SECTION_COUNTS[name.kind]} are wanted",
                 file=file,
                 hint=f"they are separated by lines with {_SEPARATOR}",
             )
-        fields = [_parse(section, name, file, line) for line, section in sections]
+        fields = [_parse_section(section, name, file, line) for line, section in sections]
         return fields, [_defaults_in(section) for _, section in sections]
 
     def _unknown(self, name: TypeName) -> Ros2Error:
@@ -264,10 +264,11 @@ def _files_in(folder: Path) -> dict[str, Path]:
         for file in sorted(files):
             path = directory / file
             if path.suffix in (f".{directory.name}", ".idl"):
-                # an installed package has both files; only the original has defaults
+                # an installed package has an .idl for each .msg; only the .msg has default values
                 name = f"{package}/{directory.name}/{path.stem}"
                 if path.suffix != ".idl" or name not in definition_files:
                     definition_files[name] = path
+    # rosbags reads messages in IDL only
     return {name: path for name, path in definition_files.items() if path.suffix != ".idl" or "/msg/" in name}
 
 
@@ -291,7 +292,7 @@ def _split(text: str) -> list[tuple[int, str]]:
     return [(line, "\n".join(lines)) for line, lines in sections]
 
 
-def _parse(text: str, name: TypeName, file: Path | None, line: int) -> Fields:
+def _parse_section(text: str, name: TypeName, file: Path | None, line: int) -> Fields:
     # nested types without a package belong to the same package
     as_message = f"{name.package}/msg/{name.name}"
     try:
@@ -299,10 +300,10 @@ def _parse(text: str, name: TypeName, file: Path | None, line: int) -> Fields:
     except (TypesysError, ValueError) as error:
         reason = " ".join(str(error).split())
         raise Ros2Error(f"{name}: {reason}", file=file, line=line if file else None) from None
-    # rosbags takes wstring for a type of this package
+    # to rosbags, wstring is the name of a message in this package
     wide_types = (f"{name.package}/msg/wstring", f"{name.package}/msg/wchar")
     for field, kind in fields:
-        if _nested(kind) in wide_types:
+        if _nested_type(kind) in wide_types:
             raise Ros2Error(
                 f"{name}: the field '{field}' is a wide string, which is not supported", file=file
             )
@@ -325,7 +326,7 @@ def _parse_idl(text: str, name: TypeName, file: Path) -> Fields:
 # --- messages derived from services and actions -------------------------------------------------------------
 
 
-def _service(
+def _service_messages(
     name: TypeName, request: Fields, response: Fields, has_event: bool
 ) -> Iterator[tuple[str, Fields]]:
     """Yield a service's messages: request, response, event, and the type for its hash."""
@@ -336,16 +337,18 @@ def _service(
     yield (
         str(name.derived("Event")),
         [
-            ("info", _named(_EVENT_INFO)),
-            ("request", (Nodetype.SEQUENCE, (_named(name.derived("Request")), 1))),  # at most one
-            ("response", (Nodetype.SEQUENCE, (_named(name.derived("Response")), 1))),
+            ("info", _named_type(_EVENT_INFO)),
+            ("request", (Nodetype.SEQUENCE, (_named_type(name.derived("Request")), 1))),  # at most one
+            ("response", (Nodetype.SEQUENCE, (_named_type(name.derived("Response")), 1))),
         ],
     )
     suffixes = ("Request", "Response", "Event")
-    yield str(name), [(f"{suffix.lower()}_message", _named(name.derived(suffix))) for suffix in suffixes]
+    yield str(name), [(f"{suffix.lower()}_message", _named_type(name.derived(suffix))) for suffix in suffixes]
 
 
-def _action(name: TypeName, sections: list[Fields], has_events: bool) -> Iterator[tuple[str, Fields]]:
+def _action_messages(
+    name: TypeName, sections: list[Fields], has_events: bool
+) -> Iterator[tuple[str, Fields]]:
     """Yield an action's messages: goal, result, feedback, and those of its services and topics."""
     goal, result, feedback = (name.derived(suffix) for suffix in ("Goal", "Result", "Feedback"))
     for section_name, fields in zip((goal, result, feedback), sections, strict=True):
@@ -353,12 +356,12 @@ def _action(name: TypeName, sections: list[Fields], has_events: bool) -> Iterato
     send_goal, get_result, feedback_message = (
         name.derived(suffix) for suffix in ("SendGoal", "GetResult", "FeedbackMessage")
     )
-    goal_id = ("goal_id", _named(_UUID))
-    acceptance: Fields = [("accepted", _base("bool")), ("stamp", _named(_TIME))]
-    status_and_result: Fields = [("status", _base("int8")), ("result", _named(result))]
-    yield from _service(send_goal, [goal_id, ("goal", _named(goal))], acceptance, has_events)
-    yield from _service(get_result, [goal_id], status_and_result, has_events)
-    yield str(feedback_message), [goal_id, ("feedback", _named(feedback))]
+    goal_id = ("goal_id", _named_type(_UUID))
+    acceptance: Fields = [("accepted", _base_type("bool")), ("stamp", _named_type(_TIME))]
+    status_and_result: Fields = [("status", _base_type("int8")), ("result", _named_type(result))]
+    yield from _service_messages(send_goal, [goal_id, ("goal", _named_type(goal))], acceptance, has_events)
+    yield from _service_messages(get_result, [goal_id], status_and_result, has_events)
+    yield str(feedback_message), [goal_id, ("feedback", _named_type(feedback))]
     if not has_events:
         return
     # the type of the action itself, whose hash peers compare
@@ -370,14 +373,14 @@ def _action(name: TypeName, sections: list[Fields], has_events: bool) -> Iterato
         "get_result_service": get_result,
         "feedback_message": feedback_message,
     }
-    yield str(name), [(field, _named(member)) for field, member in members.items()]
+    yield str(name), [(field, _named_type(member)) for field, member in members.items()]
 
 
-def _base(name: str) -> FieldType:
+def _base_type(name: str) -> FieldType:
     return Nodetype.BASE, (name, 0)
 
 
-def _named(name: TypeName) -> FieldType:
+def _named_type(name: TypeName) -> FieldType:
     return Nodetype.NAME, str(name)
 
 
@@ -390,14 +393,14 @@ def _replace_char(kind: FieldType) -> FieldType:
     node, details = kind
     if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
         return node, (_replace_char(details[0]), details[1])
-    return _base("uint8") if node == Nodetype.BASE and details[0] == "char" else kind
+    return _base_type("uint8") if node == Nodetype.BASE and details[0] == "char" else kind
 
 
-def _nested(kind: FieldType) -> str | None:
+def _nested_type(kind: FieldType) -> str | None:
     """Return the message type of a field or of its elements; None for base types."""
     node, details = kind
     if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-        return _nested(details[0])
+        return _nested_type(details[0])
     return str(details) if node == Nodetype.NAME else None
 
 

@@ -55,11 +55,11 @@ class RosExecutor(SkillExecutor):
     def limit_time(self, seconds: float, name: str, steps: Generator[S, None, T]) -> Generator[S, None, T]:
         """Yield the steps of a generator and return its value.
 
-        :param name: the subject of the error after the limit.
+        :param name: the name of the work, for the error after the limit.
         :raises SkillFailedError: after the limit.
         """
         deadline_us = self.clock.now_us() + round(seconds * MICROSECONDS)
-        with closing(steps):  # its `finally` cancels the goal at once, not at garbage collection
+        with closing(steps):  # the `finally` of the steps cancels the goal at once, not at garbage collection
             while self.clock.now_us() <= deadline_us:
                 try:
                     yield next(steps)

@@ -1,4 +1,4 @@
-"""Keys of Fawkes' own ROS 2 plug-ins in our configuration sections, so that one configuration serves both."""
+"""Keys of Fawkes' own ROS 2 plug-ins, which cxbridge ignores: one configuration serves both programs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
 # Keys of the plug-ins of fawkes-robotino, by section.
-OF_FAWKES: Final = {
+FAWKES_KEYS: Final = {
     "/ros2/tf": frozenset(
         {"use_tf2", "use_namespace", "tf_prefix", "tf_prefix_exclusions", "static-update-interval"}
     ),
@@ -18,7 +18,7 @@ OF_FAWKES: Final = {
 
 def is_ours(tree: str, key: str) -> bool:
     """Return whether a key does not belong to Fawkes' plug-ins."""
-    return key not in OF_FAWKES.get(tree, frozenset())
+    return key not in FAWKES_KEYS.get(tree, frozenset())
 
 
 def has_ours(config: Configuration, tree: str) -> bool:

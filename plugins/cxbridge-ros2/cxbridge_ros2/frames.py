@@ -58,13 +58,13 @@ class FrameSender(Closing):
         self._static_frames: dict[str, Message] = {}
         self._feed = Feed(board, "ROS 2")
         for instance in self._feed.follow(_TYPE, "*"):
-            self._take(self._feed.now(instance))
+            self._send(self._feed.now(instance))
 
     def loop(self) -> None:
         while (change := self._feed.next(Deadline(0))) is not None:
-            self._take(change)
+            self._send(change)
 
-    def _take(self, change: InterfaceChange) -> None:
+    def _send(self, change: InterfaceChange) -> None:
         uid, values = change.uid, change.values
         if uid.startswith(f"{_TYPE}::{FROM_ROS}") or change.kind != "data" or not values["child_frame"]:
             return
@@ -72,7 +72,7 @@ class FrameSender(Closing):
         if not values["static_transform"]:
             self._moving.publish({"transforms": [message]})
         elif self._static_frames.get(uid) != message:
-            # all static frames: a late subscription gets the last message only
+            # all static frames in each message, since a late subscription gets only the last message
             self._static_frames[uid] = message
             self._static.publish({"transforms": list(self._static_frames.values())})
 

@@ -63,7 +63,7 @@ SHUTDOWN: Final = "shutdown"
 class _Transition(Struct, frozen=True):
     """A transition on a client's request.
 
-    :param number: its number in lifecycle_msgs/msg/Transition.
+    :param number: the number of the transition in lifecycle_msgs/msg/Transition.
     :param during: the transition state.
     """
 
@@ -86,7 +86,7 @@ _TRANSITIONS: Final = tuple(
         (7, SHUTDOWN, "ACTIVE", "SHUTTINGDOWN", "FINALIZED"),
     )
 )
-# number of the successful transition out of each transition state.
+# number of the successful transition out of each transition state
 _END_NUMBERS: Final = {
     LifecycleState.CONFIGURING: 10,
     LifecycleState.CLEANINGUP: 20,
@@ -96,7 +96,7 @@ _END_NUMBERS: Final = {
     LifecycleState.ERRORPROCESSING: 60,
 }
 
-# carries out a transition and returns its success. An exception is an error.
+# carries out a transition and returns its success; an exception is an error
 Work = Callable[[], bool]
 
 
@@ -127,7 +127,7 @@ class Lifecycle(Closing):
             "get_available_transitions": ("GetAvailableTransitions", self._get_transitions),
             "get_transition_graph": ("GetAvailableTransitions", self._get_graph),
         }
-        self._ends = [
+        self._closers = [
             node.serve(
                 f"/{name}/{service}",
                 f"{_PACKAGE}/srv/{kind}",
@@ -149,7 +149,8 @@ class Lifecycle(Closing):
         outcome = self._carry_out(name)
         self._end_transition(outcome)
         if outcome is TransitionOutcome.ERROR:
-            self._end_transition(TransitionOutcome.FAILURE)  # of ERRORPROCESSING, as with rclcpp
+            # ERRORPROCESSING fails, as in rclcpp without an error handler
+            self._end_transition(TransitionOutcome.FAILURE)
         return outcome is TransitionOutcome.SUCCESS
 
     def follow(self, state: LifecycleState) -> None:
@@ -173,7 +174,7 @@ class Lifecycle(Closing):
 
     def _end_transition(self, outcome: TransitionOutcome) -> None:
         """Leave the current transition state."""
-        goal = _ends_of(self.state)[outcome]
+        goal = _end_states(self.state)[outcome]
         self._move(_END_NUMBERS[self.state] + outcome, outcome.label, goal)
 
     def _move(self, number: int, label: str, goal: LifecycleState) -> None:
@@ -196,23 +197,23 @@ class Lifecycle(Closing):
         return {"available_states": [state.message for state in LifecycleState]}
 
     def _get_transitions(self, _request: Message) -> Mapping[str, Any]:
-        return {"available_transitions": [*_beginnings(self._available)]}
+        return {"available_transitions": [*_describe_starts(self._available)]}
 
     def _get_graph(self, _request: Message) -> Mapping[str, Any]:
         ends = (
-            _description(number + outcome, outcome.label, during, _ends_of(during)[outcome])
+            _description(number + outcome, outcome.label, during, _end_states(during)[outcome])
             for during, number in _END_NUMBERS.items()
             for outcome in TransitionOutcome
         )
-        return {"available_transitions": [*_beginnings(_TRANSITIONS), *ends]}
+        return {"available_transitions": [*_describe_starts(_TRANSITIONS), *ends]}
 
     def close(self) -> None:
-        for end in self._ends:
+        for end in self._closers:
             end()
         self._events.close()
 
 
-def _ends_of(during: LifecycleState) -> tuple[LifecycleState, LifecycleState, LifecycleState]:
+def _end_states(during: LifecycleState) -> tuple[LifecycleState, LifecycleState, LifecycleState]:
     """Return the states after success, failure and an error in a transition state."""
     if during is LifecycleState.ERRORPROCESSING:
         return LifecycleState.UNCONFIGURED, LifecycleState.FINALIZED, LifecycleState.FINALIZED
@@ -223,7 +224,7 @@ def _ends_of(during: LifecycleState) -> tuple[LifecycleState, LifecycleState, Li
     return transition.goal, failed, LifecycleState.ERRORPROCESSING
 
 
-def _beginnings(transitions: Iterable[_Transition]) -> Iterator[Message]:
+def _describe_starts(transitions: Iterable[_Transition]) -> Iterator[Message]:
     for transition in transitions:
         yield _description(transition.number, transition.name, transition.start, transition.during)
 

@@ -50,7 +50,7 @@ class Codec:
     def encode(self, name: TypeName, message: Mapping[str, Any]) -> bytes:
         """Return a message as little-endian CDR with its four-byte header.
 
-        :raises Ros2Error: if the message has another type.
+        :raises Ros2Error: if the message does not fit the type.
         """
         return bytes(self._store.serialize_cdr(self._to_instance(name, message, str(name)), str(name)))
 
@@ -113,7 +113,7 @@ class Codec:
             raise Ros2Error(f"{path}: {size} elements are wanted, not {len(values)}")
         if node == Nodetype.SEQUENCE and size and len(values) > size:
             raise Ros2Error(f"{path}: at most {size} elements are possible, not {len(values)}")
-        base = element[1][0] if element[0] == Nodetype.BASE else ""
+        base = _base_type(element)
         if base in BYTE_TYPES and isinstance(values, bytes | bytearray | memoryview):
             return np.frombuffer(bytes(values), dtype=np.uint8)  # no check: a byte always fits
         elements = [self._to_ros(element, value, f"{path}[{index}]") for index, value in enumerate(values)]
@@ -128,7 +128,7 @@ class Codec:
         if node == Nodetype.BASE:
             return _ZEROS.get(details[0], 0)
         element, size = details
-        base = element[1][0] if element[0] == Nodetype.BASE else ""
+        base = _base_type(element)
         length = size if node == Nodetype.ARRAY else 0
         if base in _DTYPES:
             return np.zeros(length, dtype=_DTYPES[base])
@@ -150,13 +150,19 @@ class Codec:
             return self._to_message(parse_type(details), value)
         if node == Nodetype.BASE:
             return value & 0xFF if details[0] == "byte" else value
-        element = details[0]
-        if element[0] == Nodetype.NAME:
-            name = parse_type(element[1])
+        element_node, element_details = details[0]
+        if element_node == Nodetype.NAME:
+            name = parse_type(element_details)
             return [self._to_message(name, instance) for instance in value]
-        if element[1][0] in BYTE_TYPES:
+        if element_details[0] in BYTE_TYPES:
             return bytes(value)
         return value.tolist() if isinstance(value, np.ndarray) else list(value)
+
+
+def _base_type(kind: FieldType) -> str:
+    """Return the name of a base type; empty for other types."""
+    node, details = kind
+    return str(details[0]) if node == Nodetype.BASE else ""
 
 
 def value_at(message: Any, path: str) -> Any:

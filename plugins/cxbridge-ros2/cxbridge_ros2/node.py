@@ -40,9 +40,9 @@ RefusalResponse = Callable[[Message, str], Mapping[str, Any]]
 class Domain(Struct, frozen=True):
     """The domain of a node; each transport reads the fields that it knows.
 
-    :param number: the number of the domain, or None for that of the environment.
+    :param number: the number of the domain; None for the domain of the environment.
     :param url: the URL of a bridge or router; empty for the default of the transport.
-    :param reach: how far discovery goes, or None for the range of the environment.
+    :param reach: the range of discovery; None for the range of the environment.
     """
 
     number: int | None = None
@@ -50,7 +50,7 @@ class Domain(Struct, frozen=True):
     reach: str | None = None
 
 
-def _empty(_request: Message, _reason: str) -> Mapping[str, Any]:
+def _empty_response(_request: Message, _reason: str) -> Mapping[str, Any]:
     """Return a response with default fields: false, 0, empty."""
     return {}
 
@@ -67,7 +67,7 @@ def _warn(text: str) -> None:
 class Publisher(Struct, frozen=True, eq=False):
     """Sends messages on a topic.
 
-    :param publish: sends a message; raises `Ros2Error` if the message has another type.
+    :param publish: sends a message; raises `Ros2Error` if the message does not have the topic's type.
     :param count_subscriptions: returns the number of subscriptions, as far as the transport knows.
     :param close: leaves the topic.
     """
@@ -96,7 +96,7 @@ class Client(ABC):
         """Send a request and return its number; ``done`` is called with the response.
 
         :param failed: called with the reason if there is no response and the transport knows the reason.
-        :raises Ros2Error: if the request has another type.
+        :raises Ros2Error: if the request does not have the service's type.
         """
 
     def forget(self, number: int) -> None:
@@ -140,7 +140,7 @@ class Node(Closing):
         """
         self._complaints.add(kind, text)
 
-    def _decoded(self, name: str, decode: Callable[[], Message]) -> Message | None:
+    def _decode_or_complain(self, name: str, decode: Callable[[], Message]) -> Message | None:
         """Return a received message, or None after reporting a broken message.
 
         :param name: the topic or service.
@@ -199,7 +199,7 @@ class Node(Closing):
         handler: Callable[[Message], Mapping[str, Any]],
         *,
         needs: Right = Right.PROGRAMS,
-        refuse: RefusalResponse = _empty,
+        refuse: RefusalResponse = _empty_response,
     ) -> Callable[[], None]:
         """Serve a service with immediate responses; see :meth:`serve_later`."""
 
@@ -215,7 +215,7 @@ class Node(Closing):
         handler: RequestHandler,
         *,
         needs: Right = Right.PROGRAMS,
-        refuse: RefusalResponse = _empty,
+        refuse: RefusalResponse = _empty_response,
     ) -> Callable[[], None]:
         """Serve a service with immediate or later responses; return the function that ends the service.
 

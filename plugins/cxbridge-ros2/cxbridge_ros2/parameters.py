@@ -1,6 +1,6 @@
 """Parameters of a node that clients can read and set: six services and the topic /parameter_events.
 
-A parameter has a declared type, which no client changes.
+A parameter has a declared type, which clients cannot change.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def type_of(value: Value) -> ParameterType:
     is_list = isinstance(value, list)
     elements = value if isinstance(value, list) else [value]
     if any(type(element) is int and not -_INT64 <= element < _INT64 for element in elements):
-        raise Ros2Error(f"a parameter has 64 bits: {value}")
+        raise Ros2Error(f"a number does not fit into 64 bits: {value}")
     kinds = {type(element) for element in elements}
     if len(kinds) > 1:
         raise Ros2Error(f"a list has values of one type: {value}")
@@ -110,7 +110,7 @@ def value_of(message: Mapping[str, Any]) -> Value:
 class Parameter:
     """A declared parameter.
 
-    :param read_only: whether clients cannot set it.
+    :param read_only: whether clients cannot set the parameter.
     """
 
     value: Value
@@ -143,13 +143,13 @@ class Parameters(Closing):
             "list_parameters": self._list,
             "describe_parameters": self._describe,
         }
-        self._ends = [
+        self._closers = [
             node.serve(
                 f"/{name}/{service}",
                 f"{_PACKAGE}/srv/{_camel(service)}",
                 handler,
                 needs=right_of_frame("ros2-parameters", service),
-                refuse=_refused_each if service == "set_parameters" else _refused_all,
+                refuse=_refusal_of_each if service == "set_parameters" else _refusal_of_all,
             )
             for service, handler in handlers.items()
         ]
@@ -162,13 +162,13 @@ class Parameters(Closing):
     # --- services -----------------------------------------------------------------------------------------
 
     def _get(self, request: Message) -> Mapping[str, Any]:
-        return self._described(request, "values", lambda name: message_of(self[name]))
+        return self._answer_each(request, "values", lambda name: message_of(self[name]))
 
     def _get_types(self, request: Message) -> Mapping[str, Any]:
-        return self._described(request, "types", lambda name: int(type_of(self[name])))
+        return self._answer_each(request, "types", lambda name: int(type_of(self[name])))
 
     def _describe(self, request: Message) -> Mapping[str, Any]:
-        return self._described(
+        return self._answer_each(
             request,
             "descriptors",
             lambda name: {
@@ -179,8 +179,8 @@ class Parameters(Closing):
             },
         )
 
-    def _described(self, request: Message, field: str, describe: Callable[[str], Any]) -> Mapping[str, Any]:
-        """Return data of each requested parameter; empty if one is unknown, as in ROS' own nodes."""
+    def _answer_each(self, request: Message, field: str, describe: Callable[[str], Any]) -> Mapping[str, Any]:
+        """Return data of each requested parameter; as in ROS, nothing if a parameter is unknown."""
         names = request["names"]
         are_known = all(name in self._declared for name in names)
         return {field: [describe(name) for name in names] if are_known else []}
@@ -198,18 +198,18 @@ class Parameters(Closing):
             reason = self._why_refused(parameter)
             results.append({"successful": not reason, "reason": reason})
             if not reason:
-                self._take([parameter])
+                self._store_values([parameter])
         return {"results": results}
 
     def _set_atomically(self, request: Message) -> Mapping[str, Any]:
         parameters = request["parameters"]
         reason = next(filter(None, map(self._why_refused, parameters)), "")
         if not reason:
-            self._take(parameters)
+            self._store_values(parameters)
         return {"result": {"successful": not reason, "reason": reason}}
 
     def _why_refused(self, message: Message) -> str:
-        """Return why a parameter cannot be set; empty if it can."""
+        """Return why a parameter cannot be set; empty if the parameter can be set."""
         name = message["name"]
         parameter = self._declared.get(name)
         if parameter is None:
@@ -225,7 +225,7 @@ class Parameters(Closing):
             return f"the parameter '{name}' is of type {declared_type.name}, not {kind.name}"
         return ""
 
-    def _take(self, messages: Sequence[Message]) -> None:
+    def _store_values(self, messages: Sequence[Message]) -> None:
         for message in messages:
             self._declared[message["name"]].value = value_of(message["value"])
         self._publish_event("changed_parameters", [message["name"] for message in messages])
@@ -236,16 +236,16 @@ class Parameters(Closing):
         self._events.publish({"stamp": stamp, "node": f"/{self._name}", field: parameters})
 
     def close(self) -> None:
-        for end in self._ends:
+        for end in self._closers:
             end()
         self._events.close()
 
 
-def _refused_each(request: Message, reason: str) -> Mapping[str, Any]:
+def _refusal_of_each(request: Message, reason: str) -> Mapping[str, Any]:
     return {"results": [{"successful": False, "reason": reason} for _ in request["parameters"]]}
 
 
-def _refused_all(_request: Message, reason: str) -> Mapping[str, Any]:
+def _refusal_of_all(_request: Message, reason: str) -> Mapping[str, Any]:
     return {"result": {"successful": False, "reason": reason}}
 
 

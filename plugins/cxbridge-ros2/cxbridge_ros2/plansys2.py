@@ -1,6 +1,6 @@
-"""The protocol of PlanSys2's hub, for both sides (docs/ros2.md).
+"""The protocol of PlanSys2's hub, for callers and performers (docs/ros2.md).
 
-Its original caller is ActionExecutor, its original performer ActionExecutorClient. The protocol has not
+In PlanSys2, the caller is ActionExecutor and the performer is ActionExecutorClient. The protocol has not
 changed since ROS 2 Foxy.
 """
 

@@ -10,7 +10,7 @@ from cxbridge_ros2.fawkes_keys import has_ours
 API = 1
 
 
-def _is_node(context: Any) -> bool:
+def _has_daemon_node(context: Any) -> bool:
     return context.section("ros2") is not None and bool(context.config.keys("/ros2/node"))
 
 
@@ -27,7 +27,7 @@ _COMPONENTS = "cxbridge_ros2.components"
 CLOCKS = (Row("ros2", "cxbridge_ros2.sim_time:make_clock"),)
 COMMANDS = (Row("ros2", "cxbridge_ros2.cli.ros2", section="Blackboard"),)
 COMPONENTS = (
-    Row("ros2-node", f"{_COMPONENTS}.node:Ros2NodeComponent", _is_node, early=always),
+    Row("ros2-node", f"{_COMPONENTS}.node:Ros2NodeComponent", _has_daemon_node, early=always),
     Row("ros2-performers", f"{_COMPONENTS}.performers:Ros2Performers", configured("/ros2/performers")),
     Row("ros2-experts", f"{_COMPONENTS}.experts:Ros2Experts", configured("/ros2/experts")),
     Row("ros2-interfaces", f"{_COMPONENTS}.interfaces:Ros2Interfaces", configured("/ros2/interfaces")),

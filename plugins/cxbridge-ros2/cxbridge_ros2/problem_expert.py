@@ -21,7 +21,7 @@ _WATCHED: Final = ("domain-object", "domain-fact", "problem-function", "problem-
 class ProblemExpertFeature(Feature):
     """Provides the templates ``problem-goal`` and ``problem-function``.
 
-    :param domain_of: returns the domain that an environment parsed last.
+    :param domain_of: returns the domain that an environment has parsed last.
     """
 
     name = "problem-expert"
@@ -29,7 +29,7 @@ class ProblemExpertFeature(Feature):
     def __init__(self, domain_of: DomainOf) -> None:
         self._domain_of = domain_of
         self._goals = count(1)
-        self.env: ClipsEnvironment | None = None  # environment with the feature, or None
+        self.env: ClipsEnvironment | None = None  # the environment that has the feature, or None
         self.version = 0  # incremented by each change of the problem
 
     def init_context(self, env: ClipsEnvironment) -> None:
@@ -37,21 +37,21 @@ class ProblemExpertFeature(Feature):
         load_functions(env)
         self.env = env
         for template in _WATCHED:
-            env.watcher.on_change(template, self._changed)
-        self._changed()
+            env.watcher.on_change(template, self._count_change)
+        self._count_change()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         if env is self.env:
             self.env = None
-            self._changed()
+            self._count_change()
 
-    def _changed(self) -> None:
+    def _count_change(self) -> None:
         self.version += 1
 
     def expert(self, env: ClipsEnvironment) -> ProblemExpert:
         """Return the expert. Hold the environment's lock while using it."""
-        from cxbridge_ros2.experts.facts import FactKnowledge, domain_of_facts  # noqa: PLC0415 - only clients pay
-        from cxbridge_ros2.experts.knowledge import ProblemExpert  # noqa: PLC0415
+        from cxbridge_ros2.experts.facts import FactKnowledge, domain_of_facts  # noqa: PLC0415 - slow, for clients
+        from cxbridge_ros2.experts.knowledge import ProblemExpert  # noqa: PLC0415 - likewise
 
         domain = domain_of_facts(env, self._domain_of(env))
         return ProblemExpert(FactKnowledge(env, self._goals), lambda: domain)

@@ -42,6 +42,10 @@ PROFILES: Final = {
 
 
 def profile(name: str) -> QosProfile:
+    """Return the profile with a name.
+
+    :raises Ros2Error: if there is no such profile.
+    """
     try:
         return PROFILES[name]
     except KeyError:

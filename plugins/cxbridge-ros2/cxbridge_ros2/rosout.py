@@ -56,7 +56,7 @@ def _ros_text(text: str) -> str:
 
 
 def listen(node: Node, take: Callable[[LogLine], None]) -> Callable[[], None]:
-    """Call ``take`` for each line on /rosout, latched ones first; return the unsubscribe function."""
+    """Call ``take`` for each line on /rosout, latched lines first; return the function that unsubscribes."""
 
     def callback(message: Message) -> None:
         level = level_of(message["level"])
@@ -66,6 +66,6 @@ def listen(node: Node, take: Callable[[LogLine], None]) -> Callable[[], None]:
 
 
 def level_of(severity: int) -> Level:
-    """Return the level of a message, which may have any number."""
+    """Return the level of a message, whose severity may be any number."""
     levels = [level for level, number in _SEVERITY.items() if number <= severity]
     return levels[-1] if levels else Level.DEBUG

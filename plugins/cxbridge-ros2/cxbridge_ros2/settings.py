@@ -59,8 +59,8 @@ class NodeSettings(Struct, frozen=True):
     :param distribution: the distribution of the well-known types.
     :param transport: a key of :data:`TRANSPORTS`.
     :param url: the address of the bridge or router; empty for the default.
-    :param domain: the domain number; None for the environment's.
-    :param reach: the discovery range; None for the environment's.
+    :param domain: the domain number; None for the domain of the environment.
+    :param reach: the discovery range; None for the range of the environment.
     :param namespace: the prefix of all names; may be empty.
     """
 
@@ -160,7 +160,7 @@ def typed(settings: Mapping[str, Any], name: str, default: T, component: str) ->
     :raises ConfigError: if the setting has another type.
     """
     value = settings.get(name, default)
-    # a bool is an int in Python, but true is no number in a configuration
+    # a bool is an int in Python, but true is not a number in a configuration
     if not isinstance(value, type(default)) or isinstance(value, bool) != isinstance(default, bool):
         raise ConfigError(f"{component} needs a {type(default).__name__} as '{name}', not {value!r}")
     return value
@@ -189,7 +189,7 @@ def nested(settings: Mapping[str, Any]) -> dict[str, Any]:
         for parent in parents:
             mapping = mapping.setdefault(parent, {})
             if not isinstance(mapping, dict):
-                raise ConfigError(f"'{path}' is in something that is not a mapping")
+                raise ConfigError(f"'{path}' is below a value that is not a mapping")
         mapping[name] = value
     return tree
 

@@ -32,7 +32,7 @@ _TYPE: Final = "rosgraph_msgs/msg/Clock"
 _POLL_S: Final = 0.1  # seconds of one poll for /clock
 # Pause between two polls: 1000 steps a second are enough, whatever the simulator sends.
 _PAUSE_S: Final = 0.001
-# Period of a sleeper's checks whether it was woken, since a paused simulation sends no messages.
+# Seconds between a sleeper's checks of its wake event, since a paused simulation sends no messages.
 _CHECK_S: Final = 0.05
 _NEVER: Final = 2**63
 
@@ -64,7 +64,7 @@ class SimTimeClock(Clock):
         self._thread: threading.Thread | None = None
         self._is_closed = False
         self._now_us = self._offset_us = 0
-        self._next_us = _NEVER  # earliest end of a sleep: a message before it wakes no sleeper
+        self._next_us = _NEVER  # earliest end of a sleep: an earlier message wakes no sleeper
 
     def now_us(self) -> int:
         """Return the simulated time in microseconds.
@@ -94,7 +94,7 @@ class SimTimeClock(Clock):
 
     def _begin(self) -> None:
         node = self._join()
-        node.subscribe(TOPIC, _TYPE, self._take, PROFILES["clock"], needs=Right.LOOK)
+        node.subscribe(TOPIC, _TYPE, self._receive, PROFILES["clock"], needs=Right.LOOK)
         self._thread = threading.Thread(target=self._follow, args=(node,), name="clock of ROS 2", daemon=True)
         self._thread.start()
         atexit.register(self.close)
@@ -116,7 +116,7 @@ class SimTimeClock(Clock):
                 time.sleep(_PAUSE_S)
         node.close()
 
-    def _take(self, message: Message) -> None:
+    def _receive(self, message: Message) -> None:
         sent_us = microseconds_of(message["clock"])
         with self._changed:
             if sent_us + self._offset_us < self._now_us:

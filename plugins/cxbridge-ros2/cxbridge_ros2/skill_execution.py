@@ -1,7 +1,7 @@
-"""The protocol of the thesis' skill board, for both sides (docs/evidence/ros2cx.md).
+"""The protocol of the thesis' skill board, for callers and performers (docs/evidence/ros2cx.md).
 
-Its original caller is SkillExecutionMaster, its original performer SkillExecution. It extends PlanSys2's
-protocol by an agent and by the mapped skill string.
+In the thesis, the caller is SkillExecutionMaster and the performer is SkillExecution. The protocol extends
+PlanSys2's protocol by an agent and by the mapped skill string.
 """
 
 from __future__ import annotations

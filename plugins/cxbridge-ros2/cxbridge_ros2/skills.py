@@ -38,7 +38,7 @@ class RosSkill(Struct, frozen=True):
     :param kind: the type of the action or service.
     :param name: the absolute name of the action or service.
     :param message: the goal or request; texts may contain parameters of the skill: ``$place``.
-    :param feedback: the field of the feedback to show; empty for all of it.
+    :param feedback: the field of the feedback to show; empty for the whole feedback.
     :param success: the field of a response that must be true; empty if any response is a success.
     :param error: the field of a result or response with the error; may be empty.
     """
@@ -68,7 +68,7 @@ class RosSkills(RosExecutor):
                 "RosSkills has no skills", hint="skills: {goto: {action: TYPE, name: /NAME, goal: {}}}"
             )
         namespace = self.node_settings.namespace
-        self._skills = {name: _skill(name, settings, namespace) for name, settings in configured.items()}
+        self._skills = {name: _read_skill(name, settings, namespace) for name, settings in configured.items()}
         self.skills = tuple(self._skills)
         self._clients: dict[str, ActionClient | Client] = {}
 
@@ -83,14 +83,14 @@ class RosSkills(RosExecutor):
         definitions = node_settings.definitions()
         configured = nested(settings).get("skills")
         for name, value in configured.items() if isinstance(configured, Mapping) else ():
-            skill = _skill(name, value, node_settings.namespace)
+            skill = _read_skill(name, value, node_settings.namespace)
             kind = parse_type(skill.kind, "action" if skill.is_action else "srv")
             response = kind.derived("Result" if skill.is_action else "Response")
             try:
                 definitions.fields(response)
             except Ros2Error as error:
-                yield _of_skill(name, error)
-                continue  # without the type, nothing can be said about paths in it
+                yield _add_skill(name, error)
+                continue  # without the type, the paths in it cannot be checked
             for message, path in (
                 (kind.derived("Feedback"), skill.feedback),
                 (response, skill.success),
@@ -100,7 +100,7 @@ class RosSkills(RosExecutor):
                     if path:
                         definitions.check_path(message, path)
                 except Ros2Error as error:
-                    yield _of_skill(name, error)
+                    yield _add_skill(name, error)
 
     def start(self) -> None:
         """Join the domain and make a client for each skill, so that a wrong type is an error at the start."""
@@ -140,7 +140,7 @@ class RosSkills(RosExecutor):
             yield from self._follow(skill, client, sent)
         finally:
             if not sent.is_over:
-                sent.cancel()  # the skill was cancelled, or has exceeded its time
+                sent.cancel()  # the skill was cancelled, or has exceeded its time limit
                 client.forget(sent)
         if sent.is_accepted is False:
             raise SkillFailedError(f"{skill.name} has rejected the goal")
@@ -170,7 +170,8 @@ class RosSkills(RosExecutor):
             value = value_at(reported, skill.feedback) if skill.feedback else reported
             number = value if isinstance(value, int | float) and math.isfinite(value) else 0.0
             highest = max(highest, number)
-            # a remaining amount, such as a distance, falls to zero; it may rise at first, after replanning
+            # the number is a remaining amount, such as a distance, which falls to zero; replanning may raise
+            # it
             progress = 1 - number / highest if highest > 0 else 0.0
             yield Progress(progress, f"{skill.feedback} {value}".strip())
 
@@ -188,13 +189,14 @@ class RosSkills(RosExecutor):
                     break
                 yield None
         finally:
-            client.forget(number)  # a response that comes later is for nobody
+            client.forget(number)  # a later response has no receiver
         if skill.success and value_at(responses[0], skill.success) is not True:
             reason = value_at(responses[0], skill.error)
             raise SkillFailedError(f"{skill.name}: {reason or f'{skill.success} is not true'}")
 
 
-def _of_skill(name: str, error: Ros2Error) -> Ros2Error:
+def _add_skill(name: str, error: Ros2Error) -> Ros2Error:
+    """Add the name of a skill to an error."""
     error.message = f"the skill {name}: {error.message}"
     return error
 
@@ -230,7 +232,7 @@ def fill(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -
         ) from None
 
 
-def _skill(name: str, settings: Any, namespace: str) -> RosSkill:
+def _read_skill(name: str, settings: Any, namespace: str) -> RosSkill:
     if not isinstance(settings, Mapping) or ("action" in settings) == ("service" in settings):
         raise ConfigError(
             f"the skill {name} is neither an action nor a service", hint="name one: action: TYPE"

@@ -1,9 +1,10 @@
-"""The original's feature ``blackboard`` on the blackboard of cxbridge.
+"""The feature ``blackboard`` of ros2-clips-executive (2021), the original, on the blackboard of cxbridge.
 
-Its template ``blackboard-interface`` has neither hash nor serial, and interface facts live for one run of the
-rules (``retract-early``). The original registers five functions, where reading does nothing and a ROS message
-is the only known interface. The remaining functions of Fawkes' feature are commented out there. By default
-all functions work; the mode ``original`` keeps those five. Source: BlackboardFeature.cpp.
+The original's template ``blackboard-interface`` has neither hash nor serial, and interface facts live for one
+run of the rules (``retract-early``). The original registers five functions: the function for reading does
+nothing, and a ROS message is the only known interface. The other functions of Fawkes' feature are commented
+out in the original. By default all functions work; the mode ``original`` keeps those five. Source:
+BlackboardFeature.cpp.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ class Ros2CxBlackboardFeature(BlackBoardFeature):
 
     :param board: the blackboard of the environments.
     :param name: the name of the feature in the configuration.
-    :param original: define only :data:`ORIGINAL_FUNCTIONS`, where reading does nothing.
+    :param original: whether to define only :data:`ORIGINAL_FUNCTIONS`, with a reading function that does
+        nothing.
     """
 
     def __init__(self, board: BlackBoard, name: str, *, original: bool = False) -> None:

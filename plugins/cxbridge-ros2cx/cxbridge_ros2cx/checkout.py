@@ -1,6 +1,6 @@
 """A checkout of ros2-clips-executive as of 2021, and the folders of its packages.
 
-The original finds files through ament's index after an installation. A checkout without a build has the same
+The original finds files of an installation through ament's index. A checkout without a build has the same
 files in its source folders.
 """
 
@@ -13,10 +13,10 @@ from msgspec import Struct
 
 from cxbridge.errors import CxbridgeError
 
-# What cxbridge's own core adds for agents of the ROS 2 executive: skills of several agents, plans.
+# The additions to cxbridge's own core for agents of the ROS 2 executive: skills of several agents, plans.
 ROS2CX_CLIPS = Path(__file__).parent / "clips"
 
-# The changes to the original's core, loaded unless its defects are wanted.
+# The changes to the original's core, loaded unless the mode is `original`.
 ROS2CX_SANE_CLIPS = ROS2CX_CLIPS / "sane"
 
 KNOWN_COMMIT = "0abace1"  # commit of all comparisons: branch `idoychev/minor-fixes`, October 2021
@@ -68,10 +68,11 @@ class Ros2CxCheckout(Struct, frozen=True):
             package, _, inner = path.partition("/")
             inner = inner.rpartition("/clips/")[2]
             folder, slash, _name = inner.partition("/")
-            agent = slash and folder.startswith("test-scenario")
-            files = differences.setdefault(f"{package}/{folder}" if agent else package, [])
+            # the shipped agents are in folders of the core's package
+            is_agent = slash and folder.startswith("test-scenario")
+            files = differences.setdefault(f"{package}/{folder}" if is_agent else package, [])
             if digest_of(self.root / path) != digest:
-                files.append(inner.removeprefix(f"{folder}/") if agent else inner)
+                files.append(inner.removeprefix(f"{folder}/") if is_agent else inner)
         return differences
 
     @property

@@ -34,7 +34,7 @@ _PLACEHOLDER = re.compile(r"@\w+@")
 # `@FEATURESTEST@` appears in the shipped file, but only the original's tests define it.
 _SHIPPED_PLACEHOLDERS = ("@CONFDIR@", "@FEATURESTEST@")
 
-_MAX_NAMES = 4  # files named per package
+_MAX_NAMES = 4  # number of files that a warning names per package
 
 
 def check_parameters(config: Configuration, spec: str, checkout: Ros2CxCheckout) -> list[str]:
@@ -48,7 +48,7 @@ def check_parameters(config: Configuration, spec: str, checkout: Ros2CxCheckout)
 
 
 def _changed_files(checkout: Ros2CxCheckout) -> Iterator[str]:
-    """Report the parts of a checkout that differ from the known commit."""
+    """Yield a warning if the files of a checkout differ from those of the known commit."""
     differences = checkout.compare()
     changed = "; ".join(f"{package} ({_shortened(files)})" for package, files in differences.items() if files)
     if changed:

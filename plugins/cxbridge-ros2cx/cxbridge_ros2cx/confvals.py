@@ -1,8 +1,8 @@
-"""The original's feature ``config_feature``: parameters as facts ``confval``.
+"""The feature ``config_feature`` of ros2-clips-executive (2021), the original: facts of parameters.
 
-It differs from Fawkes' feature ``config``: the facts have the file's order, the type is never UINT, and list
-elements and all values within a list of maps are strings. For the original that includes TRUE and FALSE, so
-with ``feature-request: false`` its init.clp waits forever. Source: ConfigFeature.cpp.
+The feature differs from Fawkes' feature ``config``: the facts have the file's order, the type is never UINT,
+and list elements and all values within a list of maps are strings. For the original that includes TRUE and
+FALSE, so with ``feature-request: false`` its init.clp waits forever. Source: ConfigFeature.cpp.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class ParametersFeature(Feature):
 
     :param config: the configuration of the run, with the parameters of the executive's node.
     :param folder: the folder of parameter files, for the prefixes of other nodes.
-    :param exact: turn TRUE and FALSE in lists of maps into strings, as the original does.
+    :param exact: whether TRUE and FALSE in lists of maps become strings, as in the original.
     """
 
     name = CONFIG_FEATURE

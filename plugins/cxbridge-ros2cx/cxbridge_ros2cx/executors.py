@@ -1,4 +1,4 @@
-"""Executors that ship with the original: a dummy that only pretends, and a driving one.
+"""The executors of ros2-clips-executive (2021), the original: a dummy, which only pretends, and a driver.
 
 Sources: DummyMoveSkill.cpp, MoveSkillNav2.cpp.
 """
@@ -14,7 +14,7 @@ from cxbridge.skiller.board.protocol import SkillCall
 
 PERIOD_S = 0.5  # seconds between feedback
 _PERIOD_US = round(PERIOD_S * MICROSECONDS)
-FEEDBACKS = 4  # number of feedbacks before the end
+FEEDBACKS = 4  # number of feedback messages before the end
 
 
 class DummyExecutor(SkillExecutor):
@@ -53,7 +53,7 @@ class MoveExecutor(SkillExecutor):
 
     skills = ("move",)
     speed: ClassVar[float] = 0.22  # metres per second; the default is the speed of a TurtleBot3 Burger
-    # waypoints in metres on the map
+    # waypoints in metres on the map; as in the original, two names have the same place
     positions: ClassVar[dict[str, tuple[float, float]]] = {
         "wp_init": (-2.0, -0.4),
         "wp1": (1.76, 0.68),

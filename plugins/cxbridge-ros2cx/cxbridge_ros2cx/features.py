@@ -1,4 +1,4 @@
-"""The features of the original by their plugin classes, as ``cx_params.yaml`` lists them."""
+"""The features of ros2-clips-executive (2021) by plugin class, as ``cx_params.yaml`` lists them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ REDEFINE_FEATURE = "redefine_warning_feature"
 
 
 class MockFeature(Feature):
-    """The feature of the original's tests: resets the environment and asserts ``(b (name NAME))``."""
+    """The feature for the tests of the original: resets the environment and asserts ``(b (name NAME))``."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -55,7 +55,8 @@ def make_features(
     :param folder: the folder of the parameter files.
     :param skills: returns the skill board; None before it exists.
     :param on_removal: called when an ended skill is removed.
-    :param make_planning: returns the planning service of an environment; None for planners.
+    :param make_planning: returns the planning service of an environment; None for a service with cxbridge's
+        planners.
     """
     original = Ros2CxSettings.of(config).original
     parser, redefine = PddlParserFeature(), RedefineWarningFeature()

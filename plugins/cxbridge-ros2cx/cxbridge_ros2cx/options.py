@@ -58,7 +58,7 @@ class Ros2CxOptions(PluginOptions):
         typer.Option(
             "--executor",
             metavar="ACTION=CLASS",
-            help="With --ros2cx: who executes an action, as FILE.py:CLASS; a dummy by default. Repeatable.",
+            help="With --ros2cx: the executor of an action, FILE.py:CLASS; a dummy by default. Repeatable.",
         ),
     ] = ()
 
@@ -75,11 +75,11 @@ class Ros2CxOptions(PluginOptions):
         bool,
         typer.Option(
             "--hash-order",
-            help="With parameters of clips_manager: activate the environments in the original's order.",
+            help="With parameters of clips_manager: activate environments in the order of a C++ hash table.",
         ),
     ] = False
 
-    def check(self, options: RunOptions) -> None:  # noqa: ARG002 - another group needs no other option
+    def check(self, options: RunOptions) -> None:  # noqa: ARG002 - the check needs no options of other groups
         if self.executors and self.ros2cx is None:
             raise CxbridgeError(
                 "--executor goes with --ros2cx only",

@@ -1,4 +1,4 @@
-"""A skill board that treats executors like the original, its defects included.
+"""A skill board that treats executors like ros2-clips-executive (2021), the original, with its defects.
 
 All executors that respond are confirmed and execute; none is rejected; the last confirmed one counts. A
 master times out only without a response, when the rules check it. Source: SkillExecutionMaster.cpp.
@@ -33,7 +33,7 @@ class OriginalMaster(Master):
 
     __slots__ = ()
 
-    def look(self, now_us: int) -> None:
+    def check_timeout(self, now_us: int) -> None:
         """Fail after :data:`IDLE_S` without a response. The rules call this once a tick."""
         if self.state is MasterState.ASKING and now_us > self._start_us:
             agent = "" if self.agent == NO_AGENT else self.agent
@@ -60,9 +60,9 @@ class OriginalMaster(Master):
     def handle_finish(
         self, executor: str, outcome: SkillOutcome, error: str, now_us: int, text: str = ""
     ) -> None:
-        """Process the end reported by the confirmed executor."""
+        """Process the end that the confirmed executor reports."""
         if outcome is SkillOutcome.CANCELLED and executor == self.executor and self.has_executor:
-            self._enter(MasterState.CANCELLED)  # no matter who cancelled it
+            self._enter(MasterState.CANCELLED)  # whether or not the agent has cancelled the skill
         else:
             super().handle_finish(executor, outcome, error, now_us, text)
 
@@ -73,7 +73,7 @@ class OriginalMaster(Master):
         """Ignore failed delivery."""
 
     def cancel(self, now_us: int) -> bool:  # noqa: ARG002
-        """Send CANCEL to the executor; without a response so far, do nothing."""
+        """Send CANCEL to the executor; do nothing if no executor has responded."""
         if not self.has_executor:
             return False
         self._sender.cancel(self.executor, self.number)
@@ -81,7 +81,7 @@ class OriginalMaster(Master):
         return True
 
     def expire(self) -> None:
-        """Ignore the deadline: only :meth:`look` times out."""
+        """Ignore the deadline: only :meth:`check_timeout` times out."""
         self.deadline_us = _NEVER
 
 

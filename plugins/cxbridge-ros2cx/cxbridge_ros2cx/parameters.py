@@ -1,4 +1,4 @@
-"""The original's parameter files as the configuration of a run.
+"""The parameter files of ros2-clips-executive (2021), the original, as the configuration of a run.
 
 A ROS parameter file has ``NODE: ros__parameters: ...``. The parameters of the node ``clips_executive`` become
 the tree ``/clips-executive``; those of ``clips_features_manager`` list the features.
@@ -23,7 +23,7 @@ EXECUTIVE_TREE = "/clips-executive"  # tree of the executive's parameters in a r
 
 REFRESH_RATE = f"{EXECUTIVE_TREE}/refresh-rate"  # rate of the executive's rules in Hz
 
-_DEFAULT_REFRESH_RATE = 10  # original's default in Hz
+_DEFAULT_REFRESH_RATE = 10  # the original's default, in Hz
 _MAX_HZ = 10_000
 
 # scalars of YAML 1.1, which the parsers of ROS 2 and of the original read
@@ -49,6 +49,7 @@ def load_parameters(folder: Path) -> Configuration:
     """Read the executive's parameters from a folder of parameter files.
 
     :returns: a configuration with the tree ``/clips-executive``.
+    :raises ConfigError: if the file is missing or has no parameters of the executive.
     """
     file = folder / EXECUTIVE_FILE
     raw = Configuration.load(file)
@@ -83,11 +84,11 @@ def load_features(folder: Path) -> tuple[FeatureEntry, ...]:
     entries: list[FeatureEntry] = []
     for name in config.get_strings(f"{tree}/clips_features"):
         if any(entry.name == name for entry in entries):
-            raise _at_list(config, tree, f"the feature '{name}' is listed twice", "name each once")
+            raise _list_error(config, tree, f"the feature '{name}' is listed twice", "name each once")
         path = f"{tree}/{name}/plugin"
         if not config.exists(path):
             hint = f'write below ros__parameters: {name}: {{plugin: "cx::..."}}'
-            raise _at_list(config, tree, f"the feature '{name}' has no plugin", hint)
+            raise _list_error(config, tree, f"the feature '{name}' has no plugin", hint)
         plugin, value = config.get_str(path), config.get(path)
         entries.append(FeatureEntry(name, plugin, value.file or str(file), value.line or None))
     return tuple(entries)
@@ -97,14 +98,14 @@ def _section_names(config: Configuration) -> str:
     return f"the file has {', '.join(config.keys()) or 'nothing'}"
 
 
-def _at_list(config: Configuration, tree: str, message: str, hint: str) -> ConfigError:
+def _list_error(config: Configuration, tree: str, message: str, hint: str) -> ConfigError:
     return config.error(f"{tree}/clips_features", message, hint)
 
 
 def refresh_period_us(config: Configuration) -> int:
     """Return the time between two runs of the rules.
 
-    :raises ConfigError: if the rate is not positive or above 10000 Hz.
+    :raises ConfigError: if the rate is not positive, or is above 10000 Hz.
     """
     rate = config.get_float(REFRESH_RATE, default=float(_DEFAULT_REFRESH_RATE))
     if 0 < rate <= _MAX_HZ:

@@ -1,9 +1,9 @@
-"""The original's feature ``plansys2``, with cxbridge's planners instead of PlanSys2's nodes.
+"""The feature ``plansys2`` of ros2-clips-executive (2021), the original, without PlanSys2's nodes.
 
 PlanSys2's problem expert has instances and predicates, its domain expert the domain, and its planner the
-plan. Here the first is :class:`~cxbridge_ros2.experts.knowledge.ProblemExpert` in memory, the domain is the
-last parsed one of the environment, and the planning service plans. Source: Plansys2Feature.cpp, and
-PlanSys2's ProblemExpert.
+plan. Here :class:`~cxbridge_ros2.experts.knowledge.ProblemExpert` has the instances and predicates in memory,
+the domain is the last that the environment has parsed, and cxbridge's planners plan. Source:
+Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
 """
 
 from __future__ import annotations
@@ -31,6 +31,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class _PlanOrder:
+    """A call of ``psys2-call-planner``.
+
+    :param formula: the goal in PDDL.
+    """
+
     goal_id: str
     plan_id: str
     formula: str
@@ -52,7 +57,7 @@ class _PlanSys2User(PlanningUser):
         self._exact = exact
         self._checked: Domain | None = None
         self._refusal: PddlError | None = None
-        from cxbridge_ros2.experts.knowledge import MemoryKnowledge, ProblemExpert  # noqa: PLC0415
+        from cxbridge_ros2.experts.knowledge import MemoryKnowledge, ProblemExpert  # noqa: PLC0415 - slow
 
         self._problem = ProblemExpert(MemoryKnowledge(), lambda: self.domain)
         self._log = env.bus.logger(f"PSYS2CLIPS|{env.name}")
@@ -68,7 +73,7 @@ class _PlanSys2User(PlanningUser):
 
     def add_predicate(self, text: str) -> None:
         name, *arguments = str(text).strip().removeprefix("(").removesuffix(")").split() or [""]
-        # a constant of the domain is no instance there, until a client adds it
+        # in PlanSys2, a constant of the domain is no instance until a client adds the constant
         unknown = [word for word in arguments if word not in self._problem.knowledge.instances]
         try:
             if unknown:
@@ -85,14 +90,14 @@ class _PlanSys2User(PlanningUser):
         try:
             request, reporter = self.request(order.goal_id, order.formula)
         except PddlError as error:
-            # the original says nothing to CLIPS when its problem expert refuses a goal: the agent hangs
+            # the original asserts no feedback when its problem expert refuses a goal, and the agent hangs
             self._log.error(f"Could not set the goal '{formula}' of {goal_id}: {error}")
             self._feedback(order, "PLAN-FAILED")
             return
         call = self.service.call(request)
         started = reporter.started(Symbol(order.plan_id), request.problem)
         if self.env.bus.clock.is_virtual:
-            # as the original, which blocks: the clock stands still during the call
+            # like the original, which blocks: the clock stands still during the call
             result = call.wait()
             assert result is not None
             self._report_result(order, result, started)
@@ -159,9 +164,10 @@ class Plansys2Feature(PlanningFeature[_PlanSys2User]):
     """Defines the ``psys2-*`` functions.
 
     :param settings: the choice of planners and their time limit.
-    :param domain_of: returns the last domain that an environment has parsed; None if none.
-    :param make_service: returns the planning service of an environment; None for planners.
-    :param exact: reject domains that PlanSys2 would reject, instead of a warning.
+    :param domain_of: returns the last domain that an environment has parsed; None before the first.
+    :param make_service: returns the planning service of an environment; None for a service with cxbridge's
+        planners.
+    :param exact: whether to reject domains that PlanSys2 would reject; otherwise they get a warning.
     """
 
     def __init__(

@@ -13,7 +13,7 @@ from typing import Final
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
 
-# requirements that PlanSys2 knows, without the colon.
+# requirements that PlanSys2 knows, without the colon
 REQUIREMENTS: Final = frozenset(
     {
         "action-cost",
@@ -33,7 +33,7 @@ REQUIREMENTS: Final = frozenset(
     }
 )
 
-# keywords in formulas that PlanSys2 does not know.
+# keywords in formulas that PlanSys2 does not know
 _UNKNOWN: Final = frozenset({"preference", "scale-down", "scale-up"})
 
 _KEYS: Final = {
@@ -50,13 +50,14 @@ def why_refused(file: str) -> PddlError | None:
         text = Path(file).read_text(encoding="utf-8", errors="surrogateescape")
         reasons = _reasons(read_items(text.lower(), file))
     except (OSError, PddlError):
-        return None  # it was read before, so this is not about the domain
+        return None  # the parser has accepted this file before, so the fault is not the domain's
     for item, reason in reasons:
         return PddlError(f"PlanSys2 would refuse this domain: {reason}", file=file, line=item.position.line)
     return None
 
 
 def _reasons(items: tuple[Item, ...]) -> Iterator[tuple[Item, str]]:
+    """Yield PlanSys2's reasons to reject a domain, each with the word or list at fault."""
     sections = [item for define in _groups(items) for item in _groups(define.items)]
     requirements = [section for section in sections if section.head == ":requirements"]
     for section in requirements:
@@ -64,7 +65,7 @@ def _reasons(items: tuple[Item, ...]) -> Iterator[tuple[Item, str]]:
             if isinstance(word, BracketWord) and word.text.removeprefix(":") not in REQUIREMENTS:
                 yield word, f"it knows no requirement {word.text}"
     typed = any(word.text == ":typing" for item in requirements for word in _words(item.items))
-    heads: set[str] = set()  # of the sections before the present one
+    heads: set[str] = set()  # keywords of the sections before the present section
     for section in sections:
         if section.head == ":types" and not typed:
             yield section, "it needs the requirement :typing where there are types; :adl does not include it"
@@ -89,15 +90,17 @@ def _action_reasons(action: Group) -> Iterator[tuple[Item, str]]:
 
 
 def _value_reasons(key: str, value: Group, *, durative: bool) -> Iterator[tuple[Item, str]]:
+    """Yield errors about the value of an action's key."""
     if key == ":duration":
         words = [word.text for word in _words(value.items[:2])]
         if words != ["=", "?duration"]:
             yield value, "a duration must be (= ?duration VALUE)"
     elif key != ":parameters":
-        for group in _all(value):
+        for group in _all_groups(value):
             if group.head in _UNKNOWN:
                 yield group, f"it knows no '{group.head}'"
         if durative:
+            # an empty list is an empty condition or effect
             conjuncts = _groups(value.items) if value.head == "and" else [value] * bool(value.items)
             for conjunct in conjuncts:
                 words = [word.text for word in _words(conjunct.items[:2])]
@@ -116,7 +119,7 @@ def _words(items: tuple[Item, ...]) -> list[BracketWord]:
     return [item for item in items if isinstance(item, BracketWord)]
 
 
-def _all(group: Group) -> Iterator[Group]:
+def _all_groups(group: Group) -> Iterator[Group]:
     yield group
     for nested in _groups(group.items):
-        yield from _all(nested)
+        yield from _all_groups(nested)

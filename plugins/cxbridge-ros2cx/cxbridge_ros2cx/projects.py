@@ -43,7 +43,7 @@ class Ros2CxTemplate(Template):
 
     def files(self, name: str) -> Mapping[str, str]:
         """Return files that refer to the checkout, or to the parameter file and the packages."""
-        assert self.from_ros2cx is not None  # or another template is chosen
+        assert self.from_ros2cx is not None  # without this option, another template is chosen
         source_path = self.from_ros2cx.absolute()
         if source_path.is_file():
             return _files_for_parameters(name, source_path, self.ros2cx and self.ros2cx.absolute())
@@ -63,6 +63,7 @@ def _files_for_parameters(name: str, parameters: Path, packages: Path | None) ->
             file=parameters,
             hint="its ros__parameters name environments",
         )
+    # errors about the agent belong before the files are written
     options.check()
     source_of(options).load_configuration()
     arguments = [str(parameters), *(("--ros2cx", str(packages)) if packages else ())]

@@ -1,4 +1,4 @@
-"""The original's feature ``skill_execution``: plan actions as requests on the skill board.
+"""The feature ``skill_execution`` of ros2-clips-executive (2021), the original, on the skill board.
 
 Each call of a skill has a master, which requests an executor; the rules read the states of all masters once a
 tick. For the protocol see docs/skill-board.md. Source: SkillExecutionFeature.cpp and
@@ -75,7 +75,8 @@ class SkillExecutionFeature(Feature):
 class _Call:
     """A skill of an agent.
 
-    :param action: None if the request failed, for the reason in ``error``.
+    :param action: the request on the skill board; None if the request failed.
+    :param error: the reason for a failed request.
     """
 
     skill_id: str
@@ -148,13 +149,14 @@ class _SkillUser:
         for agent, call in sorted(self._calls.items()):
             action = call.action
             if skills is not None and action is not None:
-                skills.look(action)
+                skills.check_timeout(action)
             status, error = call.state
             slots = {"skill-id": Symbol(call.skill_id), "agent-id": call.agent}
             self._env.assert_fact(_FEEDBACK, {**slots, "status": Symbol(status), "error": error})
             pretended = skills is not None and action is not None and skills.pretends(action.executor)
             if pretended and status == "S_FINAL":
-                # now, because the rules retract the fact with the skill's action when they read its end
+                # now: when the rules read the end, they retract the fact that connects the skill with its
+                # action
                 self._sensing.add(call.skill_id)
             if status in ("S_FINAL", "S_FAILED"):
                 del self._calls[agent]
@@ -173,7 +175,7 @@ class _SkillUser:
             skills.stop(action.number)
 
     def close(self) -> None:
-        """Cancel everything."""
+        """Cancel all skills."""
         for call in self._calls.values():
             if call.action is not None and not call.action.is_over:
                 self._stop(call.action)
@@ -199,7 +201,7 @@ class PretendedSensing:
                 self._executed.add((slots["goal-id"], slots["plan-id"], slots["action-id"]))
 
     def sense(self) -> None:
-        """Assert the pending effects of these actions."""
+        """Assert the pending effects of the actions that dummies have executed."""
         if not self._executed:
             return
         has_effects = self._env.has_template(_PENDING)

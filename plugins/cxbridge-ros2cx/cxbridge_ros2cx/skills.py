@@ -49,7 +49,7 @@ class Ros2CxSkills:
         self._service = service
         self._original = original
         self._agents = {agent.name for agent in settings.agents}
-        self._pretends = settings.in_process
+        self._allows_dummies = settings.in_process
         self._dummies: set[str] = set(unsensed)
         self._pretended: set[tuple[str, str]] = set()
         self._board, self._clock, self._bus = board, clock, bus
@@ -76,8 +76,8 @@ class Ros2CxSkills:
         :raises SkillError: if names or parameters do not fit into messages.
         """
         self._service.settle()  # register executors that appeared since the last loop
-        able = any(info.agent == agent and skill in info.skills for info in self.executors)
-        if not able and self._may_pretend(agent, skill):
+        has_executor = any(info.agent == agent and skill in info.skills for info in self.executors)
+        if not has_executor and self._may_get_dummy(agent, skill):
             dummy = f"{agent}-{skill}-dummy"
             self._bus.logger(dummy).warn(
                 f"No executor of {agent} knows {skill}: a dummy pretends to execute it"
@@ -88,22 +88,24 @@ class Ros2CxSkills:
             self._service.settle()
         return self._service.local_calls.ask(skill, parameters, agent, on_change, name)
 
-    def _may_pretend(self, agent: str, skill: str) -> bool:
+    def _may_get_dummy(self, agent: str, skill: str) -> bool:
         offered = self._service.skills.offered
-        if not self._pretends or (agent, skill) in offered:
+        if not self._allows_dummies or (agent, skill) in offered:
             return False
         if agent == NO_AGENT or agent in self._agents:
             return True
+        # An agent with an executor gets dummies for its other skills. Without any executor or configured
+        # agent, each agent gets dummies.
         served = {name for name, _ in offered - self._pretended}
         return agent in served if served or self._agents else True
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
         return self._service.local_calls.ask_for(skill_string, agent, on_change)
 
-    def look(self, action: SkillAction) -> None:
-        """Check an action for the rules: without a response, it may time out."""
+    def check_timeout(self, action: SkillAction) -> None:
+        """Fail an action without a response after the original's timeout, if its defects are repeated."""
         if isinstance(action, OriginalMaster):
-            action.look(self._clock.now_us())
+            action.check_timeout(self._clock.now_us())
 
     def stop(self, number: int) -> bool:
         """Cancel an action; return whether there was something to cancel.
@@ -123,13 +125,13 @@ class Ros2CxSkills:
         """Create an executor for the agent without a name.
 
         :param text: ``ACTION=MODULE:CLASS`` or ``ACTION=FILE.py:CLASS``, relative to the current folder.
-        :raises SkillError: if the text has another form or the class is missing.
+        :raises SkillError: if the text does not have this form or the class is missing.
         """
         action, equals, target = text.partition("=")
         if not action or not equals:
             raise SkillError(f"--executor cannot be '{text}'", hint="write ACTION=FILE.py:CLASS")
         kind = load_executor(target, Path.cwd())
-        self._service.settle()  # register executors that appeared before
+        self._service.settle()  # register executors that appeared since the last loop
         number = sum(info.agent == NO_AGENT and action in info.skills for info in self.executors)
         self._add(for_skill(kind, action), NO_AGENT, f"{action}-{kind.__name__}-{number + 1}")
 

@@ -23,7 +23,7 @@ from cxbridge_ros2cx.confvals import CONFIG_FEATURE
 from cxbridge_ros2cx.features import REDEFINE_FEATURE, make_features
 from cxbridge_ros2cx.original_board import board_class_of, with_idle_time
 from cxbridge_ros2cx.parameters import EXECUTIVE_FILE, load_features, load_parameters, refresh_period_us
-from cxbridge_ros2cx.refresh import RefreshTimer, nanoseconds_too
+from cxbridge_ros2cx.refresh import RefreshTimer, seconds_and_nanoseconds
 from cxbridge_ros2cx.settings import Ros2CxSettings
 from cxbridge_ros2cx.skills import Ros2CxSkills
 
@@ -106,14 +106,14 @@ class Ros2CxSource(Source):
         ]
         folders.append(OVERLAYS)  # the files that shipped overlays load
         is_builtin = options.core == "builtin"
-        before: tuple[Path, ...] = () if Ros2CxSettings.of(config).original else (ROS2CX_SANE_CLIPS,)
+        early_clips: tuple[Path, ...] = () if Ros2CxSettings.of(config).original else (ROS2CX_SANE_CLIPS,)
         if is_builtin:
             folders.append(checkout.core)  # the agents are in the core's folder
         return RunPaths(
             config_file=config_file,
             library=HOST_LIBRARY if is_builtin else checkout.library,
             cx=BUILTIN_CX if is_builtin else checkout.core,
-            before=(ROS2CX_CLIPS, ROS2CX_SANE_CLIPS) if is_builtin else before,
+            before=(ROS2CX_CLIPS, ROS2CX_SANE_CLIPS) if is_builtin else early_clips,
             clips_dirs=tuple(dict.fromkeys(folders)),
             interface_dirs=(*options.interface_dirs, shipped_dir("interfaces")),
             skill_dirs=(*options.skill_dirs, shipped_dir("luaskills")),
@@ -138,7 +138,7 @@ class Ros2CxSource(Source):
         """Add the executors of ``--executor``."""
         for text in self.options.option("executors"):
             skills = self._skills_of(context)
-            assert skills is not None  # the board begins
+            assert skills is not None  # the run has a board, which calls this method
             skills.add_executor(text)
 
     def _skills_of(self, context: Run) -> Ros2CxSkills | None:
@@ -195,7 +195,7 @@ class Ros2CxSource(Source):
         files = super().core_files(paths, config)
         if paths.builtin:
             return files
-        time_of = nanoseconds_too if Ros2CxSettings.of(config).original else files.time_of
+        time_of = seconds_and_nanoseconds if Ros2CxSettings.of(config).original else files.time_of
         return CoreFiles(
             files.cx,
             files.clips_dirs,

@@ -15,10 +15,11 @@ _READER: Final = "cxbridge_ros2.bags.reader:BagRun"
 _SQLITE: Final = b"SQLite format 3\0"
 _PROFILE: Final = b"ros2"
 # Offset of the profile: after the magic bytes, and the opcode and length of the first record.
-_AT_PROFILE: Final = len(MAGIC) + 1 + 8
+_PROFILE_OFFSET: Final = len(MAGIC) + 1 + 8
 
 
 def _is_bag(path: Path, head: bytes) -> bool:
+    # a folder has no first bytes
     return not head and (path / METADATA).is_file()
 
 
@@ -28,10 +29,10 @@ def _is_file_of_bag(path: Path, head: bytes) -> bool:
     if not head.startswith(MAGIC) or path.suffix != ".mcap":
         return False
     try:
-        (size,) = struct.unpack_from("<I", head, _AT_PROFILE)
+        (size,) = struct.unpack_from("<I", head, _PROFILE_OFFSET)
     except struct.error:
         return False
-    return head[_AT_PROFILE + 4 : _AT_PROFILE + 4 + size] == _PROFILE
+    return head[_PROFILE_OFFSET + 4 : _PROFILE_OFFSET + 4 + size] == _PROFILE
 
 
 FORMATS = (

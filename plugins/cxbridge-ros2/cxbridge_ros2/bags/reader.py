@@ -20,7 +20,7 @@ from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.base import Run, StoredFile
 from cxbridge_ros2.bags.topics import EVENTS, FILES, SOURCES, Converter, Converters, file_of, record_of
-from cxbridge_ros2.bags.unpacking import bound_unpacking
+from cxbridge_ros2.bags.unpacking import limit_unpacking
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.interfaces.definitions import ACTIONS, definitions_of
 from cxbridge_ros2.messages import Codec, Message
@@ -47,7 +47,7 @@ class BagRun(Run):
 
     def __iter__(self) -> Iterator[Event]:
         omitted: Counter[str] = Counter()
-        with self._opened() as bag:
+        with self._open() as bag:
             has_events = any(connection.topic == EVENTS for connection in bag.connections)
             all_converters = Converters(self.registry, has_events=has_events)
             # by topic and type, since a bag may have several connections of a topic
@@ -87,9 +87,9 @@ class BagRun(Run):
             return None
 
     def metadata(self) -> Mapping[str, str]:
-        """Return the run's metadata in the bag, with the ROS distribution."""
-        with self._opened() as bag:
-            # files of other tools may have no metadata, and that of other storages no custom data
+        """Return the metadata of the run that the bag contains, with the ROS distribution."""
+        with self._open() as bag:
+            # files of other tools may lack metadata; other storages lack custom data
             custom: Mapping[str, Any] = getattr(getattr(bag.storage, "metadata", None), "custom", None) or {}
             metadata = {
                 key.removeprefix(f"{METADATA}."): value
@@ -106,7 +106,7 @@ class BagRun(Run):
 
     def _stored(self, topic: str, parse: Callable[[Message], T]) -> Iterator[T]:
         """Yield the contents of a topic's messages."""
-        with self._opened() as bag:
+        with self._open() as bag:
             for connection, time_ns, data in self._messages(bag, lambda each: each.topic == topic):
                 message = self._decode(connection, time_ns, data)
                 try:
@@ -117,16 +117,16 @@ class BagRun(Run):
 
     def description(self) -> Iterator[str]:
         """Yield the topics with their types and numbers of messages."""
-        with self._opened() as bag:
+        with self._open() as bag:
             for connection in sorted(bag.connections, key=lambda connection: connection.topic):
                 yield f"{connection.topic}: {connection.msgcount} x {connection.msgtype}"
 
     # -- the bag
 
     @contextmanager
-    def _opened(self) -> Iterator[Reader]:
+    def _open(self) -> Iterator[Reader]:
         try:
-            bound_unpacking()
+            limit_unpacking()
             bag = Reader(self.path)
             bag.open()
         except (ReaderError, OSError) as error:
@@ -147,8 +147,8 @@ class BagRun(Run):
         """Yield the messages of some connections until the end, or until the bag is damaged."""
         connections = [connection for connection in bag.connections if is_selected(connection)]
         if not connections:
-            return  # for rosbags, no connections are all connections
-        messages = bag.messages([*connections, *_as_in_files(bag, connections)])
+            return  # to rosbags, an empty list means all connections
+        messages = bag.messages([*connections, *_connections_of_files(bag, connections)])
         while True:
             try:
                 item = next(messages)
@@ -172,10 +172,10 @@ class BagRun(Run):
         return True
 
 
-def _as_in_files(bag: Reader, connections: list[Connection]) -> Iterator[Connection]:
+def _connections_of_files(bag: Reader, connections: list[Connection]) -> Iterator[Connection]:
     """Yield the connections of the bag's files whose QoS differs from the metadata.yaml.
 
-    rosbags takes these for other topics and leaves out their messages.
+    Without them, rosbags leaves out the messages in these files.
     """
     for file in getattr(bag.storage, "storages", ()):
         for connection, in_file in product(connections, file.connections):

@@ -56,7 +56,7 @@ class Converters:
     """Converters of a bag's messages by type.
 
     :param registry: the interface types.
-    :param has_events: whether the bag has all events itself, so that its other topics only repeat them.
+    :param has_events: whether the bag has all events of its run, so that its other topics only repeat them.
     """
 
     def __init__(self, registry: InterfaceRegistry, *, has_events: bool) -> None:
@@ -64,7 +64,7 @@ class Converters:
         self._interfaces = {} if has_events else {type_of(name): name for name in registry.names()}
         self.has_events = has_events
         self._goals: dict[bytes, _Goal] = {}
-        self._numbers = 0
+        self._last_number = 0
         self._by_type: dict[str, Converter] = {
             LOG_TYPE: _log,
             TRANSFORMS: self._transforms,
@@ -91,8 +91,8 @@ class Converters:
         for request in message["request"]:
             if message["info"]["event_type"] in _REQUEST_EVENTS:
                 goal = self._goal(topic, request["goal_id"]["uuid"])
-                goal.text = _skill_string(goal.name, _flat(request["goal"]))
-        yield from ()
+                goal.text = _skill_string(goal.name, _flatten(request["goal"]))
+        yield from ()  # a generator like all converters, although a request is no event
 
     def _status(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
         for goal_status in message["status_list"]:
@@ -107,22 +107,23 @@ class Converters:
         if uuid not in self._goals:
             while len(self._goals) >= _MAX_GOALS:
                 del self._goals[next(iter(self._goals))]
-            self._numbers += 1
+            self._last_number += 1
             action = topic.partition("/_action/")[0]
             name = action.rpartition("/")[2]
-            self._goals[uuid] = _Goal(action, name, _skill_string(name, {}), self._numbers)
+            self._goals[uuid] = _Goal(action, name, _skill_string(name, {}), self._last_number)
         return self._goals[uuid]
 
     def _hub(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
+        # the field of PlanSys2, or that of the thesis
         arguments = message.get("arguments") or message.get("action_parameters") or ()
         text = message.get("mapped_action") or _skill_string(
             message["action"], {str(number): text for number, text in enumerate(arguments, start=1)}
         )
         key = f"{topic} {message['node_id']} {text}".encode()
         if message["type"] == MessageKind.CONFIRM:
-            self._numbers += 1
-            self._goals[key] = _Goal(message["node_id"], "", text, self._numbers)
-            yield SkillStatus(time_us, "", message["node_id"], text, self._numbers, "S_RUNNING")
+            self._last_number += 1
+            self._goals[key] = _Goal(message["node_id"], "", text, self._last_number)
+            yield SkillStatus(time_us, "", message["node_id"], text, self._last_number, "S_RUNNING")
         elif message["type"] == MessageKind.FINISH and (goal := self._goals.pop(key, None)) is not None:
             status = "S_FINAL" if message["success"] else "S_FAILED"
             yield SkillStatus(time_us, "", goal.action, text, goal.number, status)
@@ -133,14 +134,15 @@ class Converters:
         fields = self._registry.schema(interface_type).fields
         names = field_names(fields)
 
-        def take(topic: str, message: Message, time_us: int) -> Iterator[Event]:
+        def convert(topic: str, message: Message, time_us: int) -> Iterator[Event]:
             values = {field.name: _value(field, message[names[field.name]]) for field in fields}
             yield InterfaceWrite(time_us, f"{interface_type}::{topic.rpartition('/')[2]}", values)
 
-        return take
+        return convert
 
     def _transforms(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
         for stamped in message["transforms"]:
+            # old nodes write a leading slash, as in ROS 1
             child, transform = stamped["child_frame_id"].lstrip("/"), stamped["transform"]
             values = {
                 "static_transform": topic.endswith("_static"),
@@ -229,12 +231,12 @@ def _value(field: FieldSchema, value: Any) -> Any:
     return tuple(value) if isinstance(value, bytes | list) else value
 
 
-def _flat(value: Any, path: str = "") -> dict[str, Any]:
+def _flatten(value: Any, path: str = "") -> dict[str, Any]:
     """Return the values of a message by dotted path, without empty texts and zeros."""
     if isinstance(value, Mapping):
         flat_values: dict[str, Any] = {}
         for name, inner in value.items():
-            flat_values.update(_flat(inner, f"{path}.{name}" if path else name))
+            flat_values.update(_flatten(inner, f"{path}.{name}" if path else name))
         return flat_values
     is_scalar = isinstance(value, str | bool | int | float)
     return {path: value} if is_scalar and value else {}

@@ -1,6 +1,7 @@
 """Limits the memory of rosbags, whose own functions unpack chunks and messages of any size.
 
-A small file may expand to more than the memory. rosbags has no hook: its modules get other functions.
+A small file may expand to more than the memory. rosbags has no hook for a limit, so functions in its modules
+are replaced.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ class _Zstd:
 
 
 @functools.cache
-def bound_unpacking() -> None:
+def limit_unpacking() -> None:
     """Install the limits in rosbags, for this process."""
     bags: Any = bag_module
     mcap: Any = mcap_module

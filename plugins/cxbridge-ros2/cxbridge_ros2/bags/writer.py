@@ -1,6 +1,6 @@
-"""Writer of runs as ROS 2 bags: all events exactly, and also messages for ROS tools.
+"""Writer of runs as ROS 2 bags, with the exact events and with messages for ROS tools.
 
-Each event is JSON on a topic of cxbridge, from which the reader has the same run again. Log lines and frames
+Each event is JSON on a topic of cxbridge, from which the reader restores the run. Log lines and frames
 are also on /rosout and /tf, where ROS' tools look for them.
 """
 
@@ -31,7 +31,7 @@ from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.rosout import LOG_TYPE, log_message
 from cxbridge_ros2.stamps import NANOSECONDS
 
-_VERSION: Final = 9  # of rosbag2's metadata
+_VERSION: Final = 9  # version of rosbag2's metadata
 _TRANSFORM: Final = "TransformInterface::"
 # Later times may overflow the signed 64-bit nanoseconds of a bag.
 _LATEST_US: Final = 2**62 // NANOSECONDS
@@ -127,4 +127,5 @@ def open_sqlite3(path: Path, _registry: InterfaceRegistry) -> BagWriter:
 
 
 def _text(data: bytes) -> str:
+    """Return JSON as a string of ROS, which has neither invalid UTF-8 nor NULs."""
     return data.decode("utf-8", "backslashreplace").replace("\0", "\\u0000")

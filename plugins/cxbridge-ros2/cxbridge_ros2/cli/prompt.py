@@ -20,8 +20,8 @@ from cxbridge_ros2.experts.terminal import Terminal
 from cxbridge_ros2.settings import NodeSettings
 
 _PROMPT: Final = "> "
-_REFUSED: Final = 1  # exit status when the expert has rejected the command
-_MISTAKE: Final = 2  # exit status of a wrong command
+_EXIT_REFUSED: Final = 1  # exit status when the expert has rejected the command
+_EXIT_MISTAKE: Final = 2  # exit status of a wrong command
 
 
 class Prompt(Closing):
@@ -42,25 +42,26 @@ class Prompt(Closing):
         if command is not None:
             return self._do(command)
         status = 0
-        for line in self._typed() if sys.stdin is not None and sys.stdin.isatty() else _piped():
+        for line in self._typed_lines() if sys.stdin is not None and sys.stdin.isatty() else _piped_lines():
             status = max(status, self._do(line))
             if self._terminal.is_over:
                 break
         return status
 
     def _do(self, line: str) -> int:
+        """Carry out a command, and return the exit status."""
         try:
             for text in self._terminal.do(line):
                 say_text(text)
         except ExpertRefusedError as error:
             complain(error)
-            return _REFUSED
+            return _EXIT_REFUSED
         except CxbridgeError as error:
             complain(error)
-            return _MISTAKE
+            return _EXIT_MISTAKE
         return 0
 
-    def _typed(self) -> Iterator[str]:
+    def _typed_lines(self) -> Iterator[str]:
         """Yield typed lines, with history and completion if the terminal supports them."""
         if sys.platform != "win32":  # the Windows console has a history already
             import readline
@@ -86,7 +87,7 @@ def _report(text: str) -> None:
     complain(CxbridgeError(text))
 
 
-def _piped() -> Iterator[str]:
+def _piped_lines() -> Iterator[str]:
     lines = CommandLines()
     while (line := lines.next(lambda: False)) is not None:
         yield line

@@ -24,12 +24,12 @@ def package(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[NAME...]", help="interface types; all without", autocompletion=shipped_interfaces
+            metavar="[NAME...]", help="interface types; by default all", autocompletion=shipped_interfaces
         ),
     ] = None,
     output: Annotated[
         Path,
-        typer.Option("-o", "--output", metavar="DIR", help="folder for both, e.g. a workspace's src"),
+        typer.Option("-o", "--output", metavar="DIR", help="folder for both packages, e.g. workspace/src"),
     ] = Path(),
     interface_dir: InterfaceDirs = None,
 ) -> None:
@@ -51,24 +51,26 @@ def package(
 def terminal(
     command: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[COMMAND...]", help="one command; without: a prompt, or lines from a pipe"),
+        typer.Argument(metavar="[COMMAND...]", help="a command; by default a prompt, or the lines of a pipe"),
     ] = None,
-    transport: Annotated[str, typer.Option(help="dds, rclpy, rosbridge or zenoh.")] = "",
-    url: Annotated[str, typer.Option(help="The rosbridge, or the router of Zenoh.")] = "",
+    transport: Annotated[str, typer.Option(help="The transport: dds, rclpy, rosbridge or zenoh.")] = "",
+    url: Annotated[str, typer.Option(help="The URL of the rosbridge, or of the Zenoh router.")] = "",
     domain: Annotated[int | None, typer.Option(min=0, help="The DDS domain.")] = None,
-    reach: Annotated[str, typer.Option(help="localhost or subnet.")] = "",
+    reach: Annotated[str, typer.Option(help="The range of discovery: localhost or subnet.")] = "",
     namespace: Annotated[str, typer.Option(help="The prefix of all names, e.g. /robot1.")] = "",
-    distribution: Annotated[str, typer.Option(help="Of the experts: humble, iron, jazzy ...")] = "",
+    distribution: Annotated[
+        str, typer.Option(help="The experts' distribution: humble, iron, jazzy ...")
+    ] = "",
     packages: Annotated[
         list[Path] | None, typer.Option(metavar="DIR", help="A folder with ROS packages. Repeatable.")
     ] = None,
 ) -> int:
-    """Look at and edit domain and problem with the commands of plansys2_terminal.
+    """View and edit the domain and the problem with the commands of plansys2_terminal.
 
     The experts may be those of an agent of cxbridge (ros2: experts:), or PlanSys2's own. The command help
     lists all commands.
 
-    Exit status: 0 done, 1 the experts refused a command, 2 there is no such command, or no server.
+    Exit status: 0 done, 1 the experts refused a command, 2 the command is unknown, or there is no server.
 
     Example: cxbridge ros2 terminal get problem predicates
     """

@@ -38,7 +38,7 @@ class Ros2Experts(Component):
                 raise ConfigError("the experts do not work with --ros2cx", hint="leave ros2/experts out")
         planning = PlannerSettings.from_config(context.config)
         namespace = settings.node.namespace
-        if context.name:  # an agent of a team: each has its own experts
+        if context.name:  # each agent of a team has separate experts
             namespace += "/" + re.sub(r"\W", "_", context.name)
         log = context.bus.logger("Ros2Experts")
         self._node = settings.node.join(
@@ -53,7 +53,7 @@ class Ros2Experts(Component):
                 namespace,
                 self._node,
                 problem_expert(context),
-                PlanServer(planning, lambda: _planning_service(planning)),
+                PlanServer(planning, lambda: _make_planning_service(planning)),
                 log,
             )
         except Exception:
@@ -73,7 +73,7 @@ class Ros2Experts(Component):
         self._node.close()
 
 
-def _planning_service(settings: PlannerSettings) -> PlanningService:
+def _make_planning_service(settings: PlannerSettings) -> PlanningService:
     from cxbridge.executive.planning import PlanningService  # noqa: PLC0415 - slow, and few clients plan
 
     return PlanningService(settings.at_once, settings.memory)

@@ -22,14 +22,14 @@ from cxbridge_ros2.stamps import stamp_of
 SECTION: Final = "/ros2/node"
 _KEYS: Final = ("name", "log")
 _DIAGNOSTICS: Final = "diagnostic_msgs/msg/DiagnosticArray"
-_OK, _WARN, _ERROR = 0, 1, 2  # of diagnostic_msgs/DiagnosticStatus
+_OK, _WARN, _ERROR = 0, 1, 2  # levels of diagnostic_msgs/DiagnosticStatus
 
 _LEVELS: Final = {"debug": Level.DEBUG, "info": Level.INFO, "warn": Level.WARN, "error": Level.ERROR}
 _COMPONENT: Final = "the node of ROS 2"
 
 
 class Ros2NodeComponent(Component):
-    """The node, which other nodes see as any managed node of ROS."""
+    """The node, which other nodes see as a managed node of ROS."""
 
     hooks = (Hook.POST_LOOP,)
     steady = True

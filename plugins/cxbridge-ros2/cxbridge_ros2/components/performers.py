@@ -1,4 +1,4 @@
-"""The component of performers on hubs of ROS 2: callers on a hub have our skills executed."""
+"""The component of performers on hubs of ROS 2: callers on a hub let this run execute skills."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Ros2Performers(Component):
         try:
             for key, settings in performers.items():
                 self._serve(key, settings)
-        except Exception:  # else the nodes that have joined would stay in the domain
+        except Exception:  # otherwise the nodes that have joined would stay in the domain
             self.close()
             raise
 
@@ -59,7 +59,7 @@ class Ros2Performers(Component):
                 )
 
     def _skills(self) -> LocalSkillCalls | None:
-        """Return the current skill board: a reset daemon makes a new one."""
+        """Return the current skill board: a reset of the daemon makes a new board."""
         service = self._context.skill_service
         return None if service is None else service.local_calls
 

@@ -64,7 +64,7 @@ class Ros2Skiller(Component):
                         return {"success": False, "error": "it was cancelled"}
                     yield {"status": statuses.pop()} if statuses else None
         except CxbridgeError as error:
-            # e.g. no Skiller, or one that another has locked: the goal fails, and the action stays served
+            # e.g. no Skiller, or a Skiller that another client has locked: the goal fails, the server stays
             raise AbortedError({"success": False, "error": error.message}) from None
         if result.outcome is not CallOutcome.FINAL:
             raise AbortedError({"success": False, "error": result.error})

@@ -44,8 +44,8 @@ class Ros2Transforms(Component):
             f"cxbridge_tf_{context.name}", settings.definitions(), self._log.warn, context.rights
         )
         for topic, profile, static in _TOPICS:
-            take, needs = partial(self._take, static=static), right_of_frame("ros2-tf", topic)
-            node.subscribe(topic, TRANSFORMS, take, PROFILES[profile], needs=needs)
+            receive, needs = partial(self._receive, static=static), right_of_frame("ros2-tf", topic)
+            node.subscribe(topic, TRANSFORMS, receive, PROFILES[profile], needs=needs)
         self._sender = FrameSender(node, context.board) if is_publishing else None
 
     def loop(self) -> None:
@@ -53,7 +53,7 @@ class Ros2Transforms(Component):
         if self._sender is not None:
             self._sender.loop()
 
-    def _take(self, message: Message, *, static: bool) -> None:
+    def _receive(self, message: Message, *, static: bool) -> None:
         for transform in message["transforms"]:
             # as in tf2, a leading slash, which old nodes write, is no part of the frame's name
             child = transform["child_frame_id"].lstrip("/")

@@ -21,7 +21,7 @@ Work = Callable[[ProblemExpert, NodeCodec, Message], Mapping[str, Any] | None]
 class ExpertService(Struct, frozen=True):
     """A service of an expert.
 
-    :param failure: PlanSys2's error text.
+    :param failure: PlanSys2's text about a failure.
     :param changes: whether the service changes the problem.
     """
 
@@ -33,6 +33,7 @@ class ExpertService(Struct, frozen=True):
 def answer(
     service: ExpertService, expert: ProblemExpert, codec: NodeCodec, request: Message
 ) -> Mapping[str, Any]:
+    """Return the response of a service to a request."""
     try:
         fields = service.work(expert, codec, request) or {}
     except (PddlError, Ros2Error) as error:
@@ -51,7 +52,7 @@ def knowledge_message(expert: ProblemExpert) -> Message:
     }
 
 
-# --- services of more than one expression
+# --- services with more than one expression
 
 
 def _add_goal(expert: ProblemExpert, codec: NodeCodec, request: Message) -> None:

@@ -15,7 +15,8 @@ PATIENCE_S: Final = 5.0  # default limit in seconds for a server to appear, and 
 
 _POLL_S: Final = 0.05  # seconds of one poll, short enough for Ctrl-C
 _REPEAT_S: Final = 2.0  # seconds after which a request is repeated
-# Read-only services, which may be called again: a server that has just met a client loses its response.
+# Starts of the names of read-only services, which may be called again: the first response may be lost while
+# the server discovers the client.
 _READ_ONLY: Final = ("get_domain", "get_problem", "exist_", "is_")
 
 
@@ -28,6 +29,7 @@ class ExpertClient:
 
     :param clock: measures the waiting time.
     :param namespace: the prefix of all names.
+    :param patience_s: the limit in seconds for a server to appear, and to answer.
     """
 
     def __init__(self, node: Node, clock: Clock, namespace: str = "", patience_s: float = PATIENCE_S) -> None:
@@ -42,7 +44,7 @@ class ExpertClient:
     ) -> Message:
         """Return the response of a service, successful or not.
 
-        :param service: such as ``/problem_expert/get_problem``.
+        :param service: the name of the service, such as ``/problem_expert/get_problem``.
         :param patience_s: the limit in seconds for the response; 0 for the default.
         :raises Ros2Error: if there is no server, or the server does not answer.
         """
@@ -81,7 +83,7 @@ class ExpertClient:
         return response
 
     def wait(self, condition: Callable[[], bool], seconds: float) -> bool:
-        """Handle messages until the condition holds or the time is over; return whether it holds."""
+        """Handle messages until a condition holds or the time is over; return whether it holds."""
         end_us = self.clock.now_us() + round(seconds * MICROSECONDS)
         while not condition():
             if self.clock.now_us() > end_us:

@@ -1,4 +1,4 @@
-"""PlanSys2's services and topics: their names, their types, and definitions of these.
+"""PlanSys2's services and topics: their names, their types, and the definitions of the types.
 
 The definitions are for machines without PlanSys2's package. They are the same since Humble, except the types
 about derived predicates, which Jazzy added.
@@ -11,6 +11,7 @@ from typing import Final
 
 PACKAGE: Final = "plansys2_msgs"
 
+# fields of requests and responses, separated by commas
 _EMPTY: Final = "std_msgs/Empty request"
 _DONE: Final = "bool success, string error_info"
 
@@ -123,7 +124,7 @@ DOMAIN: Final = {
 }
 PLANNER: Final = {"get_plan": "GetPlan", "validate_domain": "ValidateDomain"}
 
-# Distributions whose PlanSys2 has no derived predicates and other numbers of nodes.
+# Distributions whose PlanSys2 has no derived predicates, and numbers the kinds of nodes in another way.
 BEFORE_JAZZY: Final = ("humble", "iron")
 
 # Services added by Jazzy; older packages lack some of their types.
@@ -158,7 +159,7 @@ def services_of(node: str, distribution: str) -> Mapping[str, str]:
 # Topic for notifications about changes.
 UPDATE: Final = ("/problem_expert/update_notify", "std_msgs/msg/Empty")
 
-# Topic with all of the knowledge.
+# Topic with the whole knowledge.
 KNOWLEDGE: Final = ("/problem_expert/knowledge", f"{PACKAGE}/msg/Knowledge")
 
 TOPIC_DEPTH: Final = 100  # queue depth of both topics

@@ -52,7 +52,7 @@ def _types(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mappi
 
 def _constants(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
     domain, type_name = expert.domain, request["type"]
-    _find(type_name, (ROOT_TYPE, *names_of(domain.types)), "type")
+    _find_name(type_name, (ROOT_TYPE, *names_of(domain.types)), "type")
     return {
         "constants": [name for name, kind in pairs_of(domain.constants) if (kind or ROOT_TYPE) == type_name]
     }
@@ -84,11 +84,13 @@ def _durative_action(expert: ProblemExpert, codec: NodeCodec, request: Message) 
     action = _action_of(domain, name, durative=True)
     parameters, names = _parameters(domain, action, request["parameters"])
     tree = partial(codec.tree, names=names, types_of=partial(_types_of, domain))
-    trees = {field: tree(_at(when, getattr(action, formula))) for field, (when, formula) in _TIMES.items()}
+    trees = {
+        field: tree(_formulas_at(when, getattr(action, formula))) for field, (when, formula) in _TIMES.items()
+    }
     return {"durative_action": {"name": name, "parameters": parameters, **trees}}
 
 
-def _at(when: str, formula: Formula | None) -> Formula:
+def _formulas_at(when: str, formula: Formula | None) -> Formula:
     """Return the formulas for a time point; an empty conjunction if there is none, as in PlanSys2."""
     conjuncts = formula.parts if isinstance(formula, And) else (formula,)
     return And(tuple(timed.part for timed in conjuncts if isinstance(timed, Timed) and timed.when == when))
@@ -106,9 +108,9 @@ def _details(
 ) -> Mapping[str, Any]:
     domain, noun = expert.domain, kind.name.lower()
     declarations = {declared.name: declared for declared in _declarations(domain, kind)}
-    declaration = declarations[_find(request["expression"], declarations, noun)]
+    declaration = declarations[_find_name(request["expression"], declarations, noun)]
     parameters = [
-        param(f"?{name}{index}", name, subtypes(domain, name))  # PlanSys2's names: ?robot0, ?room1
+        param(f"?{name}{index}", name, subtypes(domain, name))  # names as in PlanSys2: ?robot0, ?room1
         for index, name in enumerate(_types_in(declaration.parameters))
     ]
     return {"node": {"node_type": int(kind), "name": declaration.name, "parameters": parameters}}
@@ -136,7 +138,7 @@ def _types_of(domain: Domain, name: str) -> tuple[str, ...]:
 
 
 def _types_in(parameters: TypedList) -> list[str]:
-    """Return a type for each parameter, the first one of `either`: PlanSys2's messages have one."""
+    """Return a type for each parameter, the first type of `either`: PlanSys2's messages have one type."""
     return [group.types[0] if group.types else ROOT_TYPE for group in parameters for _ in group.names]
 
 
@@ -154,10 +156,10 @@ def _parameters(
 
 def _action_of(domain: Domain, name: str, *, durative: bool) -> ActionSchema:
     actions = {action.name: action for action in domain.actions if action.durative is durative}
-    return actions[_find(name, actions, "durative action" if durative else "action")]
+    return actions[_find_name(name, actions, "durative action" if durative else "action")]
 
 
-def _find(name: str, names: Iterable[str], noun: str) -> str:
+def _find_name(name: str, names: Iterable[str], noun: str) -> str:
     """Return the matching name, ignoring case if necessary."""
     known_names = [*names]
     if name in known_names:

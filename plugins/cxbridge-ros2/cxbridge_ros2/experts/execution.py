@@ -89,7 +89,9 @@ def execute(client: ExpertClient, items: Sequence[Item]) -> Iterator[str]:
     yield from _changes(infos, states)
     if sent.status is not GoalStatus.SUCCEEDED or not (sent.result or {}).get("success"):
         failed = [
-            f"{_text(info)} {info['message_status']}".rstrip() for info in infos if info["status"] == _FAILED
+            f"{_text_of(info)} {info['message_status']}".rstrip()
+            for info in infos
+            if info["status"] == _FAILED
         ]
         reason = sent.reason or "; ".join(failed) or sent.status.name
         raise ExpertRefusedError(f"the plan has failed: {reason}")
@@ -110,9 +112,9 @@ def _changes(infos: Sequence[Message], states: dict[str, int]) -> Iterator[str]:
     for info in infos:
         name, status = info["action_full_name"], info["status"]
         if status != states.get(name) and status in _STATES:
-            yield f"{_text(info)}: {_STATES[status]}"
+            yield f"{_text_of(info)}: {_STATES[status]}"
         states[name] = status
 
 
-def _text(info: Message) -> str:
+def _text_of(info: Message) -> str:
     return f"({' '.join((info['action'], *info['arguments']))})"

@@ -41,7 +41,7 @@ UNNAMED: Final = "domain"  # name of the domain before any is parsed
 
 _REQUIREMENTS: Final = ("strips", "typing", "negative-preconditions")
 _GOAL: Final = "problem-goal"
-# Ordered facts that the core asserts for each object, but does not retract with it.
+# Ordered facts that the core asserts for each object, but does not retract with the object.
 _TYPE_OF: Final = "domain-obj-is-of-type"
 
 
@@ -49,7 +49,7 @@ class FactKnowledge(Knowledge):
     """Knowledge stored as facts.
 
     :param env: the environment, whose lock must be held.
-    :param numbers: numbers for unique goal ids.
+    :param numbers: the numbers of new goals, for unique ids.
     """
 
     def __init__(self, env: ClipsEnvironment, numbers: Iterator[int]) -> None:
@@ -70,6 +70,7 @@ class FactKnowledge(Knowledge):
 
     @property
     def goal(self) -> str:
+        """The formula of the latest goal; empty without a goal."""
         return next((str(formula) for (formula,) in reversed([*self._env.columns(_GOAL, "formula")])), "")
 
     def put_instance(self, name: str, kind: str) -> None:
@@ -112,8 +113,8 @@ class FactKnowledge(Knowledge):
 def domain_of_facts(env: ClipsEnvironment, parsed: Domain | None) -> Domain | None:
     """Return the domain, extended by types, predicates and operators that exist only as facts.
 
-    :param parsed: the domain that was parsed last, or None.
-    :returns: None if there is neither a domain nor a fact of one.
+    :param parsed: the last parsed domain, or None.
+    :returns: the domain; None if there is neither a parsed domain nor a fact about a domain.
     """
     domain = parsed or Domain(UNNAMED, _REQUIREMENTS)
     type_names = {ROOT_TYPE, *names_of(domain.types)}
@@ -172,7 +173,7 @@ def _effect(slots: Slots) -> Formula:
 
 
 def _parameters(names: list[str], types: list[str]) -> tuple[TypedNames, ...]:
-    """Return parameters; those without a type are objects, as in PDDL."""
+    """Return parameters; as in PDDL, a parameter without a type is an object."""
     return tuple(
         TypedNames((name,), (kind,))
         for name, kind in zip_longest(names, types[: len(names)], fillvalue=ROOT_TYPE)

@@ -1,7 +1,8 @@
 """The knowledge about a problem, changed by the rules of PlanSys2's problem expert.
 
-:class:`ProblemExpert` has the rules: the existing names, and the knowledge that a removed instance takes
-along. Subclasses of :class:`Knowledge` store the knowledge in memory or as facts. Source: PlanSys2's
+:class:`ProblemExpert` has the rules: the names must exist, and the knowledge about an instance is removed
+    with
+the instance. Subclasses of :class:`Knowledge` store the knowledge in memory or as facts. Source: PlanSys2's
 ProblemExpert and its node.
 """
 
@@ -41,16 +42,18 @@ _WORDS: Final = re.compile(r"[^\s()]+")
 
 
 def words_of(text: str) -> list[str]:
+    """Return the words of a PDDL text, without parentheses."""
     return _WORDS.findall(text)
 
 
 def ground_text(ground: Ground) -> str:
     """Return a predicate or a function in PDDL."""
-    return f"({' '.join((ground[0], *ground[1]))})"
+    name, arguments = ground
+    return f"({' '.join((name, *arguments))})"
 
 
-def _raise(mistake: PddlError) -> None:
-    """Raise a mistake that planners tolerate: clients of experts get the reason."""
+def _reject(mistake: PddlError) -> None:
+    """Raise a mistake that is only a warning elsewhere, so that clients of experts get the reason."""
     raise mistake
 
 
@@ -140,7 +143,7 @@ class ProblemExpert:
     def domain(self) -> Domain:
         """The domain.
 
-        :raises PddlError: if there is none.
+        :raises PddlError: if there is no domain.
         """
         domain = self._domain_of()
         if domain is None:
@@ -159,10 +162,11 @@ class ProblemExpert:
     def add_instance(self, name: str, kind: str) -> None:
         """Add an instance, unless it exists with this type.
 
-        :raises PddlError: if it exists with another type, or the type is unknown.
+        :raises PddlError: if the name is invalid, the instance exists with another type, or the type is
+            unknown.
         """
         if _NAME.fullmatch(name) is None:
-            raise PddlError(f"'{name}' is no name")
+            raise PddlError(f"'{name}' is not a valid name")
         domain = self._domain_of()
         if domain is not None and kind not in (ROOT_TYPE, *names_of(domain.types)):
             raise PddlError(f"the domain has no such type: '{kind}'")
@@ -181,13 +185,15 @@ class ProblemExpert:
         :raises PddlError: if there is no such instance.
         """
         if name not in self.knowledge.instances:
-            constant = "a constant of the domain" if name in self.instances else "no instance"
-            raise PddlError(f"'{name}' is {constant}")
+            status = "a constant of the domain" if name in self.instances else "no instance"
+            raise PddlError(f"'{name}' is {status}")
         for ground in list(self.knowledge.predicates):
-            if name in ground[1]:
+            _, arguments = ground
+            if name in arguments:
                 self.knowledge.drop_predicate(ground)
         for ground in list(self.knowledge.functions):
-            if name in ground[1]:
+            _, arguments = ground
+            if name in arguments:
                 self.knowledge.drop_function(ground)
         if name in words_of(self.knowledge.goal):
             self.knowledge.put_goal(_goal_without(self.knowledge.goal, name))
@@ -224,7 +230,7 @@ class ProblemExpert:
     def update_function(self, ground: Ground, value: float) -> None:
         """Change the value of a function.
 
-        :raises PddlError: if it has no value yet.
+        :raises PddlError: if the function has no value yet.
         """
         if ground not in self.knowledge.functions:
             raise PddlError(f"{ground_text(ground)} has no value")
@@ -246,7 +252,7 @@ class ProblemExpert:
         """
         domain = self._domain_of()
         if domain is not None:
-            # the checker knows constants only: for it, each instance is one
+            # the checker knows only constants, so each instance is passed as a constant
             constants = set(names_of(domain.constants))
             groups = tuple(
                 TypedNames((name,), (kind,))
@@ -268,7 +274,7 @@ class ProblemExpert:
     def set_goal(self, goal: Formula) -> None:
         """Set the goal.
 
-        :raises PddlError: if a name in it is unknown.
+        :raises PddlError: if a name in the goal is unknown.
         """
         self.check(goal)
         self.knowledge.put_goal(format_formula(goal))
@@ -276,12 +282,13 @@ class ProblemExpert:
     def is_satisfied(self, goal: Formula) -> bool:
         """Return whether a formula is true now.
 
-        :raises PddlError: if a name in it is unknown.
+        :raises PddlError: if a name in the formula is unknown.
         """
         self.check(goal)
-        return goal.holds(KnownState(set(self.knowledge.predicates), self.knowledge.functions, self._is_a))
+        predicates, functions = set(self.knowledge.predicates), self.knowledge.functions
+        return goal.holds(KnownState(predicates, functions, self._instances_of))
 
-    def _is_a(self, types: tuple[str, ...]) -> list[str]:
+    def _instances_of(self, types: tuple[str, ...]) -> list[str]:
         """Return the instances of any of the types; without types, all instances."""
         accepted_types = {subtype for kind in types for subtype in (kind, *subtypes(self.domain, kind))} or {
             ROOT_TYPE
@@ -301,19 +308,19 @@ class ProblemExpert:
             domain,
             knowledge.instances.items(),
             # facts of rules may have predicates that no planner knows
-            [ground for ground in knowledge.predicates if ground[0] in declared],
+            [(name, arguments) for name, arguments in knowledge.predicates if name in declared],
             self.goal or And(()),
             numbers=knowledge.functions.items(),
         )
         return problem.changed(name="problem_1")  # as PlanSys2 names its problem
 
     def add_problem(self, text: str) -> None:
-        """Add the contents of a problem; its goal replaces the current one.
+        """Add the contents of a problem; its goal replaces the current goal.
 
         :raises PddlError: if the problem does not fit the domain, or an instance exists with another type;
             nothing is added then.
         """
-        problem = parse_problem(text, self.domain, warn=_raise)
+        problem = parse_problem(text, self.domain, warn=_reject)
         objects = {name: kind or ROOT_TYPE for name, kind in pairs_of(problem.objects)}
         for name, kind in objects.items():  # all checks come before the first change
             self._check_type(name, kind)
@@ -356,11 +363,14 @@ def ground_of(name: str, term: Atom | FunctionTerm) -> Ground:
 
 
 def _atom(ground: Ground) -> Atom:
-    return Atom(ground[0], tuple(map(Constant, ground[1])))
+    name, arguments = ground
+    return Atom(name, tuple(map(Constant, arguments)))
 
 
 def _comparison(ground: Ground) -> TermComparison:
-    return TermComparison("=", FunctionTerm(ground[0], tuple(map(Constant, ground[1]))), _ZERO)
+    """Return a formula about a function, whose names can be checked; the number does not matter."""
+    name, arguments = ground
+    return TermComparison("=", FunctionTerm(name, tuple(map(Constant, arguments))), _ZERO)
 
 
 def _goal_without(goal: str, name: str) -> str:

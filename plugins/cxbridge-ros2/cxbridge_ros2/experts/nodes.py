@@ -66,7 +66,7 @@ TypesOf = Callable[[str], tuple[str, ...]]
 
 
 class NodeCodec:
-    """Converter for one distribution."""
+    """Converter between formulas and the messages of a distribution."""
 
     def __init__(self, distribution: str) -> None:
         self._kinds = [*TreeNodeKind]
@@ -85,7 +85,7 @@ class NodeCodec:
     ) -> Message:
         """Return the tree of a formula; None gives an empty tree.
 
-        :param names: values of variables.
+        :param names: the values of variables, by name.
         :raises Ros2Error: if PlanSys2's messages cannot express the formula.
         """
         nodes: list[Message] = []
@@ -105,6 +105,8 @@ class NodeCodec:
 
 
 class _TreeReader:
+    """Reads the formula in the nodes of a message."""
+
     def __init__(
         self,
         nodes: list[Message],
@@ -164,12 +166,12 @@ class _TreeReader:
                 return FunctionTerm(operator, (left, right))
         if kind in (TreeNodeKind.CONSTANT, TreeNodeKind.PARAMETER):
             return _term_of(node["name"])
-        raise Ros2Error(f"a node of the type {node['node_type']} is no number")
+        raise Ros2Error(f"a node of the type {node['node_type']} is not a number")
 
     def _operation(self, number: int, node: Message, depth: int) -> tuple[str, Term, Term]:
         operator, children = self._operators.get(number, ""), node["children"]
         if not operator or len(children) != _PAIR:
-            raise Ros2Error(f"an expression of the type {number} with {len(children)} children is none")
+            raise Ros2Error(f"an expression of type {number} with {len(children)} children is not valid")
         left, right = (self._term(child, depth + 1) for child in children)
         return operator, left, right
 
@@ -187,6 +189,8 @@ class _TreeReader:
 
 
 class _TreeMaker:
+    """Adds the nodes of a formula to a list."""
+
     def __init__(
         self,
         nodes: list[Message],
@@ -199,7 +203,7 @@ class _TreeMaker:
         self._nodes, self._names, self._types_of = nodes, names, types_of
         self._numbers, self._is_old = numbers, is_old
 
-    def add(self, formula: Formula) -> int:  # noqa: PLR0911 - one for each kind of formula
+    def add(self, formula: Formula) -> int:  # noqa: PLR0911 - a return for each kind of formula
         """Add the nodes of a formula and return the index of the first."""
         match formula:
             case Atom(predicate=name, arguments=terms):
@@ -267,14 +271,14 @@ class _TreeMaker:
 
 
 def param(name: str, kind: str = "", subtypes: list[str] | None = None) -> Message:
-    """Return a parameter or an instance."""
+    """Return a plansys2_msgs/msg/Param for a parameter or an instance."""
     return {"name": name, "type": kind, "sub_types": subtypes or []}
 
 
 def ground_node(kind: TreeNodeKind, ground: Ground, types: Mapping[str, str], value: float = 0.0) -> Message:
     """Return the node of a predicate or a function.
 
-    :param types: types of the instances.
+    :param types: the types of the instances, by name.
     """
     name, arguments = ground
     parameters = [param(argument, types.get(argument, "")) for argument in arguments]

@@ -35,11 +35,11 @@ SECTION: Final = "/ros2/experts"
 _ALL: Final = "all"
 _COMPONENT: Final = "the settings of the experts"
 
-# error text of PlanSys2's nodes before they are configured.
+# error text of PlanSys2's nodes before they are configured
 INACTIVE: Final = "Requesting service in non-active state"
 
 _SERVICES: Final = {"problem": PROBLEM_SERVICES, "domain": DOMAIN_SERVICES}
-_NOTHING: Final[Mapping[str, Any]] = {}
+_EMPTY_MESSAGE: Final[Mapping[str, Any]] = {}
 
 
 class ExpertSettings(Struct, frozen=True):
@@ -72,18 +72,18 @@ class ExpertSettings(Struct, frozen=True):
         return cls(tuple(NODES) if _ALL in names else tuple(dict.fromkeys(names)), node)
 
 
-def _refused(_request: Message, reason: str) -> Mapping[str, Any]:
+def _make_refusal(_request: Message, reason: str) -> Mapping[str, Any]:
     return {"success": False, "error_info": reason}
 
 
 class ExpertServer(Closing):
-    """Serves the world model of an environment: one node with the service names of PlanSys2's three.
+    """Serves the world model of an environment: one node has the services of PlanSys2's three nodes.
 
     All work is done in :meth:`loop`, in the executive's thread, never while rules fire.
 
     :param namespace: the prefix of all names.
-    :param node: a node with the rights of its clients; it is not closed.
-    :param feature: knows the environment.
+    :param node: a node with the rights of its clients; the caller closes the node.
+    :param feature: the feature that knows the environment.
     :param log: logs each change by a client.
     """
 
@@ -106,8 +106,10 @@ class ExpertServer(Closing):
         self._has_topics = "problem" in settings.serve
         if self._has_topics:
             latched = QosProfile(durability="transient_local", depth=TOPIC_DEPTH)
-            self._updates = node.publisher(namespace + UPDATE[0], UPDATE[1], QosProfile(depth=TOPIC_DEPTH))
-            self._knowledge = node.publisher(namespace + KNOWLEDGE[0], KNOWLEDGE[1], latched)
+            topic, kind = UPDATE
+            self._updates = node.publisher(namespace + topic, kind, QosProfile(depth=TOPIC_DEPTH))
+            topic, kind = KNOWLEDGE
+            self._knowledge = node.publisher(namespace + topic, kind, latched)
 
     def _serve(self, expert: str, name: str, kind: str) -> None:
         service_name = name.rpartition("/")[2]
@@ -118,11 +120,11 @@ class ExpertServer(Closing):
             service = _SERVICES[expert][service_name]
             access, work = "change" if service.changes else "read", partial(self._answer, name, service)
         needs = right_of_frame("ros2-experts", access)
-        self._node.serve_later(check_topic(name), kind, work, needs=needs, refuse=_refused)
+        self._node.serve_later(check_topic(name), kind, work, needs=needs, refuse=_make_refusal)
 
     def _answer(self, name: str, service: ExpertService, request: Message, reply: SendResponse) -> None:
         env = self._feature.env
-        if env is None:  # as PlanSys2's nodes answer before they are configured
+        if env is None:  # PlanSys2's nodes respond like this before they are configured
             reply({"exist": False} if "/exist_" in name else {"success": False, "error_info": INACTIVE})
             return
         with env.lock:
@@ -144,7 +146,7 @@ class ExpertServer(Closing):
     def _publish(self, env: ClipsEnvironment) -> None:
         with env.lock:  # the message is a snapshot: rules may fire while it is sent
             message = knowledge_message(self._feature.expert(env))
-        self._updates.publish(_NOTHING)
+        self._updates.publish(_EMPTY_MESSAGE)
         self._knowledge.publish(message)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The commands of plansys2_terminal, for any experts: those of cxbridge and of PlanSys2."""
+"""The commands of plansys2_terminal, for the experts of cxbridge and of PlanSys2."""
 
 from __future__ import annotations
 
@@ -206,7 +206,7 @@ class Terminal:
 
     def _set_instance(self, argument: str) -> None:
         words = argument.split()
-        if len(words) != 2:  # noqa: PLR2004
+        if len(words) != 2:  # noqa: PLR2004 - NAME and TYPE
             raise UsageError("an instance has a name and a type", hint="set instance NAME TYPE")
         self._ask_problem("add_problem_instance", {"param": param(words[0], words[1])})
 
@@ -323,7 +323,7 @@ class Terminal:
 HELP: Final = (
     "get domain                                    the domain, as PDDL",
     "get model types|predicates|functions|actions  the names in the domain",
-    "get model predicate|function|action NAME      one of them",
+    "get model predicate|function|action NAME      its declaration",
     "get problem                                   the problem, as PDDL",
     "get problem instances|predicates|functions|goal",
     "get plan                                      a plan for the goal",
@@ -337,9 +337,9 @@ HELP: Final = (
     "remove goal",
     "check actors                                  the action performers",
     "run                                           a plan for the goal is executed by PlanSys2's executor",
-    "run num_actions NUMBER                        its first actions only",
+    "run num_actions NUMBER                        only the first actions of the plan",
     "run action (ACTION INSTANCE...)               one action",
-    "run plan-file FILE                            what 'get plan' has printed",
+    "run plan-file FILE                            a plan in the format of 'get plan'",
     "source FILE [0|1]                             commands from a file; 1 shows them",
     "help [COMMAND]",
     "quit",

@@ -1,8 +1,9 @@
 """The calling side: an executor of the skill board whose skills are executed by performers of a hub.
 
-The caller behaves like the originals, except where they hang. It repeats REQUEST until a performer responds,
-confirms one performer, and rejects all further ones, also after the end. A performer whose RESPONSE was lost
-would wait forever, so it is rejected. A performer that vanishes or restarts is a failure.
+The caller behaves like those of PlanSys2 and of the thesis, except where these hang. It repeats REQUEST until
+a performer responds, confirms one performer, and rejects all further performers, also after the end. A
+performer whose RESPONSE was lost would wait forever, so it is rejected. A performer that vanishes or restarts
+is a failure.
 """
 
 from __future__ import annotations
@@ -37,14 +38,14 @@ SILENCE_S: Final = 5.0  # seconds without a heartbeat until a performer counts a
 
 _SKILL_KEYS: Final = ("action", "arguments", "mapped", "timeout", "patience")
 _MAX_UNANSWERED: Final = 2  # REQUESTs after which a performer that reports READY counts as deaf
-_MAX_IDLE_HEARTBEATS: Final = 2  # of a performer without the confirmed action: the first may be older
+_MAX_IDLE_HEARTBEATS: Final = 2  # heartbeats without the confirmed action: the first may be older
 _MAX_REQUESTS: Final = 100  # recent REQUESTs whose late RESPONSEs are rejected
 
 
 class HubSkill(Struct, frozen=True):
     """The configuration of a skill.
 
-    :param action: its name on the hub.
+    :param action: the name of the action on the hub.
     :param arguments: texts with parameters of the skill; None for all parameters in order.
     :param mapped: the skill string mapped to the action; None for the parameter ``mapped_action``.
     """
@@ -72,6 +73,10 @@ class HubSkill(Struct, frozen=True):
         )
 
     def arguments_for(self, call: SkillCall) -> tuple[str, ...]:
+        """Return the arguments of the action for a call.
+
+        :raises SkillError: if an argument is a list or a mapping.
+        """
         if self.arguments is None:
             values = [value for name, value in call.parameters.items() if name != MAPPED_ACTION]
         else:
@@ -144,9 +149,9 @@ class HubSkills(RosExecutor):
         return f"{self.node_settings.namespace}{self.protocol.topic}"
 
     def start(self) -> None:
-        """Join the domain and the hub before the first request, so that performers know us."""
+        """Join the domain and the hub before the first request, so that performers discover this node."""
         namespace = self.node_settings.namespace
-        self._hub = Hub(self.join(), self.protocol, namespace, self._take_message, self._take_heartbeat)
+        self._hub = Hub(self.join(), self.protocol, namespace, self._handle_message, self._handle_heartbeat)
 
     def close(self) -> None:
         if self._hub is not None:
@@ -228,7 +233,7 @@ class HubSkills(RosExecutor):
             reported = feedback
 
     def _check_performer(self, open_request: _OpenRequest, start_us: int) -> None:
-        """Raise an error if the performer has vanished or does something else."""
+        """Raise an error if the performer has vanished or has stopped the action."""
         performer = self._performers.get(open_request.performer)
         if performer is None or not performer.heartbeat_us:
             return  # without heartbeats, only the time limit helps
@@ -246,14 +251,14 @@ class HubSkills(RosExecutor):
         assert self._hub is not None  # nothing is received, and no skill executed, before the start
         self._hub.publish(HubMessage(kind, node, key, mapped))
 
-    def _take_message(self, message: HubMessage) -> None:
+    def _handle_message(self, message: HubMessage) -> None:
         """Handle a message of any node, ourselves included."""
         if message.kind == MessageKind.REQUEST:
-            # another caller of the same action: its responses are not for us
+            # another caller requests the same action: the responses are for that caller
             if self._requests.get(message.key) != message.node:
                 self._requests.pop(message.key, None)
         elif message.kind == MessageKind.RESPONSE:
-            self._take_response(message)
+            self._handle_response(message)
         open_request = self._open_request
         if (
             open_request is None
@@ -268,7 +273,7 @@ class HubSkills(RosExecutor):
         elif message.kind == MessageKind.FINISH:
             open_request.finish = message
 
-    def _take_response(self, message: HubMessage) -> None:
+    def _handle_response(self, message: HubMessage) -> None:
         self._performer(message).response_us = self.clock.now_us()
         if message.key not in self._requests:
             return  # the response to another caller
@@ -288,7 +293,7 @@ class HubSkills(RosExecutor):
             message.node, _Performer(Heartbeat(message.node, message.key.action, PerformerState.NOT_READY))
         )
 
-    def _take_heartbeat(self, heartbeat: Heartbeat) -> None:
+    def _handle_heartbeat(self, heartbeat: Heartbeat) -> None:
         performer = self._performers.setdefault(heartbeat.node, _Performer(heartbeat))
         performer.heartbeat, performer.heartbeat_us = heartbeat, self.clock.now_us()
         open_request = self._open_request

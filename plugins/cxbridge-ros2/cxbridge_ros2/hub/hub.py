@@ -15,7 +15,7 @@ _QOS: Final = QosProfile(depth=100)  # as in PlanSys2 and in the thesis
 
 
 class Hub(Closing):
-    """Publishes messages on the topic of a protocol, and receives all messages, its own included.
+    """Publishes messages on the topic of a protocol, and receives all messages, including those of this node.
 
     :param node: a node that its owner polls.
     :param namespace: the prefix of topic names.
@@ -37,7 +37,7 @@ class Hub(Closing):
         self._heartbeat_topic = f"{namespace}{protocol.heartbeat_topic}"
         self._heartbeats: Publisher | None = None
         self._messages = node.publisher(self.topic, protocol.message_type, _QOS)
-        self._ends = [
+        self._closers = [
             node.subscribe(
                 self.topic,
                 protocol.message_type,
@@ -47,7 +47,7 @@ class Hub(Closing):
             )
         ]
         if on_heartbeat is not None:
-            self._ends.append(
+            self._closers.append(
                 node.subscribe(
                     self._heartbeat_topic,
                     protocol.heartbeat_type,
@@ -65,14 +65,14 @@ class Hub(Closing):
 
         :param now_us: microseconds since the epoch.
         """
-        if self._heartbeats is None:  # callers have none
+        if self._heartbeats is None:  # only performers have heartbeats
             self._heartbeats = self._node.publisher(
                 self._heartbeat_topic, self._protocol.heartbeat_type, _QOS
             )
         self._heartbeats.publish(self._protocol.encode_heartbeat(heartbeat, now_us))
 
     def close(self) -> None:
-        for end in self._ends:
+        for end in self._closers:
             end()
         self._messages.close()
         if self._heartbeats is not None:

@@ -1,8 +1,8 @@
-"""The performing side: executes requests of a hub with the skills of an agent of our skill board.
+"""The performing side: executes requests of a hub with the skills of an agent of the skill board.
 
-The performer behaves like the originals, except where they hang: a REQUEST waits for a free executor, a
-RESPONSE that may be lost is repeated, an unconfirmed RESPONSE releases its executor after some time, and a
-late CONFIRM is still carried out.
+The performer behaves like those of PlanSys2 and of the thesis, except where these hang: a REQUEST waits for a
+free executor, a RESPONSE that may be lost is repeated, an unconfirmed RESPONSE releases its executor after
+some time, and a late CONFIRM is still carried out.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from cxbridge_ros2.hub.protocol import (
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.settings import NodeSettings, as_list, check_keys
 
-# Seconds from RESPONSE to CONFIRM or REJECT; after them the executor is free again.
+# Limit of the seconds from RESPONSE to CONFIRM or REJECT; then the executor is free again.
 RESERVE_S: Final = 2.0
 
 # Seconds until a RESPONSE without a subscriber is repeated: the caller may have joined just now.
@@ -81,7 +81,7 @@ class ServedAction(Struct, frozen=True):
     def call_of(self, request: HubMessage, arguments: tuple[str, ...], agent: str) -> SkillCall:
         """Return the skill call for a REQUEST.
 
-        :raises SkillError: if the REQUEST does not fit.
+        :raises SkillError: if the REQUEST does not fit the configuration.
         """
         if self.parameters and len(arguments) != len(self.parameters):
             raise SkillError(
@@ -130,9 +130,9 @@ class _Job(Struct, eq=False):
     """A RESPONSE and its execution until the end.
 
     :ivar call: the skill call, or the reason why there is none.
-    :ivar deadline_us: the limit for its CONFIRM.
+    :ivar deadline_us: the time until which a CONFIRM must arrive.
     :ivar repeat_us: when to repeat the RESPONSE; 0 for never, after another performer was confirmed.
-    :ivar master: None until CONFIRM.
+    :ivar master: the skill on the skill board; None until CONFIRM.
     :ivar reported: progress and status of the last FEEDBACK.
     """
 
@@ -171,7 +171,7 @@ class HubPerformer(Closing):
         self._pending_requests: dict[ActionKey, tuple[HubMessage, int]] = {}
         self._jobs: dict[ActionKey, _Job] = {}
         self._next_heartbeat_us = 0
-        self._hub = Hub(node, settings.protocol, settings.node.namespace, self._take_message)
+        self._hub = Hub(node, settings.protocol, settings.node.namespace, self._handle_message)
         self.topic = self._hub.topic
 
     @property
@@ -216,7 +216,7 @@ class HubPerformer(Closing):
 
     # --- messages of other nodes
 
-    def _take_message(self, message: HubMessage) -> None:
+    def _handle_message(self, message: HubMessage) -> None:
         key = message.key
         if key.action not in self._actions or key.agent != self._agent_id:
             return

@@ -17,6 +17,8 @@ from cxbridge_ros2.messages import Message
 
 
 class MessageKind(IntEnum):
+    """The kind of a message on a hub."""
+
     REQUEST = 1
     RESPONSE = 2
     CONFIRM = 3
@@ -84,9 +86,9 @@ class Heartbeat(Struct, frozen=True):
 class HubProtocol(ABC):
     """A protocol: its topics, the fields of its messages, and its habits."""
 
-    name: ClassVar[str]  # protocol's name in a configuration
+    name: ClassVar[str]  # the protocol's name in a configuration
 
-    topic: ClassVar[str]  # topic of the hub
+    topic: ClassVar[str]  # the topic of the hub
 
     message_type: ClassVar[str]
 
@@ -94,11 +96,11 @@ class HubProtocol(ABC):
 
     heartbeat_type: ClassVar[str]
 
-    arguments_field: ClassVar[str]  # field of the messages with the arguments of the action
+    arguments_field: ClassVar[str]  # the field with the arguments of the action
 
     progress_field: ClassVar[str]
 
-    # Seconds after which the original gives up the search for a performer.
+    # Seconds after which the original caller gives up the search for a performer.
     patience_s: ClassVar[float]
 
     # Seconds in which a response to a REQUEST is useful; then the REQUEST is repeated or given up.
@@ -144,11 +146,11 @@ class HubProtocol(ABC):
 
     @abstractmethod
     def after_cancel(self, finish: HubMessage) -> HubMessage | None:
-        """Return the performer's last message after CANCEL, or None to send none, as the original does.
+        """Return the performer's last message after CANCEL, or None for no message, as in the original.
 
         :param finish: the last message without CANCEL.
         """
 
     @abstractmethod
     def arguments_of(self, key: ActionKey) -> tuple[str, ...]:
-        """Return the intended arguments: some originals send one in place of none."""
+        """Return the intended arguments: the original callers send a placeholder for no argument."""

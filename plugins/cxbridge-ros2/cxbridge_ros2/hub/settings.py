@@ -62,7 +62,7 @@ def _performer(
         hint = did_you_mean(protocol_name, PROTOCOLS, f"there are: {', '.join(PROTOCOLS)}")
         raise ConfigError(f"{component} has no protocol '{protocol_name}'", hint=hint)
     protocol = PROTOCOLS[protocol_name]
-    # an agent is named only where the skill board has several
+    # the agent must be named only if the skill board has several agents
     agent = str(values.get("agent", agents[0] if len(agents) == 1 else ""))
     if agent not in agents:
         problem = f"serves the agent '{agent}', which there is not" if agent else "names no agent"

@@ -23,10 +23,10 @@ EXEC_SKILL: Final = f"{PACKAGE}/action/ExecSkill"  # action of a Skiller: execut
 # Text of each action by type.
 ACTIONS: Final = {
     EXEC_SKILL: """string skill_string  # e.g. goto{place="C-CS1"}
-bool steal           # take control of the Skiller even when somebody has it
+bool steal           # take control of the Skiller even if another client has it
 ---
 bool success
-string error         # why it failed, or was not executed
+string error         # the reason of a failure
 ---
 string status        # as in SkillerInterface: S_RUNNING and the like
 """,
@@ -48,13 +48,14 @@ def type_of(interface: str, message: str = "") -> str:
 
 def definitions_of(schema: InterfaceSchema) -> dict[str, str]:
     """Return the definitions of an interface and its messages by type."""
-    definitions = {type_of(schema.name): _text(schema.fields, schema, has_time=True)}
+    definitions = {type_of(schema.name): _definition(schema.fields, schema, has_time=True)}
     for message in schema.messages:
-        definitions[type_of(schema.name, message.name)] = _text(message.fields, schema, has_time=False)
+        definitions[type_of(schema.name, message.name)] = _definition(message.fields, schema, has_time=False)
     return definitions
 
 
 def field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:
+    """Return the ROS names of fields, by their names in the interface."""
     used = {TIME}
     names = {}
     for field in fields:
@@ -63,7 +64,7 @@ def field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:
     return names
 
 
-def _text(fields: Sequence[FieldSchema], schema: InterfaceSchema, *, has_time: bool) -> str:
+def _definition(fields: Sequence[FieldSchema], schema: InterfaceSchema, *, has_time: bool) -> str:
     lines = [f"builtin_interfaces/Time {TIME}"] if has_time else []
     names = field_names(fields)
     enum_names = {field.enum.name for field in fields if field.enum is not None}
@@ -81,13 +82,13 @@ def _constants(enums: Sequence[EnumSchema], constants: Sequence[ConstantSchema])
     used: set[str] = set()
     for enum in enums:
         for item in enum.items:
-            yield f"{_ENUM} {_constant(item.name, used)}={item.value}"
+            yield f"{_ENUM} {_constant_name(item.name, used)}={item.value}"
     for constant in constants:
         value = repr(constant.value) if isinstance(constant.value, str) else str(constant.value)
-        yield f"{_TYPES.get(constant.type, _ENUM)} {_constant(constant.name, used)}={value}"
+        yield f"{_TYPES.get(constant.type, _ENUM)} {_constant_name(constant.name, used)}={value}"
 
 
-def _constant(name: str, used: set[str]) -> str:
+def _constant_name(name: str, used: set[str]) -> str:
     return _unique(re.sub(r"[^A-Z0-9]+", "_", name.upper()).strip("_"), "C_", used)
 
 

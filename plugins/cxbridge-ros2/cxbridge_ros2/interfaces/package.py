@@ -85,7 +85,7 @@ def write_packages(schemas: Iterable[InterfaceSchema], folder: Path) -> list[Pat
     texts = dict(ACTIONS)
     for schema in schemas:
         texts.update(definitions_of(schema))
-    files = {PACKAGE: _messages(texts), "cxbridge": _program()}
+    files = {PACKAGE: _message_files(texts), "cxbridge": _program_files()}
     for package, contents in files.items():
         for name, text in contents.items():
             _write(folder / package / name, text)
@@ -93,7 +93,7 @@ def write_packages(schemas: Iterable[InterfaceSchema], folder: Path) -> list[Pat
     return [folder / package for package in files]
 
 
-def _messages(texts: Mapping[str, str]) -> dict[str, str]:
+def _message_files(texts: Mapping[str, str]) -> dict[str, str]:
     files = {}
     for kind, text in texts.items():
         _, folder, name = kind.split("/")
@@ -106,7 +106,7 @@ def _messages(texts: Mapping[str, str]) -> dict[str, str]:
     return {**files, "package.xml": manifest, "CMakeLists.txt": build}
 
 
-def _program() -> dict[str, str]:
+def _program_files() -> dict[str, str]:
     # a script with the path of this Python, since ROS' own Python does not have cxbridge
     start = f'#!/bin/sh\nexec {shlex.join(python_command("-m", "cxbridge"))} "$@"\n'
     return {

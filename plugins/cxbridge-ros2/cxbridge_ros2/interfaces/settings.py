@@ -36,8 +36,8 @@ class TopicSettings(Struct, frozen=True):
 
     :param key: the name in the configuration.
     :param direction: ``publish`` to send writes to the topic, ``write`` to write received messages.
-    :param topic: None for ``/blackboard/TYPE/ID``.
-    :param type: None for the generated message type.
+    :param topic: the topic; None for ``/blackboard/TYPE/ID``.
+    :param type: the message type; None for the generated type.
     :param fields: paths in the message by interface field.
     :param constants: values in the message by path.
     :param stamp: the path of the time in the message; may be empty.
@@ -70,8 +70,8 @@ def topic_settings(config: Configuration, folder: Path) -> list[TopicSettings]:
     return topics
 
 
-def _settings(key: str, flat: Mapping[str, Any], folder: Path) -> TopicSettings:
-    component, values = f"the topic {key}", nested(flat)
+def _settings(key: str, values_by_path: Mapping[str, Any], folder: Path) -> TopicSettings:
+    component, values = f"the topic {key}", nested(values_by_path)
     check_keys(values, _KEYS, component)
     pattern = Pattern.parse(typed(values, "interface", "", component))
     direction = typed(values, "direction", PUBLISH, component)
@@ -80,7 +80,7 @@ def _settings(key: str, flat: Mapping[str, Any], folder: Path) -> TopicSettings:
         raise ConfigError(f"{component} has no direction '{direction}'", hint=hint)
     topic, kind = typed(values, "topic", "", component), typed(values, "type", "", component)
     if _GLOB.search(f"{pattern.type_glob}{pattern.id_glob}") and (topic or kind or direction == WRITE):
-        hint = "several interfaces can only be published, each to a topic of its own"
+        hint = "several interfaces can only be published, each to a separate topic"
         raise ConfigError(f"{component} is for one interface: write TYPE::ID", hint=hint)
     messages = typed(values, "messages", default=False, component=component)
     if kind and messages:
@@ -93,10 +93,10 @@ def _settings(key: str, flat: Mapping[str, Any], folder: Path) -> TopicSettings:
     if kind and not fields:
         hint = "e.g. fields: {voltage: voltage}: the interface's field, the message's"
         raise ConfigError(f"{component} needs fields", hint=hint)
-    # from the flat settings: a nested mapping of constants is a path in the message
+    # from the settings by path: a nested mapping of constants is a path in the message
     constants = {
         path.removeprefix("constants/").replace("/", "."): value
-        for path, value in flat.items()
+        for path, value in values_by_path.items()
         if path.startswith("constants/")
     }
     return TopicSettings(

@@ -1,7 +1,8 @@
 """Interfaces as topics: publishes writes of the blackboard, or writes received messages to it.
 
-An interface has a writer and readers, which send messages to the writer. A published interface is written
-here, and its messages come from ROS. A written interface is written from ROS, and its messages go there.
+An interface has a writer and readers, which send messages to the writer. The writer of a
+published interface is in this system, and nodes of ROS send messages to the writer. A written interface has
+its writer in ROS, and readers in this system send messages there.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from cxbridge_ros2.stamps import stamp_of
 OWNER: Final = "ROS 2"
 
 _QUEUE_LIMIT: Final = 100  # messages that wait for the next loop
-_SUFFIX: Final = "Message"  # of messages' names, which topics leave out
+_SUFFIX: Final = "Message"  # the end of the names of messages, which topics leave out
 
 
 def topic_of(interface_type: str, interface_id: str) -> str:
@@ -66,25 +67,25 @@ class PublishedInterfaces(Closing):
         self._board = board
         self._publish: dict[str, Callable[[InterfaceChange], None]] = {}
         self._publishers: list[Publisher] = []
-        self._ends: list[Callable[[], None]] = []
+        self._closers: list[Callable[[], None]] = []
         self._topics: set[str] = set()
         self._refused: set[str] = set()
         self._feed = Feed(board, OWNER)
         try:
             for instance in self._feed.follow(settings.pattern.type_glob, settings.pattern.id_glob):
-                self._take(self._feed.now(instance))
+                self._publish_change(self._feed.now(instance))
         except Exception:
             self.close()
             raise
 
     def loop(self) -> None:
         while (change := self._feed.next(Deadline(0))) is not None:
-            self._take(change)
+            self._publish_change(change)
         for instance in self._feed.opened:
             if instance.uid not in self._publish:  # an interface without a write so far
-                self._take(self._feed.now(instance))
+                self._publish_change(self._feed.now(instance))
 
-    def _take(self, change: InterfaceChange) -> None:
+    def _publish_change(self, change: InterfaceChange) -> None:
         if change.uid in self._written_uids or change.uid in self._refused:
             return
         try:
@@ -128,7 +129,7 @@ class PublishedInterfaces(Closing):
             kind = type_of(instance.type, schema.name)
             needs = self._node.rights.of_message(instance.type, schema.name)
             message_topic = f"{topic}/{schema.name.removesuffix(_SUFFIX)}"
-            self._ends.append(self._node.subscribe(message_topic, kind, send, needs=needs))
+            self._closers.append(self._node.subscribe(message_topic, kind, send, needs=needs))
 
     def _send(self, instance: Interface, name: str, names: Mapping[str, str], message: Message) -> None:
         try:
@@ -140,7 +141,7 @@ class PublishedInterfaces(Closing):
             self._log.warn(f"{instance.uid} did not get a {name}: {error.message}")
 
     def close(self) -> None:
-        for end in self._ends:
+        for end in self._closers:
             end()
         for publisher in self._publishers:
             publisher.close()
@@ -169,10 +170,10 @@ class WrittenInterface(Closing):
                 kind = type_of(interface_type, message.name)
                 publisher = node.publisher(f"{topic}/{message.name.removesuffix(_SUFFIX)}", kind)
                 self._publishers[message.name] = publisher, field_names(message.fields)
-            self._end = node.subscribe(
+            self._close_subscription = node.subscribe(
                 topic,
                 settings.type or type_of(interface_type),
-                self._take,
+                self._write_message,
                 settings.qos,
                 needs=right_of_frame("ros2-interfaces", WRITE),
             )
@@ -192,7 +193,7 @@ class WrittenInterface(Closing):
                 values = message.as_dict()
                 publisher.publish({ros_field: _to_ros(values[field]) for field, ros_field in names.items()})
 
-    def _take(self, message: Message) -> None:
+    def _write_message(self, message: Message) -> None:
         try:
             for field, path in self._paths.items():
                 self._instance.set(field, _from_ros(self._instance.field(field), value_at(message, path)))
@@ -203,7 +204,7 @@ class WrittenInterface(Closing):
                 self._log.warn(f"{self.uid} was not written: {error.message}")
 
     def close(self) -> None:
-        self._end()
+        self._close_subscription()
         for publisher, _ in self._publishers.values():
             publisher.close()
         self._instance.close()
@@ -226,7 +227,7 @@ def _paths(settings: TopicSettings, schema: InterfaceSchema) -> Mapping[str, str
 def _to_ros(value: Any) -> Any:
     """Convert a value of an interface for a message."""
     if isinstance(value, str):
-        return value.encode("utf-8", "replace").decode()  # blocks may have bytes that are no UTF-8
+        return value.encode("utf-8", "replace").decode()  # blocks may have invalid UTF-8
     if isinstance(value, tuple):
         return [_to_ros(element) for element in value]
     return value.value if isinstance(value, Enum) else value

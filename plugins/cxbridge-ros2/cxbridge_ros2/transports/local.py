@@ -76,7 +76,7 @@ class LocalGraph:
         self.servers = {name: server for name, server in self.servers.items() if server.node is not node}
 
     def settle(self) -> bool:
-        """Poll all nodes until no messages are left; return whether none are left."""
+        """Poll all nodes until no messages are left; return False if the nodes do not stop."""
         for _ in range(MAX_ROUNDS):
             # a list, since any() of a generator would stop at the first node that had a message
             handled = [node.poll() for node in list(self._nodes)]
@@ -86,6 +86,8 @@ class LocalGraph:
 
 
 class LocalNode(Node):
+    """A node of this process."""
+
     def __init__(self, graph: LocalGraph, name: str, report: Report | None = None) -> None:
         super().__init__(report)
         self.name = name
@@ -111,7 +113,7 @@ class LocalNode(Node):
             if qos.durability == "transient_local":
                 graph.latched.setdefault(topic, deque(maxlen=qos.depth)).append((kind, data))
             for subscription in list(graph.subscriptions.get(topic, ())):
-                subscription.node.take(topic, subscription, kind, data)
+                subscription.node.enqueue(topic, subscription, kind, data)
 
         return Publisher(publish, lambda: len(graph.subscriptions.get(topic, ())), lambda: None)
 
@@ -123,7 +125,7 @@ class LocalNode(Node):
         subscriptions.append(subscription)
         if qos.durability == "transient_local":
             for kind, data in self.graph.latched.get(topic, ()):
-                self.take(topic, subscription, kind, data)
+                self.enqueue(topic, subscription, kind, data)
 
         def end() -> None:
             if subscription in subscriptions:
@@ -131,7 +133,7 @@ class LocalNode(Node):
 
         return end
 
-    def take(self, topic: str, subscription: _Subscription, kind: TypeName, data: bytes) -> None:
+    def enqueue(self, topic: str, subscription: _Subscription, kind: TypeName, data: bytes) -> None:
         """Queue a message for a subscription until this node is polled."""
         if kind != subscription.kind:
             self.complain(f"type {topic}", f"{topic}: {kind} comes, {subscription.kind} is wanted")
@@ -197,7 +199,8 @@ class _LocalClient(Client):
 
     def _finish(self, number: int, response: Message) -> None:
         if number in self._pending:
-            self._pending.pop(number)[0](response)
+            done, _failed = self._pending.pop(number)
+            done(response)
 
     @property
     def _server(self) -> _Server | None:

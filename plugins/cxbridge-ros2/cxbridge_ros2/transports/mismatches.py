@@ -40,12 +40,12 @@ def public_name(name: str) -> str:
 def mismatch(
     name: str, peer: str, their_type: str, their_hash: str, our_type: TypeName, our_hash: str
 ) -> str:
-    """Return how the type of another node's endpoint differs from ours; empty if it does not.
+    """Return how the type of another node's endpoint differs from ours; empty if the types are equal.
 
     :param name: the topic, service or action.
     :param peer: the kind of the other endpoint, such as ``publisher``.
-    :param their_type: its DDS type.
-    :param their_hash: its hash of the type; an empty hash is unknown, as in Humble.
+    :param their_type: the DDS type of the other endpoint.
+    :param their_hash: the other endpoint's hash of the type; an empty hash is unknown, as in Humble.
     """
     if their_type != our_type.dds:
         return (

@@ -42,8 +42,8 @@ _BATCH: Final = 256  # callbacks per poll, so that a fast topic does not starve 
 class RclpyNode(Node):
     """A node of rclpy.
 
-    :param definitions: must equal the types of the sourced environment.
-    :param domain: by default ``ROS_DOMAIN_ID``.
+    :param definitions: the types, which must equal those of the sourced environment.
+    :param domain: the domain; by default ``ROS_DOMAIN_ID``.
     :param report: see the base class.
     :raises Ros2Error: if ROS cannot start.
     """
@@ -59,7 +59,7 @@ class RclpyNode(Node):
         self.name = name
         self._definitions = definitions
         self._codec = Codec(definitions)
-        self._rclpy = rclpy = _rclpy()
+        self._rclpy = rclpy = _import_rclpy()
         if domain is not None and domain > MAX_DDS_DOMAIN and "zenoh" not in _rmw(rclpy):
             # some RMWs abort the process for an invalid domain
             raise Ros2Error(f"there is no domain {domain}: the last of {_rmw(rclpy)} is {MAX_DDS_DOMAIN}")
@@ -75,7 +75,7 @@ class RclpyNode(Node):
                 name,
                 context=self._context,
                 use_global_arguments=False,
-                start_parameter_services=False,  # our class Parameters serves them
+                start_parameter_services=False,  # the class Parameters serves them
                 enable_rosout=False,
             )
         except Exception as error:  # noqa: BLE001 - rclpy's errors have no common base class
@@ -91,11 +91,13 @@ class RclpyNode(Node):
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
         name = parse_type(message_type)
-        rcl_publisher = self._node.create_publisher(self._class(name), check_topic(topic), self._qos(qos))
+        rcl_publisher = self._node.create_publisher(
+            self._message_class(name), check_topic(topic), self._qos(qos)
+        )
         return Publisher(
             lambda message: rcl_publisher.publish(self._codec.encode(name, message)),
             lambda: int(rcl_publisher.get_subscription_count()),
-            self._ending("publisher", rcl_publisher),
+            self._make_closer("publisher", rcl_publisher),
         )
 
     def _subscribe(
@@ -105,18 +107,18 @@ class RclpyNode(Node):
 
         def take(data: bytes) -> None:
             self._received += 1
-            message = self._decoded(topic, partial(self._codec.decode, name, data))
+            message = self._decode_or_complain(topic, partial(self._codec.decode, name, data))
             if message is not None:
                 callback(message)
 
         rcl_subscription = self._node.create_subscription(
-            self._class(name), check_topic(topic), take, self._qos(qos), raw=True
+            self._message_class(name), check_topic(topic), take, self._qos(qos), raw=True
         )
-        return self._ending("subscription", rcl_subscription)
+        return self._make_closer("subscription", rcl_subscription)
 
     def client(self, service: str, service_type: str) -> Client:
         name = parse_type(service_type, "srv")
-        kind = self._service(name)
+        kind = self._service_class(name)
         rcl_client = self._node.create_client(
             kind, check_topic(service), qos_profile=self._qos(PROFILES["services_default"])
         )
@@ -134,12 +136,12 @@ class RclpyNode(Node):
             encode,
             decode,
             lambda: self._servers(rcl_client, service),
-            self._ending("client", rcl_client),
+            self._make_closer("client", rcl_client),
         )
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
         name = parse_type(service_type, "srv")
-        kind = self._service(name)
+        kind = self._service_class(name)
         request, response = name.derived("Request"), name.derived("Response")
 
         def take(message: Any, _response: object) -> _Response:
@@ -151,10 +153,10 @@ class RclpyNode(Node):
         rcl_service = self._node.create_service(
             kind, check_topic(service), take, qos_profile=self._qos(PROFILES["services_default"])
         )
-        # rclpy answers later with a coroutine, which would keep its executor busy until the response
+        # in rclpy, a later response takes a coroutine, which would keep its executor busy until the response
         send = rcl_service.send_response
         rcl_service.send_response = lambda later, header: later.send_with(lambda reply: send(reply, header))
-        return self._ending("service", rcl_service)
+        return self._make_closer("service", rcl_service)
 
     def poll(self, timeout_s: float = 0.0) -> bool:
         received_before = self._received
@@ -174,7 +176,7 @@ class RclpyNode(Node):
 
     # --- rclpy --------------------------------------------------------------------------------------------
 
-    def _ending(self, kind: str, entity: Any) -> Callable[[], None]:
+    def _make_closer(self, kind: str, entity: Any) -> Callable[[], None]:
         """Return the function that closes an entity of this node."""
         destroy = getattr(self._node, f"destroy_{kind}")
         return lambda: destroy(entity) if self._context.ok() else None
@@ -187,22 +189,22 @@ class RclpyNode(Node):
         gids = (bytes(publisher.endpoint_gid) for publisher in publishers)
         return frozenset(int.from_bytes(gid, "big") for gid in gids) or frozenset({0})
 
-    def _class(self, name: TypeName) -> Any:
+    def _message_class(self, name: TypeName) -> Any:
         """Return the Python class of a message."""
         self._definitions.fields(name)  # raises the error about an unknown type
-        message_class = _member(name)
-        self._compare(name, message_class)
+        message_class = _python_class(name)
+        self._check_fields(name, message_class)
         return message_class
 
-    def _service(self, name: TypeName) -> Any:
+    def _service_class(self, name: TypeName) -> Any:
         """Return the Python class of a service."""
         self._definitions.fields(name.derived("Request"))  # raises the error about an unknown type
-        service_class = _member(name)
-        self._compare(name.derived("Request"), service_class.Request)
-        self._compare(name.derived("Response"), service_class.Response)
+        service_class = _python_class(name)
+        self._check_fields(name.derived("Request"), service_class.Request)
+        self._check_fields(name.derived("Response"), service_class.Response)
         return service_class
 
-    def _compare(self, name: TypeName, sourced_class: Any) -> None:
+    def _check_fields(self, name: TypeName, sourced_class: Any) -> None:
         """Check that the sourced type equals our definition, since CDR does not reveal a difference."""
         ours = [field for field, _ in self._definitions.fields(name) if field != PLACEHOLDER]
         theirs = list(sourced_class.get_fields_and_field_types())
@@ -295,7 +297,7 @@ class _Response:
             self._send(self._response)
 
 
-def _rclpy() -> Any:
+def _import_rclpy() -> Any:
     """Return rclpy with all modules that are used here."""
     try:
         for module in ("context", "executors", "qos", "serialization", "signals", "utilities"):
@@ -313,7 +315,7 @@ def _rmw(rclpy: Any) -> str:
     return str(rclpy.utilities.get_rmw_implementation_identifier())
 
 
-def _member(name: TypeName) -> Any:
+def _python_class(name: TypeName) -> Any:
     """Return the Python class of a message or a service."""
     action, _, suffix = name.name.rpartition("_")
     try:

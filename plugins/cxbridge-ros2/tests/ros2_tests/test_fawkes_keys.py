@@ -11,7 +11,7 @@ from cxbridge.errors import ConfigError
 from cxbridge.run.agent import Run
 from cxbridge.run.components.table import needed_components
 from cxbridge.run.options import RunOptions
-from cxbridge_ros2.fawkes_keys import OF_FAWKES, has_ours
+from cxbridge_ros2.fawkes_keys import FAWKES_KEYS, has_ours
 from cxbridge_ros2.settings import NODE_KEYS, node_settings, section_values
 from tests.run.mini import write_scenario
 from tests.support import ROBOTINO_DIR
@@ -29,7 +29,7 @@ ros2:
     static-update-interval: 1.0
 """
 TREES = (
-    *OF_FAWKES,
+    *FAWKES_KEYS,
     *(f"/ros2/{tree}" for tree in ("node", "performers", "experts", "interfaces", "skiller")),
 )
 
@@ -48,7 +48,7 @@ def test_a_run_with_it_starts_and_joins_no_domain(tmp_path: Path):
         run.start()
 
 
-@pytest.mark.parametrize("tree", OF_FAWKES)
+@pytest.mark.parametrize("tree", FAWKES_KEYS)
 def test_ours_beside_them_are_read(tree: str, tmp_path: Path):
     config = configuration(tmp_path, ROBOT)
     config.set(f"{tree}/domain", 7)
@@ -58,7 +58,7 @@ def test_ours_beside_them_are_read(tree: str, tmp_path: Path):
     assert settings.domain == 7
 
 
-@pytest.mark.parametrize("tree", OF_FAWKES)
+@pytest.mark.parametrize("tree", FAWKES_KEYS)
 def test_a_misspelt_one_is_a_mistake_of_that_line(tree: str, tmp_path: Path):
     config = configuration(tmp_path, f"{ROBOT}---\nros2: {{{tree.removeprefix('/ros2/')}: {{domian: 7}}}}\n")
     with pytest.raises(ConfigError, match="has no setting 'domian'") as caught:
@@ -67,7 +67,7 @@ def test_a_misspelt_one_is_a_mistake_of_that_line(tree: str, tmp_path: Path):
 
 
 def test_none_of_them_is_a_name_of_ours():
-    assert not frozenset(NODE_KEYS) & frozenset().union(*OF_FAWKES.values())
+    assert not frozenset(NODE_KEYS) & frozenset().union(*FAWKES_KEYS.values())
 
 
 @pytest.mark.skipif(ROBOTINO_DIR is None, reason="ROBOTINO_DIR does not name a checkout")

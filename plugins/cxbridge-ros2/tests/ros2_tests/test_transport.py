@@ -27,7 +27,7 @@ from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.transports.dds import DdsNode
 from cxbridge_ros2.transports.dds.domain import _domains
-from cxbridge_ros2.transports.dds.services import _Introduction, matched, owner_data, write
+from cxbridge_ros2.transports.dds.services import _Introduction, matched_handles, owner_data, write
 from cxbridge_ros2.transports.environment import has_rclpy
 from cxbridge_ros2.transports.rclpy import RclpyNode
 from cxbridge_ros2.transports.rosbridge import RosbridgeNode
@@ -393,7 +393,7 @@ def test_a_response_waits_until_its_reader_is_found(domain: int):
         writer = asks._writer("rq/lateRequest", request, qos, whose)
         got: list[bytes] = []
         introduction = _Introduction(writer)
-        poll_until(server, lambda: introduction.introduced(frozenset(writer.get_matched_subscriptions())))
+        poll_until(server, lambda: introduction.filter(frozenset(writer.get_matched_subscriptions())))
         made = Codec(types).encode(request, {"a": 1, "b": 2})
         write(writer, made[:4] + bytes(16) + made[4:])
         poll_until(server, lambda: server._servers[0]._unsent)
@@ -430,7 +430,7 @@ def test_an_endpoint_that_comes_while_the_wheel_counts_is_counted():
             raise IndexError("invalid index")
         return answer
 
-    assert matched(handles) == [1, 2]
+    assert matched_handles(handles) == [1, 2]
 
 
 def test_what_has_ended_is_gone_for_others_and_does_nothing_more(domain: int):

@@ -49,7 +49,7 @@ def test_a_bag_does_not_unpack_beyond_the_limit(
         run = open_run(tmp_path / "bag")
         list(run)
         list(run.description())
-        with run._opened() as bag:  # type: ignore[attr-defined]
+        with run._open() as bag:  # type: ignore[attr-defined]
             list(run._messages(bag, lambda _connection: True))  # type: ignore[attr-defined]
         told = " ".join(run.notes)
     except CxbridgeError as error:
@@ -85,6 +85,6 @@ def test_a_message_of_a_rosbridge_that_is_too_large_ends_the_connection(
     client = RosbridgeConnection(url)
     ops: list[str] = []
     while "" not in ops:
-        ops += [str(op["op"]) for op in client.received(WAIT_S)]
+        ops += [str(op["op"]) for op in client.receive(WAIT_S)]
     client.close()
     assert ops[:2] == ["small", ""]

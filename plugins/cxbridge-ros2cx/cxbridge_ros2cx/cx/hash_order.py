@@ -1,11 +1,11 @@
-"""The original's order of activation of environments: that of a GNU C++ hash table."""
+"""The order in which carologistics/clips_executive activates environments: that of a GNU C++ hash table."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import Final
 
-_BUCKETS: Final = (13, 29, 59, 127, 257, 541, 1109)  # sizes of a growing table
+_BUCKETS: Final = (13, 29, 59, 127, 257, 541, 1109)  # numbers of buckets of a growing table
 
 _SEED: Final = 0xC70F6907  # of libstdc++'s std::hash
 _FACTOR: Final = 0xC6A4A7935BD1E995  # multiplier of MurmurHash64A
@@ -41,11 +41,11 @@ def hash_of(text: str) -> int:
     digest = _SEED ^ (len(data) * _FACTOR & _WORD)
     for offset in range(0, tail, 8):
         word = int.from_bytes(data[offset : offset + 8], "little")
-        digest = (digest ^ (_mixed(word * _FACTOR & _WORD) * _FACTOR & _WORD)) * _FACTOR & _WORD
+        digest = (digest ^ (_shift_mix(word * _FACTOR & _WORD) * _FACTOR & _WORD)) * _FACTOR & _WORD
     if data[tail:]:
         digest = (digest ^ int.from_bytes(data[tail:], "little")) * _FACTOR & _WORD
-    return _mixed(_mixed(digest) * _FACTOR & _WORD)
+    return _shift_mix(_shift_mix(digest) * _FACTOR & _WORD)
 
 
-def _mixed(word: int) -> int:
+def _shift_mix(word: int) -> int:
     return word ^ (word >> 47)

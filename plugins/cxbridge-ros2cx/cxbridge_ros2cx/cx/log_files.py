@@ -14,7 +14,7 @@ from cxbridge.executive.host.loggers import ClipsLogger
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-_LEVEL: Final = "info"  # original's file log has the same level in each line
+_LEVEL: Final = "info"  # the original writes this level into each line of a file
 
 
 class EnvironmentLog:
@@ -60,7 +60,7 @@ class EnvironmentLogs:
         self._logs: list[EnvironmentLog] = []
 
     def begin(self, env: ClipsEnvironment) -> None:
-        """Open the log file of an environment and connect it.
+        """Open the log file of an environment, and write the environment's output into the file.
 
         :raises TraceError: if the file is not writable.
         """

@@ -1,4 +1,4 @@
-"""Life of the environments and plug-ins of a node, in the original's order."""
+"""The life cycle of a node's environments and plug-ins, in the order of the original executive."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ class CxManager(EnvironmentManager):
         self.plugin_log = context.bus.logger("CLIPSPluginManager")
         self._logs = logs
         self.plugins: dict[str, CxPlugin] = {}  # created plug-ins by name
-        # plug-ins that receive messages, and plug-ins with work in loops: an idle loop calls no others
-        self.takers: tuple[CxPlugin, ...] = ()
+        # plug-ins that receive messages, and plug-ins with work in loops: a loop calls only these
+        self.receivers: tuple[CxPlugin, ...] = ()
         self.tickers: tuple[CxPlugin, ...] = ()
         self._loaded: dict[str, list[str]] = {}
         self._reported: set[str] = set()
-        # whether a failed plug-in is an error; otherwise the environment runs without that plug-in.
+        # whether a failed plug-in is an error; otherwise the environment runs without that plug-in
         self.is_strict = False
 
     def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
@@ -53,6 +53,7 @@ class CxManager(EnvironmentManager):
         :raises CxbridgeError: if the name is taken or a parameter of the environment is invalid.
         """
         if name in self._entries:
+            # the text of the original, with its misspelling
             raise ClipsError(f"Enviroment {name} already exists!")
         parameters = self.context.parameters
         items = parameters.get_strings(f"{name}.watch")
@@ -98,14 +99,14 @@ class CxManager(EnvironmentManager):
         env = self._entries[name].environment
         try:
             plugin = self._plugin(feature_name)
-        except Exception as error:  # noqa: BLE001 - as in attempt
+        except Exception as error:  # noqa: BLE001 - a plug-in of another package may raise anything
             located = with_place(feature_name, error)
             if self.is_strict:
                 raise located from None
             self.plugin_log.error(str(located))
             return FALSE
         with env.lock:
-            if feature_name in self._loaded[name]:  # as in the original: it defines all again
+            if feature_name in self._loaded[name]:  # as in the original, a second request defines all again
                 env.udfs.revoke(self._entries[name].functions[feature_name], "")
             previous_names = env.udfs.names
             if not self.attempt(plugin, partial(plugin.init_context, env)):
@@ -134,12 +135,12 @@ class CxManager(EnvironmentManager):
             self.plugin_log.info(f"Created plugin: {name} of type {class_name} on activation")
             plugin.initialize()
             self.plugins[name] = plugin
-            self._sort()
+            self._find_receivers_and_tickers()
         return self.plugins[name]
 
-    def _sort(self) -> None:
+    def _find_receivers_and_tickers(self) -> None:
         plugins = self.plugins.values()
-        self.takers = tuple(plugin for plugin in plugins if type(plugin).take is not CxPlugin.take)
+        self.receivers = tuple(plugin for plugin in plugins if type(plugin).take is not CxPlugin.take)
         self.tickers = tuple(plugin for plugin in plugins if type(plugin).tick is not CxPlugin.tick)
 
     def loaded_features(self, name: str) -> tuple[str, ...]:
@@ -165,6 +166,7 @@ class CxManager(EnvironmentManager):
         self.attempt(plugin, partial(plugin.context_destroyed, env))
         self._loaded[env.name].remove(name)
         reason = f"the plug-in '{name}' was unloaded from the environment '{env.name}'"
+        # a plug-in that was loaded twice keeps its functions until the second unloading
         if name not in self._loaded[env.name]:
             env.udfs.revoke(self._entries[env.name].functions.pop(name, ()), reason)
 
@@ -179,7 +181,7 @@ class CxManager(EnvironmentManager):
         """Finalize all plug-ins after their environments have unloaded them."""
         for name in reversed(list(self.plugins)):
             plugin = self.plugins.pop(name)
-            self._sort()
+            self._find_receivers_and_tickers()
             self.attempt(plugin, plugin.finalize)
             self.plugin_log.info(f"[{name}] Deactivated!")
 

@@ -20,31 +20,32 @@ CONFIGURE, ACTIVATE, DEACTIVATE, SHUTDOWN = "configure", "activate", "deactivate
 
 
 class CxNode(Executive):
-    """The node. Each environment runs at activation, at the end, and at each tick of an executive plug-in.
+    """The node. Rules run at activation, at the end, and at each tick of an executive plug-in.
 
     :param manager: the owner of environments and plug-ins.
     """
 
     knows_goals: ClassVar[bool] = False
+    manager: CxManager
 
     def __init__(
         self, manager: CxManager, config: Configuration, mapper: ActionMapper, files: CoreFiles
     ) -> None:
         self.names = environment_names(manager.context)
-        self.node = manager
         self._first_error = ""
         self._fired = 0
         self._is_active = self._was_active = False
         self._title = manager.context.parameters.name.strip("/")
         self._services: NodeServices | None = None
         manager.context.run_environment = self._run_environment
-        manager.bus.subscribe(self._note, LogLine)
+        manager.bus.subscribe(self._remember_first_error, LogLine)
         manager.log.info(f"Configuring [{self._title}]...")
         super().__init__(manager, config, mapper, files, self.names[0])
+        # an inspection loads all plug-ins into the first environment: see load_core
         for name in () if manager.context.is_look else self.names[1:]:
             manager.create(name)
 
-    def _note(self, event: Event) -> None:
+    def _remember_first_error(self, event: Event) -> None:
         assert isinstance(event, LogLine)
         if event.level is Level.ERROR and not self._first_error:
             self._first_error = event.text.strip().partition("\n")[0] or "an empty line"
@@ -56,39 +57,41 @@ class CxNode(Executive):
     def init(self) -> None:
         """Activate the node and offer its services to peers.
 
-        With ``autostart_node: false`` the node waits for a peer to activate it, unless it has no peers.
+        With ``autostart_node: false`` a node with peers waits until a peer activates it.
         """
-        context = self.node.context
+        context = self.manager.context
+        # true, as in the original's launch file; the original's node itself defaults to false
         starts = context.parameters.get("autostart_node", default=True)
         if starts or not context.ros.has_peers:
             self.activate()
         if context.ros.has_peers:
-            from cxbridge_ros2.lifecycle import LifecycleState  # noqa: PLC0415 - a start counts
+            from cxbridge_ros2.lifecycle import LifecycleState  # noqa: PLC0415 - slow to import, unneeded without peers
             from cxbridge_ros2cx.cx.ros.node_services import NodeServices  # noqa: PLC0415 - likewise
 
             state = LifecycleState.ACTIVE if self._is_active else LifecycleState.UNCONFIGURED
+            # the environments exist from the start, so configuration has no work left
             work = {CONFIGURE: lambda: True, ACTIVATE: self.activate}
             work |= {DEACTIVATE: self.deactivate, SHUTDOWN: self._shut_down}
-            self._services = NodeServices(self.node, work, state)
+            self._services = NodeServices(self.manager, work, state)
 
     def activate(self) -> bool:
         """Load the plug-ins of each environment, then reset and run each environment."""
-        self.node.log.info(f"Activating [{self._title}]...")
-        if self._was_active:  # plug-ins define their functions again
+        self.manager.log.info(f"Activating [{self._title}]...")
+        if self._was_active:  # the plug-ins define their functions and templates again
             for name in self.names:
-                self.node.stock(name).clear()
+                self.manager.stock(name).clear()
         self._is_active = self._was_active = True
         for name in self.names:
-            self.node.load_plugins(name)
+            self.manager.load_plugins(name)
         # as in the original, no rule fires before all environments have their plug-ins
-        for env in map(self.node.stock, self.names):
+        for env in map(self.manager.stock, self.names):
             env.watcher.start()
             with env.lock:
                 env.reset()
                 self._run_environment(env)
             env.emit_settings()
-        self._take()
-        self.node.log.info(f"Activated [{self._title}]...")
+        self._receive_messages()
+        self.manager.log.info(f"Activated [{self._title}]...")
         return True
 
     def _shut_down(self) -> bool:
@@ -99,10 +102,10 @@ class CxNode(Executive):
         """Load the plug-ins of all environments into the first one, for commands that inspect agents."""
         loaded: set[str] = set()
         for name in self.names:
-            for plugin in self.node.context.parameters.get_strings(f"{name}.plugins"):
+            for plugin in self.manager.context.parameters.get_strings(f"{name}.plugins"):
                 if plugin not in loaded:
                     loaded.add(plugin)
-                    self.node.request(self.names[0], plugin)
+                    self.manager.request(self.names[0], plugin)
 
     def _run_environment(self, env: StockEnvironment) -> int:
         """Run an environment's rules until its agenda is empty; the caller holds its lock."""
@@ -115,25 +118,25 @@ class CxNode(Executive):
         """Run due plug-ins and return the number of fired rules: 0 while the debugger has stopped."""
         if self.control is not None and self.control.within_loop:
             return self.control.run()
-        self._take()  # so that plug-ins see what has come since the last loop
-        for plugin in self.node.tickers:
-            self.node.attempt(plugin, plugin.tick)
+        self._receive_messages()  # before the ticks, so that plug-ins see the messages since the last loop
+        for plugin in self.manager.tickers:
+            self.manager.attempt(plugin, plugin.tick)
         if self._services is not None:
             self._services.tick()
-        self._take()  # what nodes of this process have sent meanwhile
+        self._receive_messages()  # the messages that nodes of this process have sent during the ticks
         fired, self._fired = self._fired, 0
         return fired
 
-    def _take(self) -> None:
+    def _receive_messages(self) -> None:
         """Receive messages of other nodes."""
-        self.node.context.ros.spin()
-        for plugin in self.node.takers:
-            self.node.attempt(plugin, plugin.take)
+        self.manager.context.ros.spin()
+        for plugin in self.manager.receivers:
+            self.manager.attempt(plugin, plugin.take)
 
     @property
     def is_over(self) -> bool:
         """Whether an agent has requested the end."""
-        return any(env.quit_requested for env in self.node.environments.values())
+        return any(env.quit_requested for env in self.manager.environments.values())
 
     @property
     def maintained(self) -> list[str]:
@@ -149,11 +152,11 @@ class CxNode(Executive):
 
     def deactivate(self) -> bool:
         """Run the shutdown rules and unload the plug-ins; environments stay."""
-        self.node.log.info(f"Deactivating [{self._title}]...")
+        self.manager.log.info(f"Deactivating [{self._title}]...")
         self._is_active = False
-        # environments of the parameters first, in their order; then those created at run time
-        names = sorted(self.node.environments, key=lambda name: (*self.names, name).index(name))
-        for env in map(self.node.stock, names):
+        # the environments of the parameters first, in their order; then those created at run time
+        names = sorted(self.manager.environments, key=lambda name: (*self.names, name).index(name))
+        for env in map(self.manager.stock, names):
             with env.lock:
                 env.assert_string("(executive-finalize)")
                 env.refresh_agenda()
@@ -163,9 +166,9 @@ class CxNode(Executive):
                     )
                 env.emit_settings()
         for name in names:
-            self.node.unload_plugins(name)
-        self.node.finalize_plugins()
-        self.node.log.info(f"Deactivated [{self._title}]...")
+            self.manager.unload_plugins(name)
+        self.manager.finalize_plugins()
+        self.manager.log.info(f"Deactivated [{self._title}]...")
         return True
 
     def finalize(self) -> None:

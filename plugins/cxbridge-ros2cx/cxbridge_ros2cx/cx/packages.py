@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.file_access import walk
-from cxbridge_ros2cx.cx.cmake import Command, installed, read_commands
+from cxbridge_ros2cx.cx.cmake import Command, find_installed, read_commands
 
 _INDEX: Final = "share/ament_index/resource_index"
 _PACKAGES: Final = "packages"
@@ -25,8 +25,12 @@ _PLUGIN_RESOURCE: Final = "cx_plugin__pluginlib__plugin"
 _LINKED: Final = "cx_generate_linked_protobuf_plugin_from_proto"
 # package.xml is searched, not parsed: a folder with a broken one is no package
 _NAME: Final = re.compile(r"<name>\s*([\w-]+)\s*</name>")
-# folders that Python packages usually install
-_PLAIN: Final = ("clips", "config", "launch", "params", "pddl", "proto", "msg", "srv", "action", "resource")
+# the folders that Python packages usually install: setup.py is not executed to find the true ones
+_PYTHON_FOLDERS: Final = (
+    *("clips", "config", "launch", "params", "pddl", "proto"),
+    *("msg", "srv", "action", "resource"),
+)
+# output of colcon, which has copies of the packages, and the packages of npm
 _NOT_SEARCHED: Final = frozenset({"build", "install", "log", "node_modules"})
 _IGNORED: Final = ("COLCON_IGNORE", "AMENT_IGNORE")
 
@@ -49,7 +53,7 @@ class InstalledPrefix:
         return self.path / "share" / package
 
     def file(self, package: str, name: str) -> Path:
-        """Return the path of a package's file, e.g. of a definition."""
+        """Return the path of a package's file, e.g. of a message definition."""
         return self.share(package) / name
 
     def linked_protos(self, class_name: str) -> list[Path]:
@@ -57,7 +61,7 @@ class InstalledPrefix:
         for package, description in self.resources(_PLUGIN_RESOURCE).items():
             share = self.share(package)
             files = (self.path / line for line in description.split())
-            if any(f'"{class_name}"' in _text(file) for file in files):
+            if any(f'"{class_name}"' in _read_text(file) for file in files):
                 return sorted(share.rglob("*.proto"))
         return []
 
@@ -111,11 +115,11 @@ class SourceTree:
             self._linked.add(package)
             folder = self.packages[package]
             _link(folder / "package.xml", share / "package.xml")
-            for entry in installed(self._commands[package], folder):
+            for entry in find_installed(self._commands[package], folder):
                 if entry.target.startswith("share/"):
                     _link(entry.source, self.path / entry.target)
             if (folder / "setup.py").is_file():
-                for name in _PLAIN:
+                for name in _PYTHON_FOLDERS:
                     _link(folder / name, share / name)
         return share
 
@@ -186,7 +190,7 @@ class Packages:
         return [folder for folder in trees if folder.is_dir()]
 
 
-def _text(file: Path) -> str:
+def _read_text(file: Path) -> str:
     try:
         return file.read_text("utf-8", "replace")
     except OSError:

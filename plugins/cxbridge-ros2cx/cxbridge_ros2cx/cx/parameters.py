@@ -27,7 +27,7 @@ _FLOAT: Final = re.compile(r"[+-]?((\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?|\.(inf|In
 
 Scalar = bool | int | float | str  # value of a parameter, or an element of its list
 
-_NAMES: Final[dict[type, str]] = {bool: "a bool", int: "an integer", float: "a double", str: "a string"}
+_TYPE_NAMES: Final[dict[type, str]] = {bool: "a bool", int: "an integer", float: "a double", str: "a string"}
 
 T = TypeVar("T", bound=Scalar)
 
@@ -59,6 +59,7 @@ class NodeParameters:
         """Read a node's parameters from a file.
 
         :param node_name: the full name of a node other than ``clips_manager``.
+        :raises ConfigError: if the file is unreadable or not a parameter file.
         """
         try:
             data = file.read_bytes()
@@ -75,7 +76,7 @@ class NodeParameters:
         parameters: dict[str, Parameter] = {}
         for pattern, node in sections:
             if _matches(pattern, name):
-                parameters.update(_flat(node, ""))
+                parameters.update(_flatten(node, ""))
         return cls(file, parameters, name)
 
     def __iter__(self) -> Iterator[tuple[str, Parameter]]:
@@ -99,7 +100,7 @@ class NodeParameters:
             return default
         kind = type(default)
         if type(parameter.value) is not kind:
-            raise self.wrong(name, f"must be {_NAMES[kind]}, not {_text_of(parameter.value)}")
+            raise self.wrong(name, f"must be {_TYPE_NAMES[kind]}, not {_text_of(parameter.value)}")
         return parameter.value
 
     def get_strings(self, name: str) -> tuple[str, ...]:
@@ -149,13 +150,14 @@ def _names_environments(node: YamlMap) -> bool:
     return any(isinstance(key, YamlScalar) and key.text == ENVIRONMENTS for key, _ in node.pairs)
 
 
-def _flat(node: YamlMap, prefix: str) -> Iterator[tuple[str, Parameter]]:
+def _flatten(node: YamlMap, prefix: str) -> Iterator[tuple[str, Parameter]]:
+    """Yield the parameters below a map, each with its full name."""
     for key, value in node.pairs:
         if not isinstance(key, YamlScalar):
             raise key.mark.error("the name of a parameter must be a string")
         name = f"{prefix}{key.text}"
         if isinstance(value, YamlMap):
-            yield from _flat(value, f"{name}.")
+            yield from _flatten(value, f"{name}.")
         elif isinstance(value, YamlList):
             yield name, Parameter(_list(name, value), value.mark)
         elif value.null:
@@ -198,4 +200,4 @@ def _scalar(node: YamlScalar) -> Scalar:
 def _text_of(value: Scalar | tuple[Scalar, ...]) -> str:
     if isinstance(value, tuple):
         return f"a list of {len(value)}"
-    return f"{_NAMES[type(value)]} ({str(value).lower() if isinstance(value, bool) else value!r})"
+    return f"{_TYPE_NAMES[type(value)]} ({str(value).lower() if isinstance(value, bool) else value!r})"

@@ -1,8 +1,8 @@
 """The base class of the executive's plug-ins in Python, and the table of plug-in classes.
 
-A plug-in of the original is a C++ class (``cx::FileLoadPlugin``). The environments share one object per
-plug-in name of the parameters. Its life: ``initialize`` once, ``init_context`` and ``context_destroyed`` per
-environment, ``finalize`` once.
+A plug-in of the original (carologistics/clips_executive) is a C++ class (``cx::FileLoadPlugin``). The
+environments share one object per plug-in name of the parameters. Its life: ``initialize`` once,
+``init_context`` and ``context_destroyed`` per environment, ``finalize`` once.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ if TYPE_CHECKING:
     from cxbridge_ros2cx.cx.ros.node import RosNode
     from cxbridge_ros2cx.cx.stock import StockEnvironment
 
-# The entry point group for plug-ins of other packages: the name is the original's class.
+# The entry point group for plug-ins of other packages: an entry point has the name of the C++ class.
 GROUP: Final = "cxbridge.cx_plugins"
 
 GENERATED: Final = "cx::CX"  # prefix of the classes that the original generates for ROS types
 
 _PLUGINS: Final = "cxbridge_ros2cx.cx.plugins"
-_OWN: Final = {
+_SHIPPED_CLASSES: Final = {
     "cx::AmentIndexPlugin": f"{_PLUGINS}.ament_index:AmentIndexPlugin",
     "cx::ConfigPlugin": f"{_PLUGINS}.config:ConfigPlugin",
     "cx::ExamplePlugin": f"{_PLUGINS}.example:ExamplePlugin",
@@ -55,8 +55,8 @@ def run_rules(env: StockEnvironment) -> int:
     return env.run()
 
 
-# The classes as of pull request 33 of June 2026.
-_NEWER: Final = {
+# The classes that replace shipped ones since pull request 33 of carologistics/clips_executive (June 2026).
+_NEWER_CLASSES: Final = {
     "cx::ConfigPlugin": f"{_PLUGINS}.config:NewerConfigPlugin",
     "cx::ExecutivePlugin": f"{_PLUGINS}.newer_executive:NewerExecutivePlugin",
 }
@@ -75,7 +75,7 @@ class NodeContext(Struct):
     ros: RosNode
     run_environment: Callable[[StockEnvironment], int] = run_rules
     connections: MakeConnections | None = None  # factory of protobuf connections; None for sockets
-    is_newer: bool = False  # whether the checkout is of pull request 33 of June 2026 or later
+    is_newer: bool = False  # whether the checkout has the changes of pull request 33 (June 2026)
     # Whether agents are only inspected: the caller loads their files, and no rule fires.
     is_look: bool = False
 
@@ -119,7 +119,10 @@ MakePlugin = Callable[[str, NodeContext], CxPlugin]  # creates a plug-in with a 
 
 
 def find_class(plugin: str, parameters: NodeParameters) -> str:
-    """Return the original's class of a plug-in, from the parameters."""
+    """Return the C++ class of a plug-in.
+
+    :raises ConfigError: if the parameters name no class.
+    """
     name = f"{plugin}.plugin"
     parameter: Parameter | None = parameters.find(name)
     text = parameters.get(name, "")
@@ -134,12 +137,16 @@ def find_class(plugin: str, parameters: NodeParameters) -> str:
 
 
 def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin:
-    target, parameters = _OWN.get(class_name), context.parameters
+    """Return the Python class that stands in for a C++ class.
+
+    :raises ConfigError: if cxbridge has no such class.
+    """
+    target, parameters = _SHIPPED_CLASSES.get(class_name), context.parameters
     if context.is_newer:
-        target = _NEWER.get(class_name, target)
+        target = _NEWER_CLASSES.get(class_name, target)
     if target is not None:
-        return _imported(target)
-    from importlib.metadata import entry_points  # noqa: PLC0415 - only classes that cxbridge lacks pay
+        return _import_class(target)
+    from importlib.metadata import entry_points  # noqa: PLC0415 - slow, and rarely needed
 
     external_classes = {entry.name: entry for entry in entry_points(group=GROUP)}
     if class_name in external_classes:
@@ -158,7 +165,7 @@ def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin
         f"names a class that cxbridge does not have: {class_name}",
         did_you_mean(
             class_name,
-            (*_OWN, *external_classes),
+            (*_SHIPPED_CLASSES, *external_classes),
             f"an own plug-in in C++ needs a stand-in in Python: a subclass of {__name__}.CxPlugin, as the "
             f"entry point '{class_name}' of the group {GROUP}",
         ),
@@ -166,7 +173,7 @@ def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin
 
 
 def with_place(plugin: str, error: Exception) -> CxbridgeError:
-    """Return a plug-in's error; another exception becomes an error that names the plug-in, file and line."""
+    """Return an error of cxbridge unchanged, another exception as an error with plug-in, file and line."""
     if isinstance(error, CxbridgeError):
         return error
     frame = extract_tb(error.__traceback__)[-1]
@@ -174,6 +181,6 @@ def with_place(plugin: str, error: Exception) -> CxbridgeError:
     return CxbridgeError(text, file=frame.filename, line=frame.lineno)
 
 
-def _imported(target: str) -> MakePlugin:
+def _import_class(target: str) -> MakePlugin:
     loaded: MakePlugin = resolve_name(target)
     return loaded

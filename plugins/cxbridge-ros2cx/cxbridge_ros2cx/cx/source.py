@@ -40,12 +40,12 @@ if TYPE_CHECKING:
     from cxbridge_protobuf.settings import NetworkSettings
     from cxbridge_protobuf.types import MessageTypes
 
-# files that mark pull request 33 of June 2026 in a checkout
+# package and file that exist since pull request 33 of carologistics/clips_executive (June 2026)
 _NEWER_FILE = ("cx_msgs", "srv/ClipsCommand.srv")
 
 _CALLBACK = "-callback"
 _TREE = "/clips-executive"
-# longest time between two receptions of messages on a real clock, which limits the delay of answers
+# longest time between two receptions of messages on a real clock; it limits the delay of responses
 _REAL_LOOP_US = MICROSECONDS // 50
 
 
@@ -57,7 +57,7 @@ class CxSource(Source):
 
     @cached_property
     def parameters(self) -> NodeParameters:
-        assert self.options.scenario is not None  # or another source is chosen
+        assert self.options.scenario is not None  # without a parameter file, another source is chosen
         return NodeParameters.load(self.options.scenario)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""An unmodified CLIPS 6.4 environment: its own functions and its own trace lines."""
+"""An unmodified CLIPS 6.4 environment, with the functions and trace lines of CLIPS."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.shims import OldFunctions
 from cxbridge.executive.host.values import Value, to_python
 
-# the items that an environment can watch from its start.
+# the items that an environment can watch from its start
 WATCH_ITEMS: Final = frozenset(
     {
         *("all", "facts", "instances", "slots", "rules", "activations", "messages", "message_handlers"),
@@ -27,9 +27,10 @@ WATCH_ITEMS: Final = frozenset(
     }
 )
 
-# firings between two checks for endless rules: CLIPS restarts its count for each part.
+# firings between two checks for endless rules; many, since CLIPS restarts its count of firings at each part
 _CHUNK: Final = 10_000
 
+# logical names of the original for output in colours
 _COLOURS: Final = (b"red", b"green", b"blue", b"yellow", b"magenta", b"cyan", b"white", b"bold")
 _LEVELS: Final[Mapping[bytes, Level]] = MappingProxyType(
     {
@@ -141,7 +142,7 @@ class StockEnvironment(ClipsEnvironment):
     def eval(self, expression: str) -> Value:
         """Evaluate an expression and return its value.
 
-        :raises ClipsError: if it does not parse or fails.
+        :raises ClipsError: if the expression does not parse or fails.
         """
         value = ffi.new("CLIPSValue *")
         outer = self.output.begin_errors()
@@ -155,7 +156,7 @@ class StockEnvironment(ClipsEnvironment):
     def assert_string(self, fact: str) -> int | None:
         """Assert a fact in CLIPS syntax; CLIPS prints it if facts are watched.
 
-        :returns: its index; None if CLIPS rejects the fact.
+        :returns: the index of the fact; None if CLIPS rejects the fact.
         """
         pointer = lib.AssertString(self.env, encode(fact))
         return None if pointer == NULL else int(lib.FactIndex(pointer))
@@ -182,6 +183,7 @@ class StockEnvironment(ClipsEnvironment):
                 break
             if part_fired < chunk:
                 break
+            # a run with a limit ends anyway, unless it is a part of a longer run
             if (reason := self.endless.check(part_fired)) and (limit < 0 or before):
                 self.end_for_good(reason)
                 self.api.clear_halt()

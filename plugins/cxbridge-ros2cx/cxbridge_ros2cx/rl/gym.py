@@ -34,7 +34,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
     :param watch: whether to log facts and rules; steps then take several times as long.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as the base class has it
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - the base class declares it like this
 
     def __init__(
         self,
@@ -49,8 +49,8 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         # The parameters of the learner's node by name, e.g. `training.max_episodes`, `model.gamma`.
         self.settings: dict[str, Any] = {}
         if node_parameters is not None:
-            read = NodeParameters.load(Path(node_parameters), node)
-            self.settings = {name: parameter.value for name, parameter in read}
+            file_parameters = NodeParameters.load(Path(node_parameters), node)
+            self.settings = {name: parameter.value for name, parameter in file_parameters}
         self._folder = TemporaryDirectory(prefix="cxbridge-rl-")
         try:
             self.agent = LearningAgent(
@@ -90,7 +90,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         return self._observation(), self._info("")
 
     def step(self, action: np.int64 | int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Let the free robot execute an action; an action of a busy robot has no effect."""
+        """Let the free robot execute an action; an action that the robot cannot execute has no effect."""
         if self._choice is None:
             raise CxbridgeError("no episode has begun", hint="call reset() first")
         status = self.agent.status

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 NODE: Final = "/cx_rl_node"  # name of the peer, unless `?*CX-RL-NODE-NAME*` of the agent differs
 
 _PACKAGE: Final = "cx_rl_interfaces"
-_NONE_OF_A_TYPE: Final = "Not found"
+_NONE_OF_A_TYPE: Final = "Not found"  # the agent's response for a type without objects
 _STORAGE: Final = "storage_dir"
 _BEGIN_S: Final = 10.0  # seconds of the agent's clock until its services must exist
 
@@ -60,7 +60,8 @@ class _Goal(ServedGoal):
         self.status, self.wants_cancel = GoalStatus.EXECUTING, False
         self.result: Mapping[str, Any] | None = None
 
-    def publish_feedback(self, feedback: Mapping[str, Any]) -> None: ...
+    def publish_feedback(self, feedback: Mapping[str, Any]) -> None:
+        """Do nothing: a learner needs only the result."""
 
     def execute(self) -> None:
         """Do nothing: the goal executes from the start."""
@@ -94,14 +95,14 @@ class LearningAgent(Closing):
         self._name, self._patience = node, patience
         self._file = parameters
         self._clients: dict[str, Client] = {}
-        self.status: dict[str, Any] = {"mode": mode}  # peer's response to the service `get_status`
+        self.status: dict[str, Any] = {"mode": mode}  # the peer's response to the service `get_status`
         with ExitStack() as stack:
             options = make_options(parameters, ros2cx=ros2cx, clock="virtual", timeout=1e9)
             self._run = stack.enter_context(Run(options))
             executive = self._run.executive
             if not isinstance(executive, CxNode):
                 raise CxbridgeError("these are no parameters of clips_manager", file=parameters)
-            self._manager = executive.node
+            self._manager = executive.manager
             self._manager.context.parameters.set_default(_STORAGE, str(storage))
             self._run.start()
             self._graph = self._manager.context.ros.graph
@@ -114,7 +115,7 @@ class LearningAgent(Closing):
                 name: self._handler(name, kind)
                 for name, kind in (("reset_env", "ResetEnv"), ("action_selection", "ActionSelection"))
             }
-            self._until(self._has_mode, f"the agent does not ask for {node}/get_status", _BEGIN_S)
+            self._run_until(self._has_mode, f"the agent does not ask for {node}/get_status", _BEGIN_S)
             self._tick()  # the agent saves the facts with which episodes begin
             self._stack = stack.pop_all()
 
@@ -147,7 +148,7 @@ class LearningAgent(Closing):
                     handlers.extend(plugin.handlers(self._env, f"{self._name}/{action}"))
             return bool(handlers)
 
-        self._until(is_served, f"the action {self._name}/{action} has no server", _BEGIN_S)
+        self._run_until(is_served, f"the action {self._name}/{action} has no server", _BEGIN_S)
         return handlers[0]
 
     def run_for(self, seconds: float) -> None:
@@ -156,7 +157,7 @@ class LearningAgent(Closing):
         while self._run.clock.now_us() < end_us and not self._run.executive.is_over:
             self._tick()
 
-    def _until(self, condition: Callable[[], bool], timeout_message: str, seconds: float = 0.0) -> None:
+    def _run_until(self, condition: Callable[[], bool], timeout_message: str, seconds: float = 0.0) -> None:
         """Advance the agent's time until a condition is true."""
         clock = self._run.clock
         end_us = clock.now_us() + int((seconds or self._patience) * MICROSECONDS)
@@ -190,10 +191,10 @@ class LearningAgent(Closing):
     def ask(self, service: str, kind: str, **request: Any) -> Message:
         responses: list[Message] = []
         client = self._client(service, kind)
-        self._until(lambda: client.is_served, f"the service {self._name}/{service} has no server")
+        self._run_until(lambda: client.is_served, f"the service {self._name}/{service} has no server")
         client.call(request, responses.append)
         self._graph.settle()
-        self._until(lambda: bool(responses), f"{self._name}/{service} does not answer")
+        self._run_until(lambda: bool(responses), f"{self._name}/{service} does not answer")
         return responses[0]
 
     def _achieve(self, action: str, timeout_message: str, **goal: Any) -> Mapping[str, Any]:
@@ -201,7 +202,7 @@ class LearningAgent(Closing):
         handler, sent = self._handlers[action], _Goal(goal)
         handler.respond(sent)
         handler.begin(sent)
-        self._until(lambda: sent.result is not None, timeout_message)
+        self._run_until(lambda: sent.result is not None, timeout_message)
         assert sent.result is not None
         return sent.result
 
@@ -211,7 +212,7 @@ class LearningAgent(Closing):
     def do(self, number: str) -> Mapping[str, Any]:
         """Let the agent execute an action; return the result with reward and info.
 
-        :param number: the action's id.
+        :param number: the id of the action.
         """
         return self._achieve(
             "action_selection", f"the agent does not finish the action {number}", action_id=number
@@ -230,7 +231,7 @@ class LearningAgent(Closing):
         return [*map(text_of, predefined), *self._grounded(actions["action_names"], actions)]
 
     def _grounded(self, names: Iterable[str], described: Message) -> Iterable[str]:
-        """Yield predicates or actions with all objects of their types; empty without parameters."""
+        """Yield predicates or actions with all objects of their types; those without parameters have none."""
         objects: dict[str, list[str]] = {}
         kinds = iter(described["param_types"])
         for name, count in zip(names, described["param_counts"], strict=True):
@@ -238,7 +239,6 @@ class LearningAgent(Closing):
             for kind in parameters:
                 if kind not in objects:
                     response = self.ask("get_observable_objects", "GetObservableObjects", type=kind)
-                    # the agent's response for a type without objects
                     objects[kind] = [text for text in response["objects"] if text != _NONE_OF_A_TYPE]
             if parameters:
                 grounds = product(*(objects[kind] for kind in parameters))
@@ -254,11 +254,11 @@ class LearningAgent(Closing):
         """Return the next decision after a robot becomes free."""
         choices: list[Choice] = []
 
-        def is_free() -> bool:
+        def has_choice() -> bool:
             choices.extend(self._choices())
             return bool(choices)
 
-        self._until(is_free, "no robot gets free")
+        self._run_until(has_choice, "no robot gets free")
         return choices[0]
 
     def _choices(self) -> Iterable[Choice]:

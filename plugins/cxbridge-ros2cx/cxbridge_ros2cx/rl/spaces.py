@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cxbridge_ros2cx.rl.interface import LearningAgent
 
-NO_OP: Final = "no-op"  # first action, without effect
+NO_OP: Final = "no-op"  # the first action, which has no effect
 
 Observation = NDArray[np.float32]  # 1 for each true predicate
 

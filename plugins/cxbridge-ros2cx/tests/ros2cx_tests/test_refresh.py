@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.clock import VirtualClock
-from cxbridge_ros2cx.refresh import RefreshTimer, nanoseconds_too
+from cxbridge_ros2cx.refresh import RefreshTimer, seconds_and_nanoseconds
 
 
 def advance(clock, us):
@@ -55,4 +55,4 @@ def test_a_callback_that_blocks_past_the_next_time_brings_it_at_once():
 
 
 def test_the_originals_now():
-    assert nanoseconds_too(1_500_000) == (1.5, 1_500_000_000)
+    assert seconds_and_nanoseconds(1_500_000) == (1.5, 1_500_000_000)

@@ -116,7 +116,7 @@ class Discovery:
         self._update_participants()
         for is_writer, reader in self._endpoint_readers.items():
             endpoints = self._discovered[is_writer]
-            for endpoint in self._samples(reader):
+            for endpoint in self._take_samples(reader):
                 if not _is_alive(endpoint):
                     endpoints.pop(endpoint.key, None)
                 elif endpoint.participant_key != self._own_guid and len(endpoints) < _MAX_ENDPOINTS:
@@ -128,10 +128,10 @@ class Discovery:
             self._check_qos(own)
 
     def _update_participants(self) -> None:
-        for sample in self._samples(self._participant_reader):
+        for sample in self._take_samples(self._participant_reader):
             if sample.key != self._own_guid:
                 (self._participants.add if _is_alive(sample) else self._participants.discard)(sample.key)
-        for sample in self._samples(self._graph):
+        for sample in self._take_samples(self._graph):
             # a sample without data reports the end of a participant
             if hasattr(sample, "cdr") and self._name in self._nodes_in(sample.cdr):
                 self._has_namesake = True
@@ -144,7 +144,7 @@ class Discovery:
             )
 
     @staticmethod
-    def _samples(reader: DataReader[Any]) -> Iterator[Any]:
+    def _take_samples(reader: DataReader[Any]) -> Iterator[Any]:
         while True:
             with READ_QOS:
                 samples = reader.take(N=_BATCH)

@@ -13,7 +13,7 @@ from cyclonedds.domain import Domain
 
 from cxbridge.errors import Ros2Error
 
-# Hold it around each call that returns a Qos of cyclonedds, which reads policies into buffers of a class.
+# Held around each call that returns a Qos of cyclonedds, which reads policies into buffers of a class.
 # Without the lock, an endpoint gets the user data of another endpoint that another thread reads.
 READ_QOS: Final = threading.Lock()
 
@@ -30,7 +30,7 @@ _DISCOVERY: Final = {
 _RANGES: Final = (*_DISCOVERY, "subnet", "system_default")
 
 
-def lacks_security() -> str:
+def security_problem() -> str:
     """Return the problem if the environment requires DDS security, else an empty text.
 
     :raises Ros2Error: if the environment enforces security.
@@ -60,7 +60,7 @@ def enter(number: int, reach: str) -> Callable[[], None]:
     if number not in _domains:
         _domains[number] = Domain(number, _local_configuration(reach))
     _node_counts[number] += 1
-    is_inside = [True]
+    is_inside = [True]  # empty after leaving; a list, since leave() changes it
 
     def leave() -> None:
         if is_inside:

@@ -42,11 +42,11 @@ from cxbridge_ros2.node import Client, Domain, MessageCallback, Node, Publisher,
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.stamps import NANOSECONDS
 from cxbridge_ros2.transports.dds.discovery import Discovery, OwnEndpoint
-from cxbridge_ros2.transports.dds.domain import delete, delete_all, enter, lacks_security
+from cxbridge_ros2.transports.dds.domain import delete, delete_all, enter, security_problem
 from cxbridge_ros2.transports.dds.services import (
     DdsClient,
     DdsServer,
-    matched,
+    matched_handles,
     owner_data,
     sample_of,
     write,
@@ -95,8 +95,8 @@ class DdsNode(Node):
         self._codec = Codec(definitions)
         self._number = number = domain_id(MAX_DDS_DOMAIN) if domain is None else domain
         self._reach = reach or default_reach()
-        if lack := lacks_security():
-            self.complain("security", lack)
+        if problem := security_problem():
+            self.complain("security", problem)
         self._leave_domain = enter(number, self._reach)
         try:
             self._participant = DomainParticipant(number, qos=Qos(Policy.Userdata(_ENCLAVE)))
@@ -125,8 +125,8 @@ class DdsNode(Node):
         writer = self._writer(f"rt{check_topic(topic)}", name, qos)
         return Publisher(
             lambda message: write(writer, self._codec.encode(name, message)),
-            lambda: len(matched(writer.get_matched_subscriptions)),
-            partial(self._end_writer, writer),
+            lambda: len(matched_handles(writer.get_matched_subscriptions)),
+            partial(self._close_writer, writer),
         )
 
     def _subscribe(
@@ -135,11 +135,11 @@ class DdsNode(Node):
         name = parse_type(message_type)
 
         def take(sample: Any) -> None:
-            message = self._decoded(topic, partial(self._codec.decode, name, sample.cdr))
+            message = self._decode_or_complain(topic, partial(self._codec.decode, name, sample.cdr))
             if message is not None:
                 callback(message)
 
-        return partial(self._end_reader, self._reader(f"rt{check_topic(topic)}", name, qos, take))
+        return partial(self._close_reader, self._reader(f"rt{check_topic(topic)}", name, qos, take))
 
     def client(self, service: str, service_type: str) -> Client:
         name, user_data = parse_type(service_type, "srv"), owner_data("clientid")
@@ -149,14 +149,14 @@ class DdsNode(Node):
         client = DdsClient(
             writer,
             partial(self._codec.encode, request),
-            lambda data: self._decoded(service, partial(self._codec.decode, response, data)),
+            lambda data: self._decode_or_complain(service, partial(self._codec.decode, response, data)),
             lambda: self._discovery.why_unserved(request_topic, request, self._network),
         )
         reader = self._reader(f"rr{service}Reply", response, qos, client.take, user_data)
 
         def end() -> None:
-            self._end_reader(reader)
-            self._end_writer(writer)
+            self._close_reader(reader)
+            self._close_writer(writer)
 
         client.receive_from(reader.entity, end)
         return client
@@ -169,7 +169,7 @@ class DdsNode(Node):
         server = DdsServer(
             writer,
             partial(self._codec.encode, response),
-            lambda data: self._decoded(service, partial(self._codec.decode, request, data)),
+            lambda data: self._decode_or_complain(service, partial(self._codec.decode, request, data)),
             handler,
         )
         reader = self._reader(f"rq{service}Request", request, qos, server.take, user_data)
@@ -180,8 +180,8 @@ class DdsNode(Node):
             if server in self._servers:
                 self._servers.remove(server)
                 server.close()
-                self._end_reader(reader)
-                self._end_writer(writer)
+                self._close_reader(reader)
+                self._close_writer(writer)
 
         return end
 
@@ -255,7 +255,7 @@ class DdsNode(Node):
         self._announce()
         return reader
 
-    def _end_reader(self, reader: _Reader) -> None:
+    def _close_reader(self, reader: _Reader) -> None:
         if reader in self._readers:
             self._readers.remove(reader)
             self._discovery.remove(reader.entity)
@@ -267,7 +267,7 @@ class DdsNode(Node):
         delete(reader.condition)
         delete(reader.entity)
 
-    def _end_writer(self, writer: DataWriter[Any]) -> None:
+    def _close_writer(self, writer: DataWriter[Any]) -> None:
         if writer in self._writers:
             self._writers.remove(writer)
             self._discovery.remove(writer)
@@ -297,7 +297,7 @@ class DdsNode(Node):
 
     def _nodes_in(self, report: bytes) -> Iterable[str]:
         """Return the full names of the nodes in a participant's report."""
-        message = self._decoded("ros_discovery_info", partial(self._codec.decode, _GRAPH, report))
+        message = self._decode_or_complain("ros_discovery_info", partial(self._codec.decode, _GRAPH, report))
         nodes = () if message is None else message["node_entities_info_seq"]
         return [f"{node['node_namespace'].rstrip('/')}/{node['node_name']}" for node in nodes]
 

@@ -72,7 +72,7 @@ class _EndpointOwners:
     def update(self) -> Mapping[int, str]:
         """Return the owners of the discovered endpoints by handle; empty for an endpoint without an id."""
         previous, self._owners = self._owners, {}
-        for handle in matched(self._handles):
+        for handle in matched_handles(self._handles):
             # an endpoint without an id is read again: DDS may report the id later
             owner = previous.get(handle) or self._read_owner(handle)
             if owner is not None:
@@ -160,7 +160,7 @@ class DdsClient(Client):
             self._paired_s = now_s
         elif owners and now_s - self._paired_s > _INTRODUCTION_S:
             paired = frozenset(readers)  # endpoints without ids cannot be paired
-        return self._introduction.introduced(paired)
+        return self._introduction.filter(paired)
 
     def why_unserved(self) -> str:
         return self._why_unserved()
@@ -185,8 +185,8 @@ class _Introduction:
         self._introduced: frozenset[int] = frozenset()
         self._start_s = self._probe_s = 0.0
 
-    def introduced(self, handles: frozenset[int]) -> frozenset[int]:
-        """Return the readers that have found the writer."""
+    def filter(self, handles: frozenset[int]) -> frozenset[int]:
+        """Return those of some readers that have found the writer."""
         now_s = time.monotonic()
         if not handles <= self._probed:
             self._probed, self._start_s, self._probe_s = handles, now_s, 0.0
@@ -239,6 +239,7 @@ class DdsServer:
         self._unsent, self._request_writers = [], None
 
     def take(self, sample: Any) -> None:
+        """Let the handler respond to a request."""
         header = sample.cdr[_CDR_HEADER : _CDR_HEADER + _HEADER.size]
         handle = _signed(sample.sample_info.publication_handle)
         client = "" if self._request_writers is None else self._request_writers.owner_of(handle)
@@ -283,7 +284,7 @@ def sample_of(kind: Any, data: bytes, /, *_arguments: object, **_options: object
     return sample
 
 
-def matched(handles: Callable[[], list[int]]) -> list[int]:
+def matched_handles(handles: Callable[[], list[int]]) -> list[int]:
     """Return the handles of the discovered endpoints.
 
     The wheel queries their number and then the handles, and fails if an endpoint appears in between.

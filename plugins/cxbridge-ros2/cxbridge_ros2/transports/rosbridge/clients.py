@@ -17,7 +17,7 @@ from cxbridge_ros2.node import Client, FailureCallback, MessageCallback
 from cxbridge_ros2.transports.rosbridge.connection import Operation, RosbridgeConnection
 from cxbridge_ros2.transports.rosbridge.messages import base_value
 
-_ABORTED: Final = 6  # of action_msgs/msg/GoalStatus
+_ABORTED: Final = 6  # a value of action_msgs/msg/GoalStatus
 _CANCEL_PERIOD_S: Final = 0.5  # seconds until a cancel request is repeated
 _MAX_CANCELS: Final = 20  # limit of repetitions: a goal that the robot rejects has no result
 
@@ -102,7 +102,10 @@ class RosbridgeAction:
         self._cancels: dict[str, tuple[float, int]] = {}
 
     def subscribe(self, topic: str, callback: MessageCallback) -> Callable[[], None]:
-        """Call ``callback`` for each ``feedback`` or ``status`` message; return the unsubscribe function."""
+        """Call ``callback`` for each message of a topic; return the function that unsubscribes.
+
+        :param topic: ``feedback`` or ``status``.
+        """
         callbacks = self._callbacks[topic]
         callbacks.append(callback)
         return lambda: callbacks.remove(callback) if callback in callbacks else None
@@ -139,7 +142,7 @@ class RosbridgeAction:
             elif now_s >= due_s:
                 self.cancel(goal_id, requests)
 
-    def take(self, op: Operation, from_json: Callable[[TypeName, Any], Message]) -> None:
+    def handle(self, op: Operation, from_json: Callable[[TypeName, Any], Message]) -> None:
         """Handle feedback or a result from the bridge."""
         goal_id = str(op.get("id"))
         if op["op"] == "action_feedback":

@@ -89,7 +89,7 @@ class RosbridgeConnection:
             return False
         return True
 
-    def received(self, timeout_s: float) -> Iterator[Operation]:
+    def receive(self, timeout_s: float) -> Iterator[Operation]:
         try:
             yield self._inbox.get(timeout=timeout_s) if timeout_s > 0 else self._inbox.get_nowait()
             while True:
@@ -140,14 +140,14 @@ class RosbridgeConnection:
     def _receive(self, socket: ClientConnection) -> None:
         try:
             for text in socket:
-                op = _parsed(text)
+                op = _parse(text)
                 if op is not None:
                     self._put_in_inbox(op)
         except (WebSocketException, OSError):
             return
 
 
-def _parsed(text: str | bytes) -> Operation | None:
+def _parse(text: str | bytes) -> Operation | None:
     """Return an operation, or None for invalid data."""
     try:
         op = json.loads(text)

@@ -34,19 +34,22 @@ class JsonCodec:
         fields = self._definitions.fields(name)
         members = value if isinstance(value, Mapping) else {}
         return {
-            field: self._value(kind, members.get(field)) for field, kind in fields if field != PLACEHOLDER
+            field: self._read_value(kind, members.get(field))
+            for field, kind in fields
+            if field != PLACEHOLDER
         }
 
-    def _value(self, kind: FieldType, value: Any) -> Any:
+    def _read_value(self, kind: FieldType, value: Any) -> Any:
         node, details = kind
         if node == Nodetype.NAME:
             return self.from_json(parse_type(details), value)
         if node == Nodetype.BASE:
             return base_value(details[0], value)
         element = details[0]
-        if element[0] == Nodetype.BASE and element[1][0] in BYTE_TYPES:
+        element_node, element_details = element
+        if element_node == Nodetype.BASE and element_details[0] in BYTE_TYPES:
             return _bytes(value)
-        return [self._value(element, item) for item in value] if isinstance(value, list) else []
+        return [self._read_value(element, item) for item in value] if isinstance(value, list) else []
 
 
 def base_value(kind: str, value: Any) -> Any:

@@ -30,13 +30,14 @@ DEFAULT_URL: Final = "ws://localhost:9090"
 _ACTION: Final = "/_action/"
 _UNREACHABLE: Final = "the rosbridge is away"
 _LOST: Final = "the connection to the rosbridge was lost"
-_COMPARED, _DISPLAYED = 40, 500  # characters of a status that are compared with other ones, and displayed
+# characters at the start of a status that identify a problem, and characters that are displayed
+_COMPARED, _DISPLAYED = 40, 500
 
 
 class RosbridgeNode(Node):
     """A node behind a rosbridge. A lost connection is restored with its topics and services.
 
-    :param name: for logs; in ROS, the bridge's own node does the work.
+    :param name: the name in logs; in ROS, the node of the bridge is visible.
     :param url: the bridge's websocket.
     :raises Ros2Error: if there is no rosbridge.
     """
@@ -104,7 +105,7 @@ class RosbridgeNode(Node):
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
         if _ACTION in service:
             raise Ros2Error(
-                "actions are not served over rosbridge", hint="use the transport dds for what ROS calls here"
+                "actions are not served over rosbridge", hint="use the transport dds to serve actions"
             )
         name = parse_type(service_type, "srv")
         self._definitions.fields(name.derived("Request"))
@@ -125,12 +126,12 @@ class RosbridgeNode(Node):
         for action in self._actions.values():
             action.cancel_again()
         any_received = bool(deferred_calls)
-        for op in self._connection.received(0.0 if any_received else timeout_s):
+        for op in self._connection.receive(0.0 if any_received else timeout_s):
             any_received = True
             if op is LOST:
                 self._fail_all()
-            elif (take := self._takers.get(op.get("op", ""))) is not None:
-                take(self, op)
+            elif (handle := self._handlers.get(op.get("op", ""))) is not None:
+                handle(self, op)
         return any_received
 
     def close(self) -> None:
@@ -138,11 +139,11 @@ class RosbridgeNode(Node):
 
     # --- incoming messages --------------------------------------------------------------------------------
 
-    def _take_message(self, op: Operation) -> None:
+    def _handle_message(self, op: Operation) -> None:
         for name, callback in list(self._subscriptions.get(op.get("topic", ""), ())):
             callback(self._codec.from_json(name, op.get("msg")))
 
-    def _take_response(self, op: Operation) -> None:
+    def _handle_response(self, op: Operation) -> None:
         call = self._calls.pop(str(op.get("id")), None)
         if call is None:
             return
@@ -152,7 +153,7 @@ class RosbridgeNode(Node):
         else:
             failed(str(op.get("values")))
 
-    def _take_request(self, op: Operation) -> None:
+    def _handle_request(self, op: Operation) -> None:
         server = self._servers.get(op.get("service", ""))
         if server is None:
             return
@@ -165,16 +166,16 @@ class RosbridgeNode(Node):
 
         handler(self._codec.from_json(name.derived("Request"), op.get("args")), reply)
 
-    def _take_status(self, op: Operation) -> None:
+    def _handle_status(self, op: Operation) -> None:
         if op.get("level") in ("error", "warning"):
             text = str(op.get("msg"))
             # the beginning names the problem, the rest the message or the line
             self.complain(f"status {text[:_COMPARED]}", f"the rosbridge says: {text[:_DISPLAYED]}")
 
-    def _take_of_action(self, op: Operation) -> None:
+    def _handle_action(self, op: Operation) -> None:
         action = self._actions.get(op.get("action", ""))
         if action is not None:
-            action.take(op, self._codec.from_json)
+            action.handle(op, self._codec.from_json)
 
     def _fail_all(self) -> None:
         """Fail the calls and goals of a lost connection: the bridge forgets them."""
@@ -184,13 +185,13 @@ class RosbridgeNode(Node):
         for action in self._actions.values():
             action.fail_all(_LOST)
 
-    _takers: Final[Mapping[str, Callable[[RosbridgeNode, Operation], None]]] = {
-        "publish": _take_message,
-        "service_response": _take_response,
-        "call_service": _take_request,
-        "action_feedback": _take_of_action,
-        "action_result": _take_of_action,
-        "status": _take_status,
+    _handlers: Final[Mapping[str, Callable[[RosbridgeNode, Operation], None]]] = {
+        "publish": _handle_message,
+        "service_response": _handle_response,
+        "call_service": _handle_request,
+        "action_feedback": _handle_action,
+        "action_result": _handle_action,
+        "status": _handle_status,
     }
 
     # --- services and actions -----------------------------------------------------------------------------
@@ -204,7 +205,7 @@ class RosbridgeNode(Node):
         if not self._connection.send(op):
             # deferred, since the caller does not expect a callback before its call returns
             failure = {"id": call_id, "result": False, "values": _UNREACHABLE}
-            self._deferred_calls.append(lambda: self._take_response(failure))
+            self._deferred_calls.append(lambda: self._handle_response(failure))
 
     def _action(self, topic: str, name: TypeName) -> RosbridgeAction:
         """Return the action of a topic or service."""

@@ -60,6 +60,7 @@ class RosGraph:
         with self._lock:
             servers = [topic for endpoint_kind, topic in self._tokens if endpoint_kind == "SS"]
             # our own endpoints are in the table, too: with them alone, there is one session
+            # the third part of a token names the session
             sessions = {token.split("/")[2] for tokens in self._tokens.values() for token in tokens}
         served = {public_name(topic.name): topic.dds_type for topic in servers}
         return why_unserved(public_name(service.name), kind, served, "" if len(sessions) > 1 else network)

@@ -1,7 +1,7 @@
 """Names of rmw_zenoh_cpp in Zenoh: keys, liveliness tokens, QoS, attachments.
 
-They are specified in its design document. A token announces an entity: a node, a publisher, a subscription, a
-server or a client of a service.
+The design document of rmw_zenoh_cpp specifies them. A token announces an entity: a node, a publisher, a
+subscription, a server or a client of a service.
 """
 
 from __future__ import annotations
@@ -27,17 +27,19 @@ GID_BYTES: Final = 16  # length of the number of a publisher or a client
 _SPACE: Final = "@ros2_lv"
 _NODE: Final = "NN"
 _KINDS: Final[dict[str, Kind]] = {"MP": "MP", "MS": "MS", "SS": "SS", "SC": "SC"}
-_TOKEN_PARTS: Final = 13  # of an endpoint; newer releases append a part about the memory backend
+_TOKEN_PARTS: Final = (
+    13  # parts of an endpoint's token; newer releases append a part about the memory backend
+)
 _ATTACHMENT: Final = struct.Struct(f"<qqB{GID_BYTES}s")
-_DEFAULT_DEPTH: Final = 42  # of rmw_zenoh_cpp, which omits this depth from the text of a QoS
+_DEFAULT_DEPTH: Final = 42  # default of rmw_zenoh_cpp, which omits this depth from the text of a QoS
 
 
 class TypedName(Struct, frozen=True):
     """A topic or a service of one type. Endpoints with equal values reach each other.
 
-    :param name: such as ``/robot1/odom``.
+    :param name: the name, such as ``/robot1/odom``.
     :param dds_type: the name of the type in DDS.
-    :param type_hash: such as ``RIHS01_df66…``.
+    :param type_hash: the hash of the type, such as ``RIHS01_df66…``.
     """
 
     name: str
@@ -52,10 +54,10 @@ class TypedName(Struct, frozen=True):
 class NodeName(Struct, frozen=True):
     """A node.
 
-    :param session: the id of its Zenoh session.
-    :param number: its number in the session.
+    :param session: the id of the node's Zenoh session.
+    :param number: the number of the node in the session.
     :param namespace: ``/`` for none.
-    :param enclave: its security enclave; ``/`` for none.
+    :param enclave: the node's security enclave; ``/`` for none.
     """
 
     domain: int
@@ -72,13 +74,13 @@ class NodeName(Struct, frozen=True):
     def token_of(self, number: int, kind: str) -> str:
         """Return the token of an entity of the node, without the parts that only endpoints have."""
         start = f"{_SPACE}/{self.domain}/{self.session}/{self.number}/{number}/{kind}"
-        return f"{start}/{_mangled(self.enclave)}/{_mangled(self.namespace)}/{self.name}"
+        return f"{start}/{_mangle(self.enclave)}/{_mangle(self.namespace)}/{self.name}"
 
 
 class GraphEndpoint(Struct, frozen=True):
     """A publisher, a subscription, a server or a client of our node.
 
-    :param number: its number in the session.
+    :param number: the number of the endpoint in the session.
     """
 
     node: NodeName
@@ -90,12 +92,12 @@ class GraphEndpoint(Struct, frozen=True):
     @property
     def token(self) -> str:
         start = self.node.token_of(self.number, self.kind)
-        name, dds_type = _mangled(self.topic.name), _mangled(self.topic.dds_type)
+        name, dds_type = _mangle(self.topic.name), _mangle(self.topic.dds_type)
         return f"{start}/{name}/{dds_type}/{self.topic.type_hash}/{qos_text(self.qos)}"
 
     @property
     def gid(self) -> bytes:
-        """Its number in attachments, which peers also compute from the token."""
+        """The number of the endpoint in attachments, which peers also compute from the token."""
         return xxh3_128_intdigest(self.token.encode()).to_bytes(GID_BYTES, "little")
 
 
@@ -139,7 +141,8 @@ def endpoint_in(token: str) -> tuple[Kind, TypedName] | None:
     parts = token.split("/")
     if len(parts) < _TOKEN_PARTS or parts[0] != _SPACE or not all(parts) or parts[5] not in _KINDS:
         return None
-    return _KINDS[parts[5]], TypedName(_unmangled(parts[9]), _unmangled(parts[10]), parts[11])
+    # SPACE/DOMAIN/SESSION/NODE/NUMBER/KIND/ENCLAVE/NAMESPACE/NODE_NAME/NAME/TYPE/HASH/QOS
+    return _KINDS[parts[5]], TypedName(_unmangle(parts[9]), _unmangle(parts[10]), parts[11])
 
 
 def qos_text(qos: QosProfile) -> str:
@@ -150,10 +153,10 @@ def qos_text(qos: QosProfile) -> str:
     return f"{reliability}:{durability}:,{depth}:,:,:,,"
 
 
-def _mangled(name: str) -> str:
+def _mangle(name: str) -> str:
     """Return a name as one part of a token, whose parts are separated by slashes."""
     return name.replace("/", "%")
 
 
-def _unmangled(name: str) -> str:
+def _unmangle(name: str) -> str:
     return name.replace("%", "/")

@@ -65,8 +65,8 @@ _GET_RESULT: Final = "/_action/get_result"
 class ZenohNode(Node):
     """A node on Zenoh.
 
-    :param url: the router, such as ``tcp/robot:7447``; empty for the environment's or this host's.
-    :param domain: by default ``ROS_DOMAIN_ID``.
+    :param url: the router, such as ``tcp/robot:7447``; empty for that of the environment or of this host.
+    :param domain: the domain; by default ``ROS_DOMAIN_ID``.
     :param report: see the base class.
     :raises Ros2Error: if there is no router.
     """
@@ -87,14 +87,14 @@ class ZenohNode(Node):
         self._name = NodeName(self._domain, str(self._session.zid()), 0, name)
         self._numbers = count(1)
         self._inbox = MessageInbox()
-        self._ends: dict[int, Callable[[], None]] = {}
+        self._closers: dict[int, Callable[[], None]] = {}
         self._endpoints: dict[int, tuple[GraphEndpoint, TypeName]] = {}
         self._compared_version = -1
         self._graph = RosGraph()
         liveliness = self._session.liveliness()
-        # both are kept: Zenoh ends a subscription and a token that have no reference
+        # stored, since Zenoh ends a subscription or a token without a reference
         self._tokens = liveliness.declare_subscriber(
-            tokens_of(self._domain), _direct(self._update_graph), history=True
+            tokens_of(self._domain), _direct_callback(self._update_graph), history=True
         )
         self._token = liveliness.declare_token(self._name.token)
 
@@ -103,7 +103,7 @@ class ZenohNode(Node):
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
         name = parse_type(message_type)
         endpoint = self._endpoint("MP", topic, name, qos)
-        zenoh_publisher = _declared_publisher(self._session, endpoint.topic.key(self._domain), qos)
+        zenoh_publisher = _declare_publisher(self._session, endpoint.topic.key(self._domain), qos)
         gid, numbers = endpoint.gid, count(1)
 
         def publish(message: Mapping[str, Any]) -> None:
@@ -128,13 +128,15 @@ class ZenohNode(Node):
 
         def take(sample: zenoh.Sample) -> None:
             if sample.kind == zenoh.SampleKind.PUT:
-                message = self._decoded(topic, lambda: self._codec.decode(name, sample.payload.to_bytes()))
+                message = self._decode_or_complain(
+                    topic, lambda: self._codec.decode(name, sample.payload.to_bytes())
+                )
                 if message is not None:
                     callback(message)
 
         source = InboxSource(take, max(1, qos.depth))
-        put = _direct(partial(self._inbox.put, source))
-        zenoh_subscriber = _declared_subscriber(self._session, endpoint.topic.key(self._domain), put, qos)
+        put = _direct_callback(partial(self._inbox.put, source))
+        zenoh_subscriber = _declare_subscriber(self._session, endpoint.topic.key(self._domain), put, qos)
         return self._announce(endpoint, name, zenoh_subscriber, source)
 
     def client(self, service: str, service_type: str) -> Client:
@@ -161,8 +163,8 @@ class ZenohNode(Node):
 
         def take(query: zenoh.Query) -> None:
             try:
-                request = self._codec.decode(name.derived("Request"), _bytes(query.payload))
-            except Ros2Error as error:  # any client may send anything
+                request = self._codec.decode(name.derived("Request"), _bytes_of(query.payload))
+            except Ros2Error as error:  # a client may send any bytes
                 self.complain(f"broken {service}", f"{service}: {error.message}")
                 query.reply_err(str(error))
                 query.drop()
@@ -174,7 +176,9 @@ class ZenohNode(Node):
         return self._announce(
             endpoint,
             name,
-            self._session.declare_queryable(key, _direct(partial(self._inbox.put, source)), complete=True),
+            self._session.declare_queryable(
+                key, _direct_callback(partial(self._inbox.put, source)), complete=True
+            ),
             source,
         )
 
@@ -186,7 +190,7 @@ class ZenohNode(Node):
         return self._inbox.deliver(timeout_s)
 
     def close(self) -> None:
-        for end in list(self._ends.values()):
+        for end in list(self._closers.values()):
             end()
         if not self._session.is_closed():
             self._session.close()
@@ -219,7 +223,7 @@ class ZenohNode(Node):
         token = self._session.liveliness().declare_token(endpoint.token)
 
         def end() -> None:
-            if self._ends.pop(endpoint.number, None) is None:
+            if self._closers.pop(endpoint.number, None) is None:
                 return
             del self._endpoints[endpoint.number]
             if source is not None:
@@ -229,7 +233,7 @@ class ZenohNode(Node):
 
         self._endpoints[endpoint.number] = endpoint, name
         self._compare(endpoint, name)
-        self._ends[endpoint.number] = end  # Zenoh ends an endpoint without a reference
+        self._closers[endpoint.number] = end  # Zenoh ends an endpoint without a reference
         return end
 
     def _update_graph(self, sample: zenoh.Sample) -> None:
@@ -306,12 +310,12 @@ def _known_hash(type_hash: str) -> str:
     return "" if type_hash == NO_HASH else type_hash
 
 
-def _direct(call: Callable[[Any], None]) -> Callback[Any]:
+def _direct_callback(call: Callable[[Any], None]) -> Callback[Any]:
     """Return a callback that runs in Zenoh's own thread, without a thread of Python: it must not block."""
     return Callback(call, None, indirect=False)
 
 
-def _declared_publisher(
+def _declare_publisher(
     session: zenoh.Session, key: str, qos: QosProfile
 ) -> zenoh.Publisher | ext.AdvancedPublisher:
     reliable = qos.reliability == "reliable"
@@ -335,7 +339,7 @@ def _declared_publisher(
     )
 
 
-def _declared_subscriber(
+def _declare_subscriber(
     session: zenoh.Session, key: str, put: Callback[zenoh.Sample], qos: QosProfile
 ) -> zenoh.Subscriber[None] | ext.AdvancedSubscriber[None]:
     if qos.durability != "transient_local":
@@ -354,7 +358,7 @@ def _declared_subscriber(
 
 def _reply(query: zenoh.Query, key: str, data: bytes) -> None:
     """Answer a query; the client may be gone."""
-    attachment = _bytes(query.attachment)
+    attachment = _bytes_of(query.attachment)
     # the client finds its request by the number in the attachment; an unknown format is sent back as it is
     if request := attachment_of(attachment):
         attachment = bytes(MessageAttachment(request.number, time.time_ns(), request.gid))
@@ -373,5 +377,5 @@ def _payload_of(reply: zenoh.Reply | None) -> bytes:
     return b"" if reply.ok is None else reply.ok.payload.to_bytes()
 
 
-def _bytes(data: zenoh.ZBytes | None) -> bytes:
+def _bytes_of(data: zenoh.ZBytes | None) -> bytes:
     return b"" if data is None else data.to_bytes()

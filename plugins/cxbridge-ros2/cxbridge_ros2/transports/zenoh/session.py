@@ -1,7 +1,7 @@
 """Opens a Zenoh session with the configuration of rmw_zenoh_cpp, and waits for a router.
 
-A router on this machine is only met: the nodes then talk to each other directly. A router elsewhere forwards
-all messages, so that the robot need not reach this machine.
+With a router on this machine, nodes only find each other there and then talk directly. A router elsewhere
+forwards all messages, so that the robot need not reach this machine.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from cxbridge.listening import is_loopback
 ROUTER: Final = "tcp/localhost:7447"  # default router of a host
 
 _ATTEMPT_S: Final = 1.0  # seconds of an attempt to find a router, and between two attempts
-_POLL_S: Final = 0.02
+_POLL_S: Final = 0.02  # seconds between two checks for a router
 _WITH_LOCAL_ROUTER: Final = {
     "mode": "peer",
     "listen/endpoints": ["tcp/localhost:0"],  # not reachable from outside
@@ -34,7 +34,7 @@ _WITH_REMOTE_ROUTER: Final = {"mode": "client", "scouting/multicast/enabled": Fa
 def open_session(url: str) -> zenoh.Session:
     """Open a session connected to a router.
 
-    :param url: the router, such as ``tcp/robot:7447``; empty for the environment's or this host's.
+    :param url: the router, such as ``tcp/robot:7447``; empty for that of the environment or of this host.
     :raises Ros2Error: if the configuration is invalid, or there is no router.
     """
     attempts = _attempts()

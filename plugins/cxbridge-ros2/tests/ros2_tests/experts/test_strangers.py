@@ -53,8 +53,8 @@ DIFFERENT = {
     ("get_problem_instances", ""): "without constants, until a problem was added",
     ("add_problem", "'hall' is a room already"): "true: it adds the rest",
     ("add_problem_instance", "'dock' is a place already"): "true",
-    ("add_problem_instance", "'a b' is no name"): "true: any text is a name",
-    ("add_problem_instance", "is no name"): "true: any text is a name",
+    ("add_problem_instance", "'a b' is not a valid name"): "true: any text is a name",
+    ("add_problem_instance", "is not a valid name"): "true: any text is a name",
 }
 """Requests that are answered otherwise, and how theirs is."""
 

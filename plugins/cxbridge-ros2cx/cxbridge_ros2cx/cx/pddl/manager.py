@@ -1,7 +1,7 @@
 """The node ``pddl_manager``: 19 services, a planning action, and a topic with names of changed problems.
 
-It joins the process when an agent creates a client of one of its services on the virtual clock. In real time
-the original serves under that name.
+On the virtual clock, the node starts when an agent creates a client of one of the node's services. In real
+time the original node offers these services.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cxbridge.executive.planning.planner import PlanStatus
 from cxbridge.executive.planning.service import PlanRequest
 from cxbridge.rights import Right
 from cxbridge_ros2.actions import GoalHandler, GoalResponse, GoalServer, GoalStatus, ServedGoal
-from cxbridge_ros2cx.cx.pddl.problem import ManagedProblem
+from cxbridge_ros2cx.cx.pddl.problem import ManagedGoal, ManagedProblem
 
 if TYPE_CHECKING:
     from cxbridge.clock import Clock
@@ -29,17 +29,18 @@ if TYPE_CHECKING:
     from cxbridge_ros2.node import Node
 
 NAME: Final = "/pddl_manager"
-MOST_WAITING: Final = 64  # limit of goals that wait for the planner; further goals are rejected
+MAX_WAITING: Final = 64  # limit of goals that wait for the planner; further goals are rejected
 
-_UNKNOWN: Final = "Unknown pddl instance"
+_UNKNOWN_INSTANCE: Final = "Unknown pddl instance"
 _GROUP_S: Final = 0.1  # seconds within which actions of one class start
 
+# the starts of expressions, statements and comments of jinja2
 _MARKS: Final = ("{{", "{%", "{#")
 
 Fields = Mapping[str, Any]
-Change = Callable[[ManagedProblem, Fields], None]  # changes a problem for an item of a request
+Change = Callable[[ManagedProblem, Fields], None]  # changes a problem as an item of a request says
 
-# fields of the items of requests, each with its change of a problem
+# by type of service: the field of a request that lists items, and the change that each item makes
 _CHANGES: Final[dict[str, tuple[str, Change]]] = {
     "AddFluents": (
         "fluents",
@@ -59,10 +60,11 @@ _CHANGES: Final[dict[str, tuple[str, Change]]] = {
 
 
 class PddlManager(GoalHandler, Closing):
-    """The node.
+    """The node ``pddl_manager``.
 
-    :param node: its interface to ROS.
-    :param package: the package with its types: that of the extension, or an agent's copy of earlier types.
+    :param node: the interface to ROS.
+    :param package: the package with the types of the services: that of the extension, or an agent's copy of
+        earlier types.
     """
 
     def __init__(self, node: Node, clock: Clock, log: Logger, package: str) -> None:
@@ -75,7 +77,7 @@ class PddlManager(GoalHandler, Closing):
                 node.serve(
                     f"{NAME}/{service}",
                     f"{package}/srv/{kind}",
-                    self._reported(handler),
+                    self._with_error_responses(handler),
                     needs=Right.CONTROL,
                 )
         self._updates = node.publisher(f"{NAME}/instance_update", "std_msgs/msg/String")
@@ -97,23 +99,23 @@ class PddlManager(GoalHandler, Closing):
             "get_functions": ("GetFunctions", self._functions),
             "set_goals": ("SetGoals", self._set_goals),
             "clear_goals": ("ClearGoals", self._clear_goals),
-            "set_action_filter": ("SetActionFilter", lambda request: self._filter(request, "actions")),
-            "set_object_filter": ("SetObjectFilter", lambda request: self._filter(request, "objects")),
-            "set_fluent_filter": ("SetFluentFilter", lambda request: self._filter(request, "fluents")),
+            "set_action_filter": ("SetActionFilter", lambda request: self._set_filter(request, "actions")),
+            "set_object_filter": ("SetObjectFilter", lambda request: self._set_filter(request, "objects")),
+            "set_fluent_filter": ("SetFluentFilter", lambda request: self._set_filter(request, "fluents")),
             "create_goal_instance": ("CreateGoalInstance", self._create_goal),
             "get_predicates": ("GetPredicates", self._predicates),
             "get_type_objects": ("GetTypeObjects", self._type_objects),
         }
 
-    def _reported(self, handler: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
-        """Return a function that reports errors in its response."""
+    def _with_error_responses(self, handler: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
+        """Return a handler that reports errors of another handler in its response."""
 
         def respond(request: Message) -> Fields:
             try:
                 return {"success": True, **handler(request)}
             except CxbridgeError as error:
                 # agents ask for instances that may not exist yet, so that is no error of the node
-                if error.message != _UNKNOWN:
+                if error.message != _UNKNOWN_INSTANCE:
                     self._log.error(str(error))
                 return {"success": False, "error": error.message}
 
@@ -121,7 +123,7 @@ class PddlManager(GoalHandler, Closing):
 
     def _problem(self, name: str) -> ManagedProblem:
         if name not in self._problems:
-            raise PddlError(_UNKNOWN)
+            raise PddlError(_UNKNOWN_INSTANCE)
         return self._problems[name]
 
     # --- problems -----------------------------------------------------------------------------------------
@@ -216,23 +218,23 @@ class PddlManager(GoalHandler, Closing):
 
     def _create_goal(self, request: Message) -> Fields:
         problem = self._problem(request["pddl_instance"])
-        problem.goals[request["goal_instance"]] = type(problem.goal("base"))()
+        problem.goals[request["goal_instance"]] = ManagedGoal()
         return {}
 
     def _set_goals(self, request: Message) -> Fields:
         goal = request["goal_instance"]
         for item in request["fluents"]:
-            self._problem(item["pddl_instance"]).want_fluent(goal, item["name"], item["args"])
+            self._problem(item["pddl_instance"]).add_goal_fluent(goal, item["name"], item["args"])
         for item in request["functions"]:
             problem = self._problem(item["pddl_instance"])
-            problem.want_function(goal, item["name"], item["args"], item["value"])
+            problem.add_goal_function(goal, item["name"], item["args"], item["value"])
         return {}
 
     def _clear_goals(self, request: Message) -> Fields:
         self._problem(request["pddl_instance"]).goal(request["goal_instance"]).formulas.clear()
         return {}
 
-    def _filter(self, request: Message, field: str) -> Fields:
+    def _set_filter(self, request: Message, field: str) -> Fields:
         goal = self._problem(request["pddl_instance"]).goal(request["goal_instance"])
         setattr(goal, field, tuple(request[field]))
         return {}
@@ -240,8 +242,8 @@ class PddlManager(GoalHandler, Closing):
     # --- planning -----------------------------------------------------------------------------------------
 
     def respond(self, served: ServedGoal) -> GoalResponse:
-        """Reject a goal while :data:`MOST_WAITING` goals wait."""
-        return super().respond(served) if len(self._waiting) < MOST_WAITING else GoalResponse.REJECT
+        """Reject a goal while :data:`MAX_WAITING` goals wait."""
+        return super().respond(served) if len(self._waiting) < MAX_WAITING else GoalResponse.REJECT
 
     def begin(self, served: ServedGoal) -> None:
         """Queue a goal; planning starts after its sender has received the acceptance."""
@@ -278,13 +280,15 @@ class PddlManager(GoalHandler, Closing):
 
 
 def _fluent(instance: str, ground: tuple[str, tuple[str, ...]]) -> dict[str, Any]:
-    return {"pddl_instance": instance, "name": ground[0], "args": list(ground[1])}
+    name, arguments = ground
+    return {"pddl_instance": instance, "name": name, "args": list(arguments)}
 
 
 def _timed(actions: Iterable[PlannedAction], instance: str, goal: str) -> Iterable[Fields]:
-    """Yield a plan's actions with times; actions with about the same start are of one class."""
+    """Yield a plan's actions with times; actions that start at about the same time have one class."""
     group, begun = 0, 0.0
     for number, action in enumerate(actions):
+        # the actions of a plan without times start one after another
         start = float(number) if action.start is None else action.start
         if start - begun > _GROUP_S:
             group, begun = group + 1, start
@@ -298,7 +302,7 @@ def _timed(actions: Iterable[PlannedAction], instance: str, goal: str) -> Iterab
 
 
 def _render(folder: Path, name: str) -> str:
-    """Return the text of a file, rendered if it is a jinja2 template; empty for no file."""
+    """Return the text of a file, rendered if the file is a jinja2 template; empty if no file is named."""
     if not name:
         return ""
     file = folder / name
@@ -310,7 +314,7 @@ def _render(folder: Path, name: str) -> str:
         return text
     try:
         from jinja2 import FileSystemLoader, TemplateError  # noqa: PLC0415 - few domains are templates
-        from jinja2.sandbox import SandboxedEnvironment  # noqa: PLC0415
+        from jinja2.sandbox import SandboxedEnvironment  # noqa: PLC0415 - likewise
     except ModuleNotFoundError:
         raise PddlError(
             "the file is a jinja2 template, and jinja2 is not installed",

@@ -1,7 +1,7 @@
 """A PDDL problem that changes: objects, fluents, functions, and several goals with filters.
 
-Names are lower case, as in unified-planning's reader, which the original uses. A domain may use undeclared
-requirements.
+Names are lower case, as in unified-planning's reader, which the original node uses. A domain may use
+undeclared requirements.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from cxbridge.executive.pddl.ast import (
 from cxbridge.executive.pddl.problems import problem_of_facts
 from cxbridge.executive.problem.truth import KnownState
 
-BASE: Final = "base"  # goal of each problem
+BASE: Final = "base"  # name of the goal that each problem has from the start
 
 _REQUIREMENTS: Final = (
     ":strips :typing :negative-preconditions :disjunctive-preconditions :equality :quantified-preconditions"
@@ -52,8 +52,8 @@ class Change(Struct, frozen=True):
     """A change that an action makes.
 
     :param time_point: START or END.
-    :param sign: of a function: ``=``, ``+`` or ``-``; empty for a fluent.
-    :param value: for a fluent, 1.0 means true.
+    :param sign: the operator on a function's value: ``=``, ``+`` or ``-``; empty for a fluent.
+    :param value: the operand; for a fluent, 1.0 means true and 0.0 means false.
     """
 
     ground: Ground
@@ -72,15 +72,15 @@ class ManagedGoal(Struct):
 
 
 class ManagedProblem:
-    """A problem.
+    """A PDDL problem that services change.
 
-    :param problem_text: the problem; empty for one without objects and facts.
+    :param problem_text: the text of the problem; empty for a problem without objects and facts.
     """
 
     def __init__(self, domain_text: str, problem_text: str = "", file: str = "") -> None:
-        self.domain = domain = parse_domain(_lenient(domain_text), file)
+        self.domain = domain = parse_domain(_with_all_requirements(domain_text), file)
         self.objects: dict[str, str] = dict(pairs_of(domain.constants))
-        self.fluents: dict[Ground, None] = {}  # the true ones; a dict keeps their order
+        self.fluents: dict[Ground, None] = {}  # the true fluents; a dict keeps their order
         self.functions: dict[Ground, float] = {}
         self.goals: dict[str, ManagedGoal] = {BASE: ManagedGoal()}
         self._parents = {name: parent or "object" for name, parent in pairs_of(domain.types)}
@@ -96,7 +96,8 @@ class ManagedProblem:
 
     # --- objects and facts --------------------------------------------------------------------------------
 
-    def _ground(self, name: str, arguments: Sequence[str]) -> Ground:
+    def _make_ground(self, name: str, arguments: Sequence[str]) -> Ground:
+        """Return a fluent or function with its arguments, which must be objects of the problem."""
         for argument in arguments:
             if argument not in self.objects:
                 raise PddlError(f"there is no object '{argument}'")
@@ -107,8 +108,8 @@ class ManagedProblem:
 
         :raises PddlError: if the predicate or an object is unknown.
         """
-        self._check(name, arguments, self._predicates)
-        ground = self._ground(name, arguments)
+        self._check_arguments(name, arguments, self._predicates)
+        ground = self._make_ground(name, arguments)
         if value:
             self.fluents[ground] = None
         else:
@@ -119,11 +120,11 @@ class ManagedProblem:
 
         :raises PddlError: if the function or an object is unknown.
         """
-        self._check(name, arguments, self._functions)
-        self.functions[self._ground(name, arguments)] = value
+        self._check_arguments(name, arguments, self._functions)
+        self.functions[self._make_ground(name, arguments)] = value
 
     @staticmethod
-    def _check(name: str, arguments: Sequence[str], declared: dict[str, TypedList]) -> None:
+    def _check_arguments(name: str, arguments: Sequence[str], declared: dict[str, TypedList]) -> None:
         if name not in declared:
             raise PddlError(f"the domain has no '{name}'", hint=f"it has: {', '.join(declared)}")
         count = len(names_of(declared[name]))
@@ -140,14 +141,16 @@ class ManagedProblem:
     def remove_object(self, name: str) -> None:
         self.objects.pop(name, None)
         for table in (self.fluents, self.functions):
-            for ground in [ground for ground in table if name in ground[1]]:
-                table.pop(ground)
+            for ground in list(table):
+                _, arguments = ground
+                if name in arguments:
+                    table.pop(ground)
 
     def instances_of(self, kinds: Sequence[str]) -> list[str]:
         """Return the objects of types and of their subtypes; all objects if no type is given."""
-        return [name for name, kind in self.objects.items() if not kinds or self._is_one(kind, kinds)]
+        return [name for name, kind in self.objects.items() if not kinds or self._is_subtype(kind, kinds)]
 
-    def _is_one(self, kind: str, kinds: Sequence[str]) -> bool:
+    def _is_subtype(self, kind: str, kinds: Sequence[str]) -> bool:
         visited: set[str] = set()  # types may inherit from each other in a circle
         while kind not in kinds and kind in self._parents and kind not in visited:
             visited.add(kind)
@@ -159,10 +162,10 @@ class ManagedProblem:
 
     # --- actions ------------------------------------------------------------------------------------------
 
-    def _bound(
+    def _bind(
         self, action: str, arguments: Sequence[str]
     ) -> tuple[Formula | None, Formula | None, dict[str, str]]:
-        """Return condition and effect of an action, and the values of its variables."""
+        """Return the condition and the effect of an action, and the values of its variables."""
         action_definition = next((item for item in self.domain.actions if item.name == action), None)
         if action_definition is None:
             raise PddlError(f"the domain has no action '{action}'")
@@ -172,7 +175,7 @@ class ManagedProblem:
         return (
             action_definition.condition,
             action_definition.effect,
-            dict(zip(variables, self._ground(action, arguments)[1], strict=True)),
+            dict(zip(variables, self._make_ground(action, arguments)[1], strict=True)),
         )
 
     def unsatisfied(self, action: str, arguments: Sequence[str]) -> list[str]:
@@ -180,10 +183,10 @@ class ManagedProblem:
 
         :raises PddlError: if the action or an object is unknown.
         """
-        condition, _, bound = self._bound(action, arguments)
+        condition, _, bound = self._bind(action, arguments)
         truth = KnownState(self.fluents, self.functions, self.instances_of)
         return [
-            _text(conjunct, bound)
+            _format_condition(conjunct, bound)
             for time, conjunct in _conjuncts(condition)
             if time == "START" and not conjunct.holds(truth, bound)
         ]
@@ -193,7 +196,7 @@ class ManagedProblem:
 
         :raises PddlError: if the action or an object is unknown, or an effect is conditional.
         """
-        _, effect, bound = self._bound(action, arguments)
+        _, effect, bound = self._bind(action, arguments)
         truth = KnownState(self.fluents, self.functions, self.instances_of)
         for time, conjunct in _conjuncts(effect):
             match conjunct:
@@ -222,32 +225,32 @@ class ManagedProblem:
             raise PddlError(f"there is no goal instance '{name}'", hint=f"there are: {', '.join(self.goals)}")
         return self.goals[name]
 
-    def want_fluent(self, goal: str, name: str, arguments: Sequence[str]) -> None:
+    def add_goal_fluent(self, goal: str, name: str, arguments: Sequence[str]) -> None:
         """Add a fluent to a goal.
 
         :raises PddlError: if the goal, the predicate or an object is unknown.
         """
-        self._check(name, arguments, self._predicates)
-        ground = self._ground(name, arguments)
+        self._check_arguments(name, arguments, self._predicates)
+        ground = self._make_ground(name, arguments)
         self.goal(goal).formulas.append(Atom(name, tuple(map(Constant, ground[1]))))
 
-    def want_function(self, goal: str, name: str, arguments: Sequence[str], value: float) -> None:
+    def add_goal_function(self, goal: str, name: str, arguments: Sequence[str], value: float) -> None:
         """Add a function value to a goal.
 
         :raises PddlError: if the goal, the function or an object is unknown.
         """
-        self._check(name, arguments, self._functions)
-        ground = self._ground(name, arguments)
+        self._check_arguments(name, arguments, self._functions)
+        ground = self._make_ground(name, arguments)
         term = FunctionTerm(name, tuple(map(Constant, ground[1])))
         self.goal(goal).formulas.append(TermComparison("=", term, Constant(f"{value:g}")))
 
     def filtered(self, goal: str, name: str) -> tuple[Domain, Problem]:
-        """Return domain and problem of a goal after its filters."""
+        """Return the domain and the problem of a goal, with the goal's filters applied."""
         selected = self.goal(goal)
         objects, fluents = _filter(selected.objects), _filter(selected.fluents)
         actions = _filter(selected.actions)
         domain = self.domain
-        if selected.actions:  # planners read the text, which has all actions
+        if selected.actions:  # without its text, which has all actions: planners then get the kept actions
             kept_actions = tuple(action for action in domain.actions if actions(action.name))
             domain = replace(domain, actions=kept_actions, text="")
 
@@ -269,7 +272,7 @@ def _filter(names: tuple[str, ...]) -> Callable[[str], bool]:
     return lambda name: not names or name in names
 
 
-def _lenient(text: str) -> str:
+def _with_all_requirements(text: str) -> str:
     """Return a domain in lower case that declares all requirements."""
     plain = _DECLARED.sub("", _COMMENT.sub("", text).lower())
     return _HEAD.sub(lambda head: f"{head[0]} (:requirements {_REQUIREMENTS})", plain, count=1)
@@ -299,15 +302,15 @@ def _conjuncts(formula: Formula | None, time: str = "START") -> Iterator[tuple[s
             yield time, formula
 
 
-def _text(formula: Formula, bound: dict[str, str]) -> str:
+def _format_condition(formula: Formula, bound: dict[str, str]) -> str:
     """Return a condition in unified-planning's notation."""
     match formula:
         case Atom(predicate=name, arguments=terms):
             arguments = ", ".join(_names(terms, bound))
             return f"{name}({arguments})" if arguments else name
         case Not(part=negated):
-            return f"(not {_text(negated, bound)})"
+            return f"(not {_format_condition(negated, bound)})"
         case _:
-            from cxbridge.executive.pddl.printer import format_formula  # noqa: PLC0415 - rare
+            from cxbridge.executive.pddl.printer import format_formula  # noqa: PLC0415 - few conditions are neither atoms nor negations
 
             return format_formula(formula)

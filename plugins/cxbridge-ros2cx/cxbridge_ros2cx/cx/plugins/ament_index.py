@@ -18,6 +18,7 @@ class AmentIndexPlugin(CxPlugin):
     """Defines the functions ``ament-index-...``; errors are logged, and the function returns FALSE."""
 
     def init_context(self, env: ClipsEnvironment) -> None:
+        # types are codes of CLIPS' AddUDF: any result (*), SYMBOLs or STRINGs as arguments (sy)
         for name, function, count, types in (
             ("get-package-prefix", self._package_prefix, 1, "*;sy"),
             ("get-package-share-directory", self._package_share, 1, "*;sy"),
@@ -27,9 +28,9 @@ class AmentIndexPlugin(CxPlugin):
             ("get-search-paths", self._search_paths, 0, "*"),
             ("has-resource", self._has_resource, 2, "*;sy;sy"),
         ):
-            env.define(f"{_PREFIX}{name}", self._reported(name, function), count, types=types)
+            env.define(f"{_PREFIX}{name}", self._with_logged_errors(name, function), count, types=types)
 
-    def _reported(self, name: str, function: Callable[..., Value]) -> Callable[..., Value]:
+    def _with_logged_errors(self, name: str, function: Callable[..., Value]) -> Callable[..., Value]:
         """Return a function that logs errors and then returns FALSE."""
 
         def call(*arguments: str) -> Value:
@@ -59,8 +60,10 @@ class AmentIndexPlugin(CxPlugin):
 
     def _resource(self, kind: str, name: str) -> Value:
         resource = self.context.packages.resources(kind).get(name)
-        # content and prefix, in the original's order
-        return FALSE if resource is None else (resource[0], str(resource[1].path))
+        if resource is None:
+            return FALSE
+        content, prefix = resource
+        return content, str(prefix.path)
 
     def _resources(self, kind: str) -> Value:
         resources = self.context.packages.resources(kind).items()

@@ -23,7 +23,7 @@ _TEMPLATE: Final = (
     " (slot is-list (type SYMBOL) (allowed-values TRUE FALSE) (default FALSE)) (multislot list-value))"
 )
 
-# a quoted or a plain key; a quoted one may contain slashes
+# a quoted or a plain key; a quoted key may contain slashes
 _SEGMENT: Final = re.compile(r"'([^']*)'|([^/']+)")
 
 Slots = dict[str, Value]
@@ -52,6 +52,7 @@ class ConfigPlugin(CxPlugin):
             self.log.error(str(ConfigError(f"cannot read the file: {error.strerror}", file=file)))
             return
         try:
+            # as in the original, only the first document of the file counts
             node = _below(parse_documents(data, str(file))[:1], segments, str(file))
             for slots in self.facts(node, path):
                 env.assert_fact("confval", slots)
@@ -63,7 +64,7 @@ class ConfigPlugin(CxPlugin):
 
 
 class NewerConfigPlugin(ConfigPlugin):
-    """As of pull request 33 (June 2026): quoted keys, and prefixes of lists and scalars."""
+    """The plug-in since pull request 33 (June 2026): quoted keys, and prefixes of lists and scalars."""
 
     def split(self, prefix: str) -> tuple[str, list[str]]:
         """Return the path prefix of the facts, and the keys; single quotes enclose one key."""
@@ -80,6 +81,7 @@ class NewerConfigPlugin(ConfigPlugin):
 
 
 def _below(roots: list[YamlNode], segments: list[str], file: str) -> YamlNode | None:
+    """Return the node below the keys of a prefix."""
     node = roots[0] if roots else None
     for segment in segments:
         pairs = node.pairs if isinstance(node, YamlMap) else []
@@ -124,6 +126,7 @@ def _scalar(node: YamlScalar) -> Slots:
     kind = scalar_type(node.text)
     value: Value = node.text
     if kind == "BOOL":
+        # as in the original, only these two words are changed: yes stays yes
         value = Symbol(node.text.upper() if node.text in ("true", "false") else node.text)
     elif kind != "STRING":
         value = clips_scalar(node.text)

@@ -46,16 +46,16 @@ class ExecutivePlugin(CxPlugin):
             self._refreshed = self.context.ros.node.publisher(self.refreshed_topic, self.refreshed_type)
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define the time functions, and what retracts the time facts."""
+        """Define the time functions and the rule that retracts the time facts."""
         if isinstance(env, StockEnvironment):
             for name in ("now", "now-systime"):
                 env.define(name, self._now_s)
             self._init_times(env)
-        else:  # the environment of a look at the files, in which no rule fires
+        else:  # the environment of an inspection, in which no rule fires
             env.time_of = lambda time_us: (time_us / MICROSECONDS,)
 
     def _init_times(self, env: StockEnvironment) -> None:
-        if env not in self._times:  # a plug-in that is loaded again defines its functions only
+        if env not in self._times:  # a plug-in that is loaded again only defines its functions
             for construct in _CONSTRUCTS:
                 env.build(construct)
             env.eval("(unwatch facts time)")
@@ -66,7 +66,7 @@ class ExecutivePlugin(CxPlugin):
         return self.context.clock.now_us() / MICROSECONDS
 
     def tick(self) -> None:
-        """At the period, run the rules of the environments in their loading order."""
+        """When a tick is due, run the rules of the environments in the order in which they were loaded."""
         if not self._timer.due():
             return
         for env, time in list(self._times.items()):
@@ -97,7 +97,7 @@ def period_us(plugin: str, parameters: NodeParameters) -> int:
 
 
 def tick_period_us(parameters: NodeParameters) -> int:
-    """Return the tick period of the fastest executive plug-in."""
+    """Return the tick period of the fastest executive plug-in, by default that of the original."""
     plugins = [
         name.removesuffix(".plugin")
         for name, parameter in parameters

@@ -30,7 +30,8 @@ class FileLoadPlugin(CxPlugin):
         folders = [folder for package in packages if (folder := self._share(package)) is not None]
         for name in _LISTS:
             for file in self.parameters.get_strings(self.parameter(name)):
-                # joined to any folder, an absolute path stays itself
+                # joined to any folder, an absolute path stays itself; without folders, only absolute paths
+                # count
                 candidates = [folder / file for folder in folders] or [Path(file)] * Path(file).is_absolute()
                 path = next((path for path in candidates if path.is_file()), None)
                 if path is None:
@@ -55,18 +56,20 @@ class FileLoadPlugin(CxPlugin):
     def init_context(self, env: ClipsEnvironment) -> None:
         """Load the files, then execute the batch files."""
         self.log.info(f"Initializing plugin for environment {env.name}")
-        if self.context.is_look:
+        if self.context.is_look:  # the caller loads the files
             return
         for name, execute in (("load", env.load), ("batch", env.batch)):
             for file in self._files[name]:
-                # a file may change the current module
+                # since pull request 33, each file starts in MAIN: the previous file may have left another
+                # module
                 if self.context.is_newer:
                     env.call("set-current-module", Symbol("MAIN"))
                 if not execute(file):
+                    # the text of the original
                     raise ClipsError(f"Failed to load file '{file}' failed!, aborting...")
 
     def files(self) -> list[LoadedFile]:
-        """Return the files that are loaded or executed, also those for the end."""
+        """Return the files that are loaded or executed, including the clean-up files."""
         loaded_files = []
         for name, files in self._files.items():
             parameter = self.parameters.find(self.parameter(name))

@@ -20,10 +20,11 @@ if TYPE_CHECKING:
     from cxbridge_ros2.actions import GoalHandler
     from cxbridge_ros2cx.cx.plugin import NodeContext
 
-# Messages that a definition of a kind contains.
+# The messages in a definition of a service or an action.
 SECTIONS: Final = {"msg": (), "srv": ("Request", "Response"), "action": ("Goal", "Feedback", "Result")}
 
 CLASS: Final = re.compile(r"cx::CX(\w+)Plugin")
+# the ends of words in StdMsgsTFMessage: T|F and s|T
 _UPPER: Final = re.compile(r"([A-Z])(?=[A-Z][a-z])")
 _WORD: Final = re.compile(r"([a-z0-9])([A-Z])")
 
@@ -43,6 +44,7 @@ def _camel(kind: TypeName) -> str:
 
 
 def find_type(class_text: str, context: NodeContext) -> TypeName | None:
+    """Return the type whose generated plug-in has a class name; None if no known type has."""
     if CLASS.fullmatch(class_text) is None:
         return None
     kinds = map(parse_type, context.ros.definitions.names())

@@ -1,4 +1,7 @@
-"""``cx::ExecutivePlugin`` as of pull request 33 (June 2026): passes, focus, a limit, and services."""
+"""``cx::ExecutivePlugin`` since pull request 33 of carologistics/clips_executive (June 2026).
+
+It runs rules in passes over a focus stack, up to a limit, and offers services.
+"""
 
 from __future__ import annotations
 
@@ -21,11 +24,12 @@ if TYPE_CHECKING:
     from cxbridge_ros2.messages import Message
 
 _MAIN: Final = "MAIN"
-_EVAL: Final = {
+# the original's texts about the error codes of CLIPS
+_EVAL_ERRORS: Final = {
     "EE_PARSING_ERROR": "syntax error while parsing the expression.",
     "EE_PROCESSING_ERROR": "error occurred while executing the parsed expression.",
 }
-_BUILD: Final = {
+_BUILD_ERRORS: Final = {
     "BE_PARSING_ERROR": "syntax error while parsing the construct.",
     "BE_CONSTRUCT_NOT_FOUND_ERROR": "construct name not recognized.",
     "BE_COULD_NOT_BUILD_ERROR": "construct could not be added to the environment.",
@@ -57,7 +61,7 @@ class NewerExecutivePlugin(ExecutivePlugin):
             ("tick_once", self._tick_once),
         ):
             node.serve(f"{prefix}/{name}", "std_srvs/srv/Trigger", trigger, needs=Right.CONTROL)
-        try:  # their messages are those of cx_msgs, which a run without a workspace lacks
+        try:  # the types are those of cx_msgs, which a run without a workspace lacks
             for name, command in (("eval", self._eval), ("build", self._build)):
                 node.serve(f"{prefix}/{name}", "cx_msgs/srv/ClipsCommand", command, needs=Right.PROGRAMS)
         except Ros2Error as error:
@@ -83,19 +87,19 @@ class NewerExecutivePlugin(ExecutivePlugin):
         fired = 0
         for env in list(self._managed):
             with env.lock:
-                fired += self._passes(env)
+                fired += self._run_passes(env)
         if self._refreshed is not None:
             self._refreshed.publish({"data": fired})
 
-    def _passes(self, env: StockEnvironment) -> int:
+    def _run_passes(self, env: StockEnvironment) -> int:
         """Run passes until no rule fires or the limit is reached."""
-        stack, limit = self._stack(env), self.parameters.get(f"{env.name}.rule_limit", -1)
+        stack, limit = self._focus_stack(env), self.parameters.get(f"{env.name}.rule_limit", -1)
         env.call("set-current-module", Symbol(_MAIN))
         time = env.assert_ordered("time", (self._now_s(),)) if self._asserts_time else None
         fired = 0
         while True:
-            passed = self._pass(env, stack, limit)
-            if time is not None:  # rules of later passes do not see it
+            passed = self._run_pass(env, stack, limit)
+            if time is not None:  # rules of later passes do not see the time
                 env.retract(time)
                 time = None
             fired += passed
@@ -105,19 +109,19 @@ class NewerExecutivePlugin(ExecutivePlugin):
                 self.log.error(f"Env '{env.name}': Rule fire limit of {limit} was reached.")
                 return fired
 
-    def _pass(self, env: StockEnvironment, stack: list[str], limit: int) -> int:
+    def _run_pass(self, env: StockEnvironment, stack: list[str], limit: int) -> int:
         if not stack:
             env.refresh_agenda()
             return env.run(limit)
         fired = 0
         for module in stack:
-            if stack != [_MAIN]:
+            if stack != [_MAIN]:  # MAIN alone has the focus already
                 env.call("focus", Symbol(module))
             fired += self.context.run_environment(env)
         return fired
 
-    def _stack(self, env: StockEnvironment) -> list[str]:
-        """Return the modules of the focus stack; unknown ones are logged."""
+    def _focus_stack(self, env: StockEnvironment) -> list[str]:
+        """Return the modules of the focus stack; unknown modules are logged and left out."""
         name = f"{env.name}.focus_stack"
         if self.parameters.find(name) is None:
             return [_MAIN]
@@ -156,6 +160,7 @@ class NewerExecutivePlugin(ExecutivePlugin):
         errors: dict[str, str],
     ) -> Mapping[str, Any]:
         name = request["env_name"]
+        # an empty name means the first environment
         env = next((env for env in self._managed if name in ("", env.name)), None)
         if env is None:
             error = f"Environment '{name}' not found." if self._managed else "No environments available."
@@ -168,11 +173,14 @@ class NewerExecutivePlugin(ExecutivePlugin):
 
     def _eval(self, request: Message) -> Mapping[str, Any]:
         return self._command(
-            request, lambda env, text: int(lib.Eval(env.env, text, ffi.new("CLIPSValue *"))), "Eval", _EVAL
+            request,
+            lambda env, text: int(lib.Eval(env.env, text, ffi.new("CLIPSValue *"))),
+            "Eval",
+            _EVAL_ERRORS,
         )
 
     def _build(self, request: Message) -> Mapping[str, Any]:
-        return self._command(request, lambda env, text: int(lib.Build(env.env, text)), "Build", _BUILD)
+        return self._command(request, lambda env, text: int(lib.Build(env.env, text)), "Build", _BUILD_ERRORS)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Stop running the rules of the environment."""

@@ -47,7 +47,7 @@ class _User(ProtobufUser):
         return TRUE if self.types.is_registered(full_name) else super().register(full_name)
 
     def sender(self, event: Received) -> Value:
-        """Return address and port of a sender; the original does not know a server's address."""
+        """Return the address and the port of a sender; the original does not know a server's address."""
         if event.origin.value == "CLIENT":
             return (Symbol(""),)
         return (Symbol(event.host), event.port)
@@ -64,9 +64,9 @@ class _Feature(ProtobufFeature):
 
 
 class ProtobufPlugin(CxPlugin):
-    """The plug-in.
+    """Defines the ``pb-*`` functions and the facts of received messages.
 
-    :param linked: the .proto files of a generated plug-in.
+    :param linked: the .proto files of a generated plug-in; empty for the plug-in with paths in parameters.
     """
 
     def __init__(self, name: str, context: NodeContext, linked: Sequence[Path] = ()) -> None:

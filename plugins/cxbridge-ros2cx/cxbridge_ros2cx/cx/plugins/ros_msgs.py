@@ -40,7 +40,7 @@ class RosMsgsPlugin(RosPlugin):
             ("set-field", self._set, "e;sy;*"),
         )
         self.define_all(env, PREFIX, functions)
-        self.define(env, f"{PREFIX}goal-uuid-to-string", self._uuid, "m", "y")
+        self.define(env, f"{PREFIX}goal-uuid-to-string", self._uuid_text, "m", "y")
         for endpoints in self.endpoints:
             endpoints.define(env)
 
@@ -57,7 +57,8 @@ class RosMsgsPlugin(RosPlugin):
         except FieldError as error:
             self.log.error(f"Failed to set field {field}: {error}")
 
-    def _uuid(self, numbers: tuple[Value, ...]) -> Value:
+    def _uuid_text(self, numbers: tuple[Value, ...]) -> Value:
+        # each integer is cut to a byte
         values = [number & 0xFF for number in numbers if isinstance(number, int)]
         if len(values) != _UUID_BYTES or len(numbers) != _UUID_BYTES:
             self.log.error("Invalid UUID passed, expected multifield of 16 integers")

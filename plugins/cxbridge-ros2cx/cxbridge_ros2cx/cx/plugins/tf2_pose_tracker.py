@@ -37,7 +37,8 @@ _TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))
 class _Lookup(Struct, eq=False):
     """A tracked frame.
 
-    :param fact: the index of its fact; None before the first success.
+    :param fact: the index of the fact; None before the first success.
+    :param values: the slot values of the fact.
     """
 
     env: ClipsEnvironment
@@ -57,15 +58,15 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         self._buffer = TransformBuffer()
         self._timers: Handles[_Lookup] = Handles("timer", _FIRST_TIMER)
         self._lookups: list[_Lookup] = []
-        for topic, profile, static in _TOPICS:
-            take = partial(self._take, static=static)
-            self.ros.node.subscribe(topic, TRANSFORMS, take, PROFILES[profile], needs=Right.CONTROL)
+        for topic, profile, is_static in _TOPICS:
+            receive = partial(self._receive, is_static=is_static)
+            self.ros.node.subscribe(topic, TRANSFORMS, receive, PROFILES[profile], needs=Right.CONTROL)
 
-    def _take(self, message: Message, *, static: bool) -> None:
+    def _receive(self, message: Message, *, is_static: bool) -> None:
         for transform in message["transforms"]:
             try:
-                self._buffer.set_transform(stamped_transform(transform), static=static)
-            except TransformError as error:  # one wrong frame does not lose the others of its message
+                self._buffer.set_transform(stamped_transform(transform), static=is_static)
+            except TransformError as error:  # the other frames of the message are valid
                 self.log.warn(f"a frame is left out: {error.message}")
 
     def init_context(self, env: ClipsEnvironment) -> None:
@@ -75,6 +76,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         self.define(env, "tf2-stop-periodic-lookup", self._stop, "e", "b")
 
     def _start(self, env: ClipsEnvironment, parent: str, child: str, rate: float) -> Value:
+        # the shortest period is a microsecond, the resolution of the clock
         if not 0 < rate <= MICROSECONDS:
             raise ClipsError(f"a rate cannot be {rate} Hz")
         timer = RefreshTimer(self.context.clock, round(MICROSECONDS / rate))
@@ -102,9 +104,9 @@ class Tf2PoseTrackerPlugin(RosPlugin):
                     self.log.warn(f"TF lookup failed: {error.message}")
                 else:
                     with lookup.env.lock:
-                        self._show(lookup, pose)
+                        self._update_fact(lookup, pose)
 
-    def _show(self, lookup: _Lookup, pose: StampedTransform) -> None:
+    def _update_fact(self, lookup: _Lookup, pose: StampedTransform) -> None:
         """Assert or modify the fact of a tracked frame."""
         env, values = lookup.env, _values(pose)
         previous_values, lookup.values = lookup.values, values
@@ -129,7 +131,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
 
 
 def _values(pose: StampedTransform) -> dict[str, Value]:
-    """Return stamp, translation and rotation; whole numbers are INTEGERs, as in the original."""
+    """Return stamp, translation and rotation; as in the original, whole numbers are INTEGERs."""
     return {
         "stamp": pose.stamp_us / MICROSECONDS,
         "translation": tuple(map(_number, pose.transform.translation)),

@@ -35,17 +35,19 @@ if TYPE_CHECKING:
 
 NO_HANDLE: Final = ExternalAddress(0)  # handle of a rejected goal
 
+# see Handles: each kind of handle has a separate range
 _FIRST_HANDLE: Final = 0x5100_0000_1000
 _CODES: Final = {
     GoalStatus.SUCCEEDED: "SUCCEEDED",
     GoalStatus.CANCELED: "CANCELED",
     GoalStatus.ABORTED: "ABORTED",
 }
+# names of the return codes in action_msgs/srv/CancelGoal, by number
 _RETURN_CODES: Final = ("ERROR_NONE", "ERROR_REJECTED", "ERROR_UNKNOWN_GOAL_ID", "ERROR_GOAL_TERMINATED")
 
 
 class _Names(Struct, frozen=True):
-    """Names of functions and templates behind the plug-in's prefix."""
+    """Names of functions and templates, without the plug-in's prefix."""
 
     client: str
     create: str
@@ -56,8 +58,8 @@ class _Names(Struct, frozen=True):
     feedback: str
 
 
-# The names of the plug-in for all types, and those of the generated plug-ins.
-_TYPED: Final = _Names(
+# The names of the plug-in ros_msgs, and those of the generated plug-ins.
+_GENERIC: Final = _Names(
     "action-client",
     "create-action-client",
     "destroy-action-client",
@@ -86,7 +88,7 @@ class ActionClients(ClientEndpoints[ClientEndpoint]):
 
     def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName | None = None) -> None:
         super().__init__(plugin, prefix, kind)
-        self._names = _TYPED if kind is None else _GENERATED
+        self._names = _GENERIC if kind is None else _GENERATED
         self.clients = EndpointTable(
             plugin, "action client", "Action client {name} not found in environment {env}"
         )
@@ -102,7 +104,7 @@ class ActionClients(ClientEndpoints[ClientEndpoint]):
             (names.cancel, partial(self._cancel, env), "sy;e"),
             (names.destroy_handle, self.handles.destroy, "e"),
         ]
-        cancel = partial(self._cancel_until, env)
+        cancel = partial(self._cancel_accepted_before, env)
         if self.kind is None:
             functions.append(("create-goal-request", self._create_goal, "sy"))
         else:
@@ -118,16 +120,16 @@ class ActionClients(ClientEndpoints[ClientEndpoint]):
 
     def _define_templates(self, env: ClipsEnvironment) -> None:
         template, prefix, names = self.plugin.template, self.prefix, self._names
-        is_typed = self.kind is None
-        template(env, f"{prefix}{names.client}", server=STRING, **({"type": STRING} if is_typed else {}))
+        is_generic = self.kind is None
+        template(env, f"{prefix}{names.client}", server=STRING, **({"type": STRING} if is_generic else {}))
         template(env, f"{prefix}goal-response", server=STRING, client_goal_handle_ptr=ADDRESS)
         handle = {"server": STRING, "client_goal_handle_ptr": ADDRESS}
         template(env, f"{prefix}{names.feedback}", **handle, feedback_ptr=ADDRESS)
-        goal_id = SYMBOL if is_typed else STRING
+        goal_id = SYMBOL if is_generic else STRING
         template(
             env, f"{prefix}wrapped-result", server=STRING, goal_id=goal_id, code=SYMBOL, result_ptr=ADDRESS
         )
-        if is_typed:
+        if is_generic:
             template(env, f"{prefix}cancel-response", **handle, cancel_response_ptr=ADDRESS)
         else:
             template(
@@ -157,7 +159,7 @@ class ActionClients(ClientEndpoints[ClientEndpoint]):
         self.plugin.define_all(env, f"{self.prefix}client-goal-handle-", functions)
 
     def id_of(self, sent: SentGoal) -> str:
-        """Return the id of a goal: a SYMBOL in the plug-in for all types, a STRING in generated ones."""
+        """Return the id of a goal: a SYMBOL in the plug-in ros_msgs, a STRING in generated plug-ins."""
         text = str(uuid.UUID(bytes=sent.goal_id))
         return Symbol(text) if self.kind is None else text
 
@@ -178,7 +180,8 @@ class ActionClients(ClientEndpoints[ClientEndpoint]):
         self.find(env, server)
         self.handles.find(address).cancel()
 
-    def _cancel_until(self, env: ClipsEnvironment, server: str, seconds: float = 0.0) -> None:
+    def _cancel_accepted_before(self, env: ClipsEnvironment, server: str, seconds: float = 0.0) -> None:
+        """Cancel the goals that a server accepted before a time of the epoch; 0 cancels all goals."""
         done = partial(self.cancel_answered, env, str(server), NO_HANDLE)
         self.find(env, server).client.cancel_until(float(seconds), done)
 

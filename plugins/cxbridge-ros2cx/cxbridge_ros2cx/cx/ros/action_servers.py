@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
     from cxbridge_ros2.names import TypeName
 
+# see Handles: each kind of handle has a separate range
 _FIRST_HANDLE: Final = 0x5200_0000_1000
 _CANCEL_ACCEPTED: Final = 2  # rclcpp_action::CancelResponse::ACCEPT
 
@@ -67,9 +68,9 @@ class ActionServers(Endpoints):
             ("destroy", self.handles.destroy, "e"),
         )
         for name, function, types in functions:
-            plugin.define(env, f"{prefix}server-goal-handle-{name}", self._logged(function), types)
+            plugin.define(env, f"{prefix}server-goal-handle-{name}", self._with_error_log(function), types)
 
-    def _logged(self, function: Callable[..., Value]) -> Callable[..., Value]:
+    def _with_error_log(self, function: Callable[..., Value]) -> Callable[..., Value]:
         """Return a function that logs an unknown handle and then returns FALSE."""
 
         def call(*arguments: Value) -> Value:
@@ -107,7 +108,7 @@ class ActionServers(Endpoints):
         return self.plugin.messages.take(self.kind.derived("Goal"), goal)
 
     def _has_status(self, *arguments: GoalStatus | ExternalAddress) -> Value:
-        """Return whether an active goal has one of the given states."""
+        """Return whether an active goal has one of the given states; the last argument is its handle."""
         *states, address = arguments
         assert isinstance(address, ExternalAddress)
         status = self.handles.find(address).status
@@ -152,9 +153,9 @@ class _Handler(GoalHandler):
                 return self._env.call(function, self._server, goal, argument)
         except ClipsError as error:
             self._plugin.log.error(str(error))
-            return 1  # REJECT
+            return 1  # REJECT, for a goal and for a cancel request
         finally:
-            messages.destroy(goal)  # the message is the deffunction's for the call only
+            messages.destroy(goal)  # the deffunction has the message during the call only
 
     def respond(self, served: ServedGoal) -> GoalResponse:
         """Let the deffunction decide about a goal; without a deffunction, accept and execute."""

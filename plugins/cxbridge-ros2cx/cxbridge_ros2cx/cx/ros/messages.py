@@ -1,7 +1,7 @@
 """The messages of rules: each has an address; fields are read and set by name.
 
-A nested message is a view: a change to its field changes the whole message. A message that is put into a
-field is moved, as in the original: its strings and lists are empty afterwards.
+A nested message is a view: a change to its field changes the whole message. As in the original, a
+message that is put into a field is moved: its strings and lists are empty afterwards.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _BITS: Final = {f"{sign}int{bits}": bits for bits in (8, 16, 32, 64) for sign in
     "char": 8,
     "octet": 8,
 }
-# CLIPS prints addresses; those of a run are the same each time
+# fixed numbers, since CLIPS prints addresses: a repeated run has the same output
 _FIRST_ADDRESS: Final = 0x5000_0000_1000
 _STEP: Final = 0x40
 
@@ -88,6 +88,7 @@ class MessageTable:
         return self._add(MessageView(kind, fields))
 
     def take(self, kind: TypeName, fields: Fields) -> ExternalAddress:
+        """Return the address of a received message, without a copy."""
         return self._add(MessageView(kind, fields))
 
     def _add(self, view: MessageView) -> ExternalAddress:
@@ -152,7 +153,7 @@ class MessageTable:
         view = self.find(address)
         node, details = kind = self.kind_of(view, field)
         if node in (Nodetype.BASE, Nodetype.NAME):
-            view.fields[field] = self._converted(kind, value, field, view.fields[field])
+            view.fields[field] = self._convert(kind, value, field, view.fields[field])
             return
         if not isinstance(value, Sequence) or isinstance(value, str):
             raise FieldError("expected multifield value!")
@@ -161,12 +162,12 @@ class MessageTable:
             raise FieldError(f"the field '{field}' takes {max_length} values, not {len(value)}")
         if node == Nodetype.SEQUENCE and max_length and len(value) > max_length:
             raise FieldError(f"the field '{field}' takes up to {max_length} values, not {len(value)}")
-        view.fields[field] = [self._converted(element_type, element, field, None) for element in value]
+        view.fields[field] = [self._convert(element_type, element, field, None) for element in value]
 
-    def _converted(self, kind: FieldType, value: Value, field: str, previous: Any) -> Any:
+    def _convert(self, kind: FieldType, value: Value, field: str, previous: Any) -> Any:
         node, details = kind
         if node == Nodetype.NAME:
-            return self._taken_fields(parse_type(details), value, field, previous)
+            return self._move_fields(parse_type(details), value, field, previous)
         converted = _CONVERT[details[0]](value, details[0])
         if converted is None:
             raise FieldError(f"the field '{field}' of type {details[0]} takes no {_text_of(value)}")
@@ -174,7 +175,7 @@ class MessageTable:
             raise FieldError(f"the field '{field}' takes up to {details[1]} characters, not {len(converted)}")
         return converted
 
-    def _fits(self, kind: TypeName, field_kind: TypeName) -> bool:
+    def _have_same_fields(self, kind: TypeName, field_kind: TypeName) -> bool:
         """Return whether two types have the same fields.
 
         The original checks no types, and agents rely on that.
@@ -182,11 +183,12 @@ class MessageTable:
         fields = self.definitions.fields
         return kind == field_kind or list(fields(kind)) == list(fields(field_kind))
 
-    def _taken_fields(self, kind: TypeName, value: Value, field: str, previous: Any) -> Fields:
+    def _move_fields(self, kind: TypeName, value: Value, field: str, previous: Any) -> Fields:
+        """Return the fields of the message at an address, and empty that message."""
         view = self._views.get(value) if isinstance(value, ExternalAddress) else None
         if view is None:
             raise FieldError(f"Failed to set unknown message: the field '{field}' takes a {kind}")
-        if not self._fits(view.kind, kind):
+        if not self._have_same_fields(view.kind, kind):
             raise FieldError(f"the field '{field}' takes a {kind}, not a {view.kind}")
         fields = dict(view.fields)
         _empty(view.fields)
@@ -244,6 +246,7 @@ def _text(value: Value, _kind: str) -> str | None:
     return str(value) if isinstance(value, str) else None
 
 
+# by type of the field: a function that returns the field's value; None if the CLIPS value does not fit
 _CONVERT: Final[dict[str, Callable[[Value, str], Any]]] = {
     **dict.fromkeys(_BITS, _integer),
     "bool": _bool,

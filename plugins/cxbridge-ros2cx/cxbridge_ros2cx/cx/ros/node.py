@@ -56,7 +56,7 @@ class RosNode(Closing):
 
     @cached_property
     def definitions(self) -> Definitions:
-        from cxbridge_ros2.definitions import Definitions  # noqa: PLC0415 - only agents with ROS pay
+        from cxbridge_ros2.definitions import Definitions  # noqa: PLC0415 - slow to import, only for agents with ROS
 
         return Definitions(self._packages.folders, texts=_TYPES)
 
@@ -88,7 +88,7 @@ class RosNode(Closing):
         return self._packages.folders[0] if self._packages.folders else Path()
 
     def reach(self, name: str, kind: TypeName) -> str:
-        """Return the full name of a service or an action with clients.
+        """Return the full name of a service or an action, for a new client.
 
         On a virtual clock cxbridge's own ``pddl_manager`` joins for the first client of its services, with
         the types of the client's package.
@@ -114,13 +114,14 @@ class RosNode(Closing):
         """Whether other nodes exist: on a virtual clock, other nodes of this process."""
         if not self._clock.is_virtual:
             return True
-        own = {self.name.rpartition("/")[2], _PDDL.strip("/")}
-        return "graph" in self.__dict__ and not own.issuperset(self.graph.nodes)
+        own_nodes = {self.name.rpartition("/")[2], _PDDL.strip("/")}
+        return "graph" in self.__dict__ and not own_nodes.issuperset(self.graph.nodes)
 
     def spin(self) -> None:
         """Receive messages; on a virtual clock also all messages that these cause at this moment."""
         if self._pddl is not None:
             self._pddl.step()
+        # __dict__ tells whether the cached property exists; its use would create it
         if "graph" in self.__dict__:
             if not self.graph.settle():
                 self._log.error("messages answer each other without an end")

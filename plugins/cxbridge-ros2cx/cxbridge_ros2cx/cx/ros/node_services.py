@@ -38,7 +38,7 @@ Fields = Mapping[str, Any]
 class NodeServices(Closing):
     """The services of the node after its activation.
 
-    :param work: the work of each transition.
+    :param work: a function for each transition that returns whether the transition has succeeded.
     :param state: the state of the node: active or unconfigured.
     """
 
@@ -47,13 +47,13 @@ class NodeServices(Closing):
     ) -> None:
         self._manager, context = manager, manager.context
         self._node, self._name = context.ros.node, context.parameters.name.strip("/")
-        self._ends: dict[str, Callable[[], None]] = {}
+        self._closers: dict[str, Callable[[], None]] = {}
         self._rosout = Rosout(self._node, self._name)
         context.bus.subscribe(self._rosout, *Rosout.events)
         self._bond = Bond.of(manager) if state is LifecycleState.ACTIVE else None
         self._serve()
         if context.is_newer:
-            self._ends[_LOGS] = TopicLogs(manager).end
+            self._closers[_LOGS] = TopicLogs(manager).close
         report, clock = manager.log.error, context.clock
         transitions: dict[str, Callable[[], bool]] = {
             CONFIGURE: work[CONFIGURE],
@@ -78,13 +78,13 @@ class NodeServices(Closing):
             ("list_plugins", "ListClipsPlugins", self._list_plugins),
         )
         for name, kind, handler in services:
-            if name in self._ends:  # kept when the node was deactivated
+            if name in self._closers:  # an inactive node has kept this service
                 continue
             try:
-                self._ends[name] = self._node.serve(
+                self._closers[name] = self._node.serve(
                     f"/{self._name}/{name}",
                     f"{_PACKAGE}/{kind}",
-                    self._reported(handler),
+                    self._with_error_responses(handler),
                     needs=Right.CONTROL,
                 )
             except Ros2Error as error:
@@ -92,8 +92,8 @@ class NodeServices(Closing):
                 self._manager.log.warn(f"services for environments are not offered: {error.message}; {hint}")
                 return
 
-    def _reported(self, handler: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
-        """Return a function that logs errors and reports them in its response."""
+    def _with_error_responses(self, handler: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
+        """Return a handler that logs errors of another handler and reports them in its response."""
 
         def respond(request: Message) -> Fields:
             try:
@@ -144,7 +144,7 @@ class NodeServices(Closing):
         return {}
 
     def _list_plugins(self, request: Message) -> Fields:
-        # the older original answers a request without an environment with an empty list
+        # before pull request 33, the original answers a request without an environment with an empty list
         if not request["env_name"] and not self._manager.context.is_newer:
             return {"plugins": []}
         return {"plugins": list(self._manager.loaded_features(self._environment_of(request)))}
@@ -153,14 +153,14 @@ class NodeServices(Closing):
 
     def _activate(self, activate: Callable[[], bool]) -> bool:
         succeeded = activate()
-        self._serve()  # what the deactivation has ended
+        self._serve()  # the services that the deactivation has closed
         self._bond = Bond.of(self._manager)
         return succeeded
 
     def _deactivate(self, deactivate: Callable[[], bool]) -> bool:
         succeeded = deactivate()
-        for name in [name for name in self._ends if name not in _INACTIVE_SERVICES]:
-            self._ends.pop(name)()
+        for name in [name for name in self._closers if name not in _INACTIVE_SERVICES]:
+            self._closers.pop(name)()
         self._break_bond()
         return succeeded
 
@@ -177,8 +177,8 @@ class NodeServices(Closing):
     def close(self) -> None:
         self._break_bond()
         self._manager.bus.unsubscribe(self._rosout)
-        while self._ends:
-            self._ends.popitem()[1]()
+        while self._closers:
+            self._closers.popitem()[1]()
         self._lifecycle.close()
         self._parameters.close()
         self._rosout.close()
@@ -221,14 +221,14 @@ class Bond(Closing):
 class TopicLogs:
     """Publishes the log lines of the environments that a parameter or a peer has selected.
 
-    It is a service of pull request 33 (June 2026).
+    The service exists since pull request 33 of carologistics/clips_executive (June 2026).
     """
 
     def __init__(self, manager: CxManager) -> None:
         self._manager, node = manager, manager.context.ros.node
         name = manager.context.parameters.name
         self._publisher = node.publisher(f"{name}/clips_log", "cx_msgs/msg/Log")
-        self.end: Callable[[], None] = node.serve(
+        self.close: Callable[[], None] = node.serve(
             f"{name}/{_LOGS}", f"{_PACKAGE}/SetTopicLogging", self._set, needs=Right.CONTROL
         )
         for env in manager.environments:
@@ -241,7 +241,7 @@ class TopicLogs:
 
     def _switch(self, name: str, *, on: bool) -> None:
         env = self._manager.environments.get(name)
-        if env is None:  # the original too reports success for an unknown environment
+        if env is None:  # the original, too, reports success for an unknown environment
             return
         if any(logger.name == _LOGGER for logger in env.loggers.loggers):
             env.loggers.remove(_LOGGER)

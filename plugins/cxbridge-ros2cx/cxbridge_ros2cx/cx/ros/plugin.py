@@ -1,8 +1,8 @@
 """The base class of ROS plug-ins, and the endpoints that rules open through them.
 
-Endpoints are publishers, subscriptions, clients and servers, each with a fact. A plug-in either has one type
-and its own prefix (the generated plug-ins), or takes the type as an argument (``ros_msgs``). The texts of log
-lines are those of the original.
+Endpoints are publishers, subscriptions, clients and servers, each with a fact. A generated plug-in
+has one type and its own prefix; functions of the plug-in ``ros_msgs`` take the type as an argument. The texts
+of log lines are those of the original.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ INTEGER: Final = "(type INTEGER)"
 SYMBOL: Final = "(type SYMBOL)"
 FLOAT: Final = "(type FLOAT)"
 
-# name, function, and the types of its arguments, separated by ``;``
+# name, function, and CLIPS' codes for the types of the arguments, separated by ``;``
 Definition = tuple[str, Callable[..., Value], str]
 
 T = TypeVar("T")
@@ -69,11 +69,11 @@ class Handles(Generic[T]):
 class RosPlugin(CxPlugin):
     """A plug-in with functions and facts for messages.
 
-    :ivar endpoints: its topics, services and actions.
+    :ivar endpoints: the topics, services and actions of the plug-in.
     """
 
     endpoints: tuple[Endpoints, ...] = ()
-    has_waiting = False  # whether requests or goals wait for their server: else an idle loop asks no endpoint
+    has_waiting = False  # whether requests or goals wait for a server: if none does, a loop calls no endpoint
 
     @property
     def ros(self) -> RosNode:
@@ -113,7 +113,7 @@ class RosPlugin(CxPlugin):
     ) -> None:
         """Define a function; a ROS error becomes an error of the calling rule.
 
-        :param types: the types of its arguments, separated by ``;``.
+        :param types: the types of the arguments, separated by ``;``.
         """
 
         def call(*arguments: Value) -> Value:
@@ -189,7 +189,8 @@ class EndpointTable(Generic[E]):
         self._endpoints: dict[tuple[str, str], E] = {}
 
     def __setitem__(self, key: tuple[ClipsEnvironment, str], endpoint: E) -> None:
-        self._endpoints[key[0].name, str(key[1])] = endpoint
+        env, name = key
+        self._endpoints[env.name, str(name)] = endpoint
 
     def get(self, env: ClipsEnvironment, name: str) -> E | None:
         return self._endpoints.get((env.name, str(name)))
@@ -210,9 +211,10 @@ class EndpointTable(Generic[E]):
 
     def close(self, env: ClipsEnvironment) -> None:
         """Close the endpoints that an environment has left open, with a warning."""
-        for key in [key for key in self._endpoints if key[0] == env.name]:
-            self._endpoints.pop(key).close()
-            self._plugin.log.warn(f"Environment {env.name} has open {key[1]} {self._noun}, cleaning up ...")
+        for owner, name in list(self._endpoints):
+            if owner == env.name:
+                self._endpoints.pop((owner, name)).close()
+                self._plugin.log.warn(f"Environment {env.name} has open {name} {self._noun}, cleaning up ...")
 
 
 class Endpoints(ABC):
@@ -230,7 +232,7 @@ class Endpoints(ABC):
         """Define functions and templates in an environment."""
 
     def tick(self) -> bool:
-        """Send the messages whose servers have appeared; return whether others still wait."""
+        """Send the messages whose servers have appeared; return whether further messages still wait."""
         return False
 
     @abstractmethod
@@ -300,7 +302,7 @@ class ClientEndpoints(Endpoints, Generic[C]):
         self.plugin.has_waiting = True
 
     def tick(self) -> bool:
-        """Send the messages whose servers have appeared; return whether others still wait."""
+        """Send the messages whose servers have appeared; return whether further messages still wait."""
         for name, client in self.clients.items():
             if client.waiting and client.client.is_served:
                 self.plugin.log.info(f"{self.server} {name} is finally reachable")

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from cxbridge_ros2.node import SendResponse
 
 DISCOVERY_S: Final = 1.0  # seconds of real time for discovery of a server after its client is created
-_POLL_S: Final = 0.01  # seconds between two looks for the server
+_POLL_S: Final = 0.01  # seconds between two checks for the server
 
 
 class _ServiceClient(ClientEndpoint):
@@ -47,7 +47,8 @@ class ServiceClients(ClientEndpoints[_ServiceClient]):
     def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName | None = None) -> None:
         super().__init__(plugin, prefix, kind)
         self.clients = EndpointTable(plugin, "client", "Client {name} not found in environment {env}")
-        # generated plug-ins number their requests since pull request 33 of June 2026
+        # generated plug-ins number their requests since pull request 33 of carologistics/clips_executive
+        # (June 2026)
         self._has_numbers = kind is None or plugin.context.is_newer
 
     def define(self, env: ClipsEnvironment) -> None:
@@ -107,7 +108,7 @@ class ServiceClients(ClientEndpoints[_ServiceClient]):
     def call(self, name: str, client: _ServiceClient, fields: Mapping[str, Any]) -> int:
         number = next(self.plugin.ros.requests)
 
-        def done(response: Message) -> None:
+        def add_response(response: Message) -> None:
             slots: dict[str, Value] = {"service": name}
             if self._has_numbers:
                 slots["request-id"] = number
@@ -115,7 +116,7 @@ class ServiceClients(ClientEndpoints[_ServiceClient]):
             if self.clients.get(client.env, name) is not None:  # rules may have destroyed the client
                 self.plugin.add_fact(client.env, f"{self.prefix}response", slots)
 
-        client.client.call(fields, done)
+        client.client.call(fields, add_response)
         return number
 
 
@@ -173,7 +174,7 @@ class ServiceServers(Endpoints):
         # the deffunction may have destroyed the response or left a field invalid
         except (Ros2Error, ClipsError) as error:
             log.error(f"{service}: the response cannot be sent: {error}")
-            reply({})
+            reply({})  # the defaults, since a client without a response waits forever
         for address in (request_address, response_address):
             messages.destroy(address)
 

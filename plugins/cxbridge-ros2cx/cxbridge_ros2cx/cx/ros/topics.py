@@ -86,7 +86,7 @@ class Topics(Endpoints):
         if previous is not None and self.kind is None:
             self.plugin.log.warn(f"Already subscribed to topic {topic}")
             return
-        if previous is not None:  # likewise its subscription
+        if previous is not None:  # likewise, it replaces its subscription
             previous.close()
         receive = partial(self._receive, env, str(topic), kind)
         end = self.plugin.ros.node.subscribe(

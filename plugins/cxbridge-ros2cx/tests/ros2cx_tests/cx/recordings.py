@@ -105,7 +105,7 @@ def run(name: str, folder: Path, recording: Recording) -> tuple[RunResult, dict[
     def attach(assembly: Run) -> None:
         if recording.peer is not None:
             assert isinstance(assembly.executive, CxNode)
-            step = recording.peer(assembly.executive.node.context.ros.graph.join("peer"))
+            step = recording.peer(assembly.executive.manager.context.ros.graph.join("peer"))
             begun_us = assembly.clock.now_us()
             assembly.loop.add(
                 Hook.PRE_LOOP, lambda: step((assembly.clock.now_us() - begun_us) / MICROSECONDS)

@@ -47,7 +47,7 @@ class Run:
         def attach(assembly):
             if peer is not None:
                 assert isinstance(assembly.executive, CxNode)
-                node = assembly.executive.node.context.ros.graph.join("peer")
+                node = assembly.executive.manager.context.ros.graph.join("peer")
                 step, begun_us = peer(node), assembly.clock.now_us()
                 assembly.loop.add(Hook.PRE_LOOP, lambda: step((assembly.clock.now_us() - begun_us) / 1e6))
 
@@ -212,7 +212,7 @@ def test_a_plugin_that_raises_in_a_hook_is_one_error_with_its_place(run, hook, m
         raise ValueError("no door")
 
     failing = type("Failing", (CxPlugin,), {hook: fail})
-    monkeypatch.setitem(plugin._OWN, "door::Door", f"{__name__}:Failing")
+    monkeypatch.setitem(plugin._SHIPPED_CLASSES, "door::Door", f"{__name__}:Failing")
     monkeypatch.setattr(sys.modules[__name__], "Failing", failing, raising=False)
     text = plugins("x", "e", x="plugin: 'door::Door'", e="plugin: 'cx::ExecutivePlugin'")
     result, errors = run(text)

@@ -41,7 +41,7 @@ def run(tmp_path, said):
 
         def attach(assembly):
             assert isinstance(assembly.executive, CxNode)
-            node = assembly.executive.node.context.ros.graph.join("peer")
+            node = assembly.executive.manager.context.ros.graph.join("peer")
             topic = "/clips_manager/executive/refresh_agenda"
             node.subscribe(topic, "std_msgs/msg/Int64", lambda message: fired.append(message["data"]))
 

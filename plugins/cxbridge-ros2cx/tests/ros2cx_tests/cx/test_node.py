@@ -50,7 +50,7 @@ class Peer:
 
     def attach(self, assembly):
         assert isinstance(assembly.executive, CxNode)
-        self.node = assembly.executive.node.context.ros.graph.join("peer")
+        self.node = assembly.executive.manager.context.ros.graph.join("peer")
         self.node.subscribe("/clips_executive/refresh_agenda", "std_msgs/msg/Empty", self.count)
         if self.listens:
             self.node.subscribe(*self.listens)

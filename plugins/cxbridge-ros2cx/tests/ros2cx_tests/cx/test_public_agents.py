@@ -127,7 +127,7 @@ def test_the_turtle_of_the_course_drives_from_corner_to_corner(tmp_path):
 
     def attach(assembly):
         assert isinstance(assembly.executive, CxNode)
-        turtles.append(Turtle(assembly.executive.node.context.ros.graph.join("turtlesim")))
+        turtles.append(Turtle(assembly.executive.manager.context.ros.graph.join("turtlesim")))
         begun_us = assembly.clock.now_us()
         assembly.loop.add(Hook.PRE_LOOP, lambda: turtles[0].step((assembly.clock.now_us() - begun_us) / 1e6))
 
