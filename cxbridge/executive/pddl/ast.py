@@ -1,10 +1,10 @@
 """The syntax tree of PDDL domains, problems and formulas, with the truth of conditions.
 
-Nodes are immutable and compare by content without positions. The tree may contain constructs without facts of
-the CLIPS Executive (quantifiers, conditional effects, numbers), which planners understand.
+Nodes are immutable and compare by content without positions. The tree may contain constructs that planners
+understand, but facts of the CLIPS Executive cannot express (quantifiers, conditional effects, numbers).
 
 A class of formulas names its fields with formulas (``PARTS``) and terms (``TERMS``), and the first word of
-its text (``HEAD``). Walks, changes, checks and the printer need nothing else of it.
+its text (``HEAD``). Walks, changes, checks and the printer handle all classes by these three attributes.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ class PddlNode(Struct, frozen=True):
 class TypedNames(PddlNode, frozen=True):
     """Names with a common type: ``a b - c``, or ``a b - (either c d)``.
 
-    :param names: variables are without question mark.
-    :param types: empty without a type; several for ``either``.
+    :param names: the names; variables are written without the question mark.
+    :param types: the types of each name: empty without a type, several for ``either``.
     """
 
     names: tuple[str, ...]
@@ -79,14 +79,14 @@ def pairs_of(typed: TypedList) -> Iterator[tuple[str, str]]:
 
 
 class Variable(PddlNode, frozen=True):
-    """A variable, without question mark."""
+    """A variable, written without the question mark."""
 
     name: str
     position: Position = Position()
 
 
 class Constant(PddlNode, frozen=True):
-    """An object or a number, as written. The grammar cannot tell ``12`` the object from the number."""
+    """An object or a number, as written. The grammar cannot tell the object ``12`` from the number."""
 
     name: str
     position: Position = Position()
@@ -118,10 +118,10 @@ Term = Variable | Constant | FunctionTerm
 
 
 Ground = tuple[str, tuple[str, ...]]
-"""A predicate or function with objects."""
+"""The name of a predicate or function, and its objects."""
 
 Bound = Mapping[str, str]
-"""Variables with their objects."""
+"""The objects of variables, by the names of the variables."""
 
 NOTHING_BOUND: Final[Bound] = MappingProxyType({})
 
@@ -201,7 +201,7 @@ class FormulaNode(PddlNode, frozen=True):
         return self._holds(state, bound)
 
     def _holds(self, state: State, bound: Bound) -> bool:  # noqa: ARG002 - for subclasses
-        return False  # effects and times of durative actions are no conditions
+        return False  # effects and timed formulas are not conditions
 
     def blamed_parts(
         self,
@@ -220,12 +220,12 @@ class FormulaNode(PddlNode, frozen=True):
     def map_terms(self, change: Callable[[Term], Term]) -> Formula:
         """Return the formula with ``change`` applied to each term, inner terms first."""
 
-        def changed(term: Term) -> Term:
+        def change_inner_first(term: Term) -> Term:
             if isinstance(term, FunctionTerm):
-                term = _with_values(term, ("arguments",), changed)
+                term = _with_values(term, ("arguments",), change_inner_first)
             return change(term)
 
-        return self.map(lambda formula: _with_values(formula, formula.TERMS, changed))
+        return self.map(lambda formula: _with_values(formula, formula.TERMS, change_inner_first))
 
 
 def _with_values(node: Any, fields: tuple[str, ...], change: Callable[[Any], Any]) -> Any:
@@ -351,8 +351,8 @@ class Quantified(FormulaNode, frozen=True):
     position: Position = Position()
 
     def _holds(self, state: State, bound: Bound) -> bool:
-        any_or_all = any if self.quantifier == "exists" else all
-        return any_or_all(self.part.holds(state, inner) for inner in state.bindings(self.variables, bound))
+        combine = any if self.quantifier == "exists" else all
+        return combine(self.part.holds(state, inner) for inner in state.bindings(self.variables, bound))
 
     def blamed_parts(self, state: State, bound: Bound, *, wanted: bool) -> Iterable[Blamed]:
         return (Blamed(self.part, inner, wanted) for inner in state.bindings(self.variables, bound))
@@ -422,7 +422,7 @@ class ActionSchema(PddlNode, frozen=True):
 class Domain(PddlNode, frozen=True):
     """A planning domain.
 
-    :param requirements: without colons.
+    :param requirements: the requirements without their colons.
     :param file: the source file; empty if there is none.
     :param text: the source text, for planners with a PDDL parser; empty after changes or without a source.
     """

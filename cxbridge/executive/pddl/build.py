@@ -45,7 +45,7 @@ Children = list[Any]
 class Section(NamedTuple):
     """A section of a domain, problem or action.
 
-    :param field: the field of the syntax tree.
+    :param field: the name of the field of the syntax tree.
     """
 
     field: str
@@ -55,7 +55,7 @@ class Section(NamedTuple):
 
 
 class _Types(NamedTuple):
-    """The types behind a dash; several for ``either``."""
+    """The types after a dash: several for ``either``."""
 
     names: tuple[str, ...]
     start: int
@@ -114,7 +114,7 @@ class SyntaxBuilder:
         for child in children:
             if isinstance(child, Predicate):
                 functions.append(Function(child.name, child.parameters, child.position))
-            elif isinstance(child, Token):  # written without brackets
+            elif isinstance(child, Token):  # a function written without brackets
                 functions.append(Function(child.text, (), self._at(child.start)))
             elif tuple(map(str.lower, child.names)) != ("number",):
                 raise self._error(
@@ -145,7 +145,7 @@ class SyntaxBuilder:
 
     def of_type(self, children: Children, start: int) -> _Types:
         type_ = children[1]
-        # a token is a tuple, too
+        # no test for tuple, because a token is a tuple, too
         return _Types((type_.text,) if isinstance(type_, Token) else type_, start)
 
     def either(self, children: Children, _start: int) -> tuple[str, ...]:
@@ -157,7 +157,7 @@ class SyntaxBuilder:
         for field in ("domain", "goal"):
             if field not in fields:
                 raise self._error(f"there is no (:{field} ...)", start)
-        fields.pop("requirements", None)  # the requirements of the domain count
+        fields.pop("requirements", None)  # only the requirements of the domain count
         return Problem(name.text, **fields.pop("init", {}), **fields, file=self._file)
 
     def domain_name(self, children: Children, start: int) -> Section:
@@ -179,7 +179,7 @@ class SyntaxBuilder:
             while isinstance(atom, Not):
                 atom, is_true = atom.part, not is_true
             if not isinstance(atom, Atom):
-                raise self._no_fact(fact)
+                raise self._fact_expected_error(fact)
             self._check_objects(atom)
             (true if is_true else false)[atom] = None
         for atom in false:
@@ -189,7 +189,7 @@ class SyntaxBuilder:
         fields = {"init": tuple(true), "init_false": tuple(false), "numbers": tuple(numbers)}
         return Section("init", ":init", fields, start)
 
-    def _no_fact(self, fact: Formula) -> PddlSyntaxError:
+    def _fact_expected_error(self, fact: Formula) -> PddlSyntaxError:
         hint = "such as (at r1 home) or (= (distance a b) 3)"
         return syntax_error("a fact is expected", fact.position, self._file, hint)
 
@@ -199,7 +199,7 @@ class SyntaxBuilder:
         if isinstance(call, Constant) and number_of(call.name) is None:
             call = FunctionTerm(call.name, (), call.position)
         if not isinstance(call, FunctionTerm) or not isinstance(value, Constant):
-            raise self._no_fact(fact)
+            raise self._fact_expected_error(fact)
         number = number_of(value.name)
         if number is None:
             message = f"'{value.name}' is not a number"
@@ -227,7 +227,7 @@ class SyntaxBuilder:
 
     def metric(self, children: Children, start: int) -> Section:
         direction, term = children
-        self._note_words([term])
+        self._record_words_of_numbers([term])
         return Section("metric", ":metric", (direction.text.lower(), term), start)
 
     def length(self, _children: Children, _start: int) -> None:
@@ -289,7 +289,7 @@ class SyntaxBuilder:
         return Quantified(quantifier, self._typed(variables), part, self._at(start))
 
     def comparison(self, children: Children, start: int) -> TermComparison:
-        self._note_words(children[1:])
+        self._record_words_of_numbers(children[1:])
         sign, left, right = children
         return TermComparison(sign.text, left, right, self._at(start))
 
@@ -301,12 +301,12 @@ class SyntaxBuilder:
         return When(children[0], children[1], self._at(start))
 
     def change(self, children: Children, start: int) -> NumericChange:
-        self._note_words(children[1:])
+        self._record_words_of_numbers(children[1:])
         sign, target, amount = children
         return NumericChange(sign.text.lower(), target, amount, self._at(start))
 
-    def _note_words(self, terms: Children) -> None:
-        """Record words at places of numbers, for :mod:`.spelling`."""
+    def _record_words_of_numbers(self, terms: Children) -> None:
+        """Record the words among terms that stand for numbers, for :mod:`.spelling`."""
         self.words_of_numbers.update(term.name for term in terms if isinstance(term, Constant))
 
     def variable(self, children: Children, start: int) -> Variable:
@@ -319,7 +319,7 @@ class SyntaxBuilder:
         return Constant(children[0].text, self._at(start))
 
     def function(self, children: Children, start: int) -> FunctionTerm:
-        self._note_words(children[1:])
+        self._record_words_of_numbers(children[1:])
         name = children[0].text
         if name.lower() == TOTAL_TIME:  # predefined for metrics
             name = TOTAL_TIME

@@ -1,7 +1,7 @@
 """Valid PDDL that Fawkes' parser refuses or ignores, see docs/evidence/planning.md.
 
 In Fawkes, sections and parts of actions have a fixed order, keywords are case-sensitive and match prefixes
-without backtracking, ``<`` hides ``<=``, and the words of a time are separated by exactly one blank.
+without backtracking (so ``<`` hides ``<=``), and the words of a time are separated by exactly one blank.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ _SECTION_DEPTH: Final = 2  # (define (:section ...
 _FIRST_KEY: Final = 2  # (:action NAME :key value ...
 
 
-def without_rest(text: Text) -> None:
-    """Remove the text behind the last action, which Fawkes ignores."""
+def remove_text_after_actions(text: Text) -> None:
+    """Remove the text after the last action of the domain, because Fawkes ignores it."""
     tokens, depth, has_action = text.tokens, 0, False
     for index, token in enumerate(tokens):
         is_action = index and tokens[index - 1].text == "(" and token.text in _ACTIONS
@@ -142,7 +142,7 @@ def _reason(formula: Group, *, is_effect: bool) -> str:
 
 
 def _is_timed(formula: Group) -> bool:
-    # (at start ?x) is an atom of the predicate at
+    # (at start ?x), with a term in place of a formula, is an atom of the predicate ``at``
     words = [item.text for item in formula.items[:2] if isinstance(item, BracketWord)]
     return tuple(words) in _TIMES and all(isinstance(item, Group) for item in formula.items[2:])
 

@@ -49,7 +49,7 @@ def parse_domain(
     """
     source = Text(text, str(file))
     if fawkes_compat:
-        fawkes.without_rest(source)
+        fawkes.remove_text_after_actions(source)
     domain: Domain
     domain, words_of_numbers = _read(source, "domain")
     if fawkes_compat:

@@ -55,7 +55,7 @@ class PlannerCallReporter:
         )
 
     def refused(self, reason: str) -> None:
-        """Report a call that could not start."""
+        """Report a call that could not start: a single event with the status ``failed``."""
         self.emit("failed", reason=reason)
 
     def emit(
@@ -69,7 +69,7 @@ class PlannerCallReporter:
     ) -> None:
         """Emit an event of the call."""
         if self.bus.wants(PlannerCall):
-            # names from rules are Symbols, events have plain texts
+            # names from rules are CLIPS symbols, but the texts of events are plain strings
             call = PlannerCall(
                 self.bus.clock.now_us(),
                 str(self.env),

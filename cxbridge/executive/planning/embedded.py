@@ -61,16 +61,19 @@ class PyperplanPlanner(Planner):
         # numbers are fast and reproducibly ordered, but lmcut prints facts as texts
         facts = [str(fact) if self.heuristic == "lmcut" else fact for fact in range(len(strips.facts))]
 
-        def names(numbers: frozenset[int]) -> frozenset[int | str]:
+        def fact_names(numbers: frozenset[int]) -> frozenset[int | str]:
             return frozenset(facts[number] for number in numbers)
 
         operators = [
             PyOperator(
-                str(number), names(operator.preconditions), names(operator.adds), names(operator.deletes)
+                str(number),
+                fact_names(operator.preconditions),
+                fact_names(operator.adds),
+                fact_names(operator.deletes),
             )
             for number, operator in enumerate(strips.operators)
         ]
-        task = Task("task", set(facts), names(strips.initial), names(strips.goal), operators)
+        task = Task("task", set(facts), fact_names(strips.initial), fact_names(strips.goal), operators)
         search = pyperplan.SEARCHES[self.search]
         heuristic = () if self.search in _UNINFORMED else (pyperplan.HEURISTICS[self.heuristic](task),)
         steps = search(task, *heuristic)

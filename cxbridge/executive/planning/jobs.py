@@ -1,4 +1,4 @@
-"""The job of a planner's process, which gets and returns pickled values."""
+"""The job of a planner's process, which reads jobs and writes results as pickled values."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Job:
     """A planning job.
 
     :param seconds: the time limit.
-    :param memory: the limit of address space in bytes; 0: none.
+    :param memory: the limit of address space in bytes; 0: no limit.
     """
 
     planner: Planner

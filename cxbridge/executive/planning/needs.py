@@ -1,7 +1,7 @@
 """The features of PDDL beyond typed STRIPS that a domain and problem use.
 
-They come from the formulas rather than from ``:requirements``, which domains often forget. A planner names
-the features that it supports.
+The features come from the formulas rather than from ``:requirements``, which domains often omit. A planner
+names the features that it supports.
 """
 
 from __future__ import annotations
@@ -34,13 +34,14 @@ from cxbridge.executive.pddl.ast import (
 class Need(Enum):
     """A feature that some planners lack. The value is its display name."""
 
-    HIERARCHY = "types of types"
+    HIERARCHY = "subtypes"
     NEGATION = "negative conditions"
     DISJUNCTION = "disjunctions"
     QUANTIFIERS = "quantifiers"
     CONDITIONAL_EFFECTS = "conditional effects"
     EQUALITY = "equality"
     COSTS = "costs of actions"
+    # changes of numbers other than costs; conditions that read numbers need NUMBERS, too
     COUNTERS = "numbers that no condition reads"
     NUMBERS = "numbers"
     FRACTIONS = "numbers with fractions"

@@ -1,7 +1,7 @@
 """The owner's side of a planner process.
 
-The process has a session, so that its children end with it, and a folder for temporary files. The owner
-removes the folder after the end of the process; after a sudden end of the owner, the process does it.
+The process has its own session, so that its children end with it, and its own folder for temporary files.
+The owner removes the folder after the end of the process; if the owner ends first, the process removes it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class PlannerProcess:
         self.folder = Path(tempfile.mkdtemp(prefix=FOLDER_PREFIX))
         """The folder of the planner's temporary files."""
         temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(self.folder))
-        self._process = subprocess.Popen(  # noqa: S603 - ourselves
+        self._process = subprocess.Popen(  # noqa: S603  our own module, without a shell
             python_command("-m", "cxbridge.executive.planning.worker"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -73,7 +73,7 @@ class PlannerProcess:
         self._output.seek(0, os.SEEK_END)
         self._output.seek(max(0, self._output.tell() - _MAX_OUTPUT))
         output = self._output.read().decode(errors="replace").strip()
-        return f"the process of planner {planner} {end}" + (f"; it said: {output}" if output else "")
+        return f"the process of planner {planner} {end}" + (f"; its last output: {output}" if output else "")
 
     def kill(self) -> None:
         """Kill the process and its children."""

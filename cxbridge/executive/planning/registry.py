@@ -52,7 +52,7 @@ def more_planners() -> str:
 class Choice(NamedTuple):
     """The planners for a problem.
 
-    :param planners: in the order of the attempts.
+    :param planners: the planners in the order of the attempts.
     :param reasons: why further planners are excluded or tried late.
     :param absent: suitable planners that are not installed.
     """

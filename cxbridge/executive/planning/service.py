@@ -61,7 +61,7 @@ class PlanCall:
         return self._result
 
     def cancel(self) -> None:
-        """Cancel the call. Does nothing after the result."""
+        """Cancel the call, unless it has a result already."""
         self._end(PlanStatus.CANCELLED)
 
     def run(self) -> None:
@@ -138,7 +138,8 @@ class PlanCall:
 
     def _plan_so_far(self, planner: Planner, process: PlannerProcess, seconds: float) -> PlanResult:
         """Return the best plan of a planner whose process was killed, or none."""
-        from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415 - seldom needed
+        # imported late, because few calls end with a killed process
+        from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415
 
         name, domain, problem = planner.name, self.request.domain, self.request.problem
         if self._ended_as is not PlanStatus.CANCELLED:
@@ -166,12 +167,12 @@ class PlanningService(Closing):
     """Makes plans in child processes.
 
     :param at_once: the number of concurrent calls; further calls wait.
-    :param memory: the limit of address space per process in bytes; 0: none.
+    :param memory: the limit of address space per process in bytes; 0: no limit.
     """
 
     def __init__(self, at_once: int = DEFAULT_AT_ONCE, memory: int = DEFAULT_MEMORY) -> None:
         self.memory = memory
-        self._free = at_once
+        self._free_slots = at_once
         self._idle: deque[PlannerProcess] = deque()
         self._calls: set[PlanCall] = set()
         self._changed = threading.Condition()
@@ -213,10 +214,10 @@ class PlanningService(Closing):
     def take(self, call: PlanCall) -> PlannerProcess | None:
         """Wait for a free process; return None if the call has ended."""
         with self._changed:
-            self._changed.wait_for(lambda: self._free > 0 or call.ended)
+            self._changed.wait_for(lambda: self._free_slots > 0 or call.ended)
             if call.ended:
                 return None
-            self._free -= 1
+            self._free_slots -= 1
             while self._idle:  # an idle process may have been killed by the system
                 process = self._idle.popleft()
                 if process.alive:
@@ -226,14 +227,14 @@ class PlanningService(Closing):
             return PlannerProcess()
         except OSError:
             with self._changed:
-                self._free += 1
+                self._free_slots += 1
                 self._changed.notify_all()
             raise
 
     def give_back(self, process: PlannerProcess) -> None:
         """Return a process to the pool."""
         with self._changed:
-            self._free += 1
+            self._free_slots += 1
             self._changed.notify_all()
             if process.alive and not self._closed:
                 self._idle.append(process)

@@ -11,6 +11,8 @@ DEFAULT_TIMEOUT: Final = 60.0
 """The default time limit of planning in seconds."""
 
 DEFAULT_AT_ONCE: Final = 2
+"""The default number of concurrent planner calls."""
+
 DEFAULT_MEMORY: Final = 4 << 30
 """The default address space of a planner process in bytes."""
 
@@ -21,7 +23,9 @@ _MEBIBYTE: Final = 1 << 20  # the setting is in MiB
 class PlannerSettings:
     """The configuration below ``/planner/``.
 
-    :param timeout: seconds.
+    :param planner: the name of the default planner, or ``auto``.
+    :param timeout: the time limit of a call in seconds.
+    :param at_once: the number of concurrent planner calls; further calls wait.
     :param memory: the address space of a planner process in bytes; 0: no limit.
     :param check_plans: whether plans are checked against the facts before and during their execution.
     """
@@ -40,12 +44,13 @@ class PlannerSettings:
         :raises ConfigError: if a setting has the wrong type.
         """
         prefix = "/planner/options/"
-        standard = cls()
+        defaults = cls()
         return cls(
-            config.get_str("/planner/planner", default=standard.planner),
-            config.get_float("/planner/timeout", default=standard.timeout),
-            max(1, config.get_uint("/planner/at-once", default=standard.at_once)),
-            config.get_uint("/planner/memory", default=standard.memory // _MEBIBYTE) * _MEBIBYTE,
+            config.get_str("/planner/planner", default=defaults.planner),
+            config.get_float("/planner/timeout", default=defaults.timeout),
+            # with 0, every call would wait for a process until its timeout
+            max(1, config.get_uint("/planner/at-once", default=defaults.at_once)),
+            config.get_uint("/planner/memory", default=defaults.memory // _MEBIBYTE) * _MEBIBYTE,
             {item.path[len(prefix) :]: item.text for item in config.search(prefix)},
-            config.get_bool("/planner/check-plans", default=standard.check_plans),
+            config.get_bool("/planner/check-plans", default=defaults.check_plans),
         )

@@ -27,7 +27,7 @@ Find = Callable[[dict[str, dict[str, Any]]], Mapping[str, list[dict[str, Any]]]]
 """Returns the documents of several queries, by section."""
 
 _TAG: Final = re.compile(r"<<(?P<mark>[#/]?)(?P<name>[A-Za-z0-9_]+)(?:\|(?P<query>.*?))?>>", re.DOTALL)
-_BARE_KEY: Final = re.compile(r"([{,]\s*)([A-Za-z_$][\w$.]*)\s*:")
+_UNQUOTED_KEY: Final = re.compile(r"([{,]\s*)([A-Za-z_$][\w$.]*)\s*:")
 _UNPRINTABLE: Final = "INVALID_VALUE_TYPE"
 
 
@@ -73,7 +73,7 @@ class PlannerTemplate:
             end = tag.end()
             name = tag["name"]
             if tag["mark"] == "#":
-                self._note_query(name, tag["query"], tag.start())
+                self._record_query(name, tag["query"], tag.start())
                 section = _Section(name, [])
                 stack[-1].parts.append(section)
                 stack.append(section)
@@ -88,8 +88,8 @@ class PlannerTemplate:
         stack[0].parts.append(self._text[end:])
         return stack[0]
 
-    def _note_query(self, name: str, text: str | None, offset: int) -> None:
-        """Record the query of a section, for all sections of the name."""
+    def _record_query(self, name: str, text: str | None, offset: int) -> None:
+        """Record the query of a section, for all sections of this name."""
         if text is None:
             return
         try:
@@ -112,10 +112,10 @@ def _read_query(text: str) -> Any:
     try:
         return json.loads(text)
     except ValueError:
-        # old templates have bare keys and single quotes
-        if "'" not in text and not _BARE_KEY.search(text):
+        # old templates have keys without quotes, and single quotes
+        if "'" not in text and not _UNQUOTED_KEY.search(text):
             raise
-    return json.loads(_BARE_KEY.sub(r'\1"\2":', text).replace("'", '"'))
+    return json.loads(_UNQUOTED_KEY.sub(r'\1"\2":', text).replace("'", '"'))
 
 
 def _fill(

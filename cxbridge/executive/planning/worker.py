@@ -50,7 +50,8 @@ def _judge(job: Job, actions: tuple[PlannedAction, ...] | None) -> tuple[PlanSta
     """Return the status of a planner's result, and why there is no valid plan."""
     name = job.planner.name
     if actions is None:
-        from cxbridge.executive.planning.compile.relaxed import why_none  # noqa: PLC0415 - seldom needed
+        # imported late, because most problems have a plan
+        from cxbridge.executive.planning.compile.relaxed import why_none  # noqa: PLC0415
 
         text = f"{name} says that there is no plan{why_none(job.domain, job.problem)}"
         return PlanStatus.NO_PLAN, text
@@ -64,7 +65,7 @@ def _judge(job: Job, actions: tuple[PlannedAction, ...] | None) -> tuple[PlanSta
 def _limit(memory: int) -> None:
     """Limit the address space of this process. Windows has no such limit."""
     if sys.platform != "win32":
-        import resource  # noqa: PLC0415
+        import resource  # noqa: PLC0415  absent on Windows
 
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]
         resource.setrlimit(resource.RLIMIT_AS, (memory, hard))
@@ -82,7 +83,7 @@ def _end_with_parent(parent: int) -> None:
 def _remove_folder() -> None:
     """Remove the temporary files, which a killed parent cannot remove."""
     folder = Path(tempfile.gettempdir())
-    if folder.name.startswith(FOLDER_PREFIX):  # only then the folder belongs to this process alone
+    if folder.name.startswith(FOLDER_PREFIX):  # any other folder may be shared with other processes
         shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -92,7 +93,7 @@ def main() -> None:
         threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     jobs = sys.stdin.buffer
     results = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
+    os.dup2(2, 1)  # from here on, a planner's output goes to standard error
     while True:
         try:
             job = pickle.load(jobs)  # noqa: S301  only the parent process writes to this pipe

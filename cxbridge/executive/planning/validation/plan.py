@@ -141,7 +141,7 @@ def check_plan(
 
     :param state: the initial state, by default the problem's.
     :param running: actions that have started; their ``start`` may be negative.
-    :param objects: by default the problem's objects.
+    :param objects: the objects by type, by default those of the problem.
     """
     begin = state or WorldState.of_problem(problem)
     checker = _Checker(domain, problem.goal, begin, objects or ObjectTable(domain, problem))
@@ -155,7 +155,7 @@ class _Checker:
         self._goal = goal
         self._begin = self._state = state
         self._moments: list[PlanMoment] = []
-        self._open: list[_Step] = []
+        self._unfinished: list[_Step] = []
 
     def check(self, actions: Sequence[PlannedAction], running: Sequence[PlannedAction]) -> PlanCheck:
         try:
@@ -163,8 +163,8 @@ class _Checker:
             steps = [self._step(-number, action, running=True) for number, action in enumerate(running)]
             steps += [self._step(number, action) for number, action in enumerate(actions, start=1)]
             events = sorted(self._events(steps), key=lambda event: event.time)
-            for group in _at_once(events):
-                self._happen(group)
+            for group in _simultaneous(events):
+                self._execute(group)
             return self._check_goal()
         except _StepError as error:
             return self._result(failure=str(error), step=error.step)
@@ -183,22 +183,22 @@ class _Checker:
         return replace(self._result(), goal_needs=frozenset(true))
 
     def _step(self, number: int, planned: PlannedAction, *, running: bool = False) -> _Step:
-        def mistake(reason: str) -> _StepError:
+        def step_error(reason: str) -> _StepError:
             return _StepError(number, f"step {number}, {_action_text(planned)}: {reason}")
 
         action = self._actions.get(planned.name)
         if action is None:
-            raise mistake("there is no such action")
+            raise step_error("there is no such action")
         names = names_of(action.parameters)
         if len(names) != len(planned.arguments):
-            raise mistake(f"{action.name} takes {len(names)} objects, not {len(planned.arguments)}")
+            raise step_error(f"{action.name} takes {len(names)} objects, not {len(planned.arguments)}")
         bound = dict(zip(names, planned.arguments, strict=True))
         for group in action.parameters:
             allowed = self._objects.of(group.types)
             for name in group.names:
                 if bound[name] not in allowed:
                     kind = " or ".join(group.types) or "object"
-                    raise mistake(f"{bound[name]} is no {kind}, which ?{name} wants")
+                    raise step_error(f"{bound[name]} is no {kind}, which ?{name} wants")
         start, duration = planned.start or 0.0, planned.duration or 0.0
         return _Step(number, planned, action, bound, start, start + duration, running=running)
 
@@ -216,7 +216,7 @@ class _Checker:
             yield _Event(step.start, step, "start")
             yield _Event(step.end, step, "end")
 
-    def _happen(self, events: Sequence[_Event]) -> None:
+    def _execute(self, events: Sequence[_Event]) -> None:
         """Execute simultaneous moments."""
         before = self._state
         executed = [(event, *self._act(event, before)) for event in events]
@@ -232,10 +232,10 @@ class _Checker:
             number, time = event.step.number, event.time
             self._moments.append(PlanMoment(time, number, event.part, frozenset(needs), changes, self._state))
             if event.part == "start":
-                self._open.append(event.step)
+                self._unfinished.append(event.step)
             elif event.part == "end":
-                self._open.remove(event.step)
-        for step in self._open:
+                self._unfinished.remove(event.step)
+        for step in self._unfinished:
             self._require(step, list(parts_at(step.action.condition, OVER_ALL)), self._state)
 
     def _act(self, event: _Event, state: WorldState) -> tuple[set[Ground], set[Ground], Changes]:
@@ -266,7 +266,7 @@ class _Checker:
                 raise _StepError(max(0, step.number), f"{_step_text(step)}: {missing}")
 
 
-def _at_once(events: Sequence[_Event]) -> Iterator[list[_Event]]:
+def _simultaneous(events: Sequence[_Event]) -> Iterator[list[_Event]]:
     """Yield the moments, sorted by time, in groups of the same time."""
     group: list[_Event] = []
     for event in events:
