@@ -1,7 +1,7 @@
 """The interface of planners: from domain and problem to a plan, a sequence of actions.
 
-A plan is printed in two notations: for readers as plan files have it, with few decimals, and for recordings
-with exact times (:func:`plan_text`).
+A plan has two notations: that of plan files, with few decimals, and that of recordings, with exact times
+(:func:`plan_text`).
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ RANK: Final = 10
 class PlannedAction(NamedTuple):
     """A step of a plan.
 
-    :param start: seconds after the plan's start; None in an untimed plan.
-    :param duration: seconds; None if not planned.
+    :param start: the start in seconds after the plan's start; None in an untimed plan.
+    :param duration: the planned duration in seconds; None without one.
     """
 
     name: str
@@ -44,11 +44,11 @@ class PlannedAction(NamedTuple):
         """Return the step in the notation of plan files."""
         text = f"({' '.join((self.name, *self.arguments))})"
         if self.start is not None:
-            text = f"{_seconds(self.start)}: {text}"
-        return text if self.duration is None else f"{text} [{_seconds(self.duration)}]"
+            text = f"{_format_seconds(self.start)}: {text}"
+        return text if self.duration is None else f"{text} [{_format_seconds(self.duration)}]"
 
 
-def _seconds(value: float) -> str:
+def _format_seconds(value: float) -> str:
     """Return a time with at least three decimals, as plan files have."""
     # more decimals where needed: rounding could swap the order of moments
     text = f"{value:.9f}".rstrip("0")
@@ -57,7 +57,7 @@ def _seconds(value: float) -> str:
 
 def plan_text(actions: Iterable[PlannedAction]) -> str:
     """Return a plan as ``START: (NAME ARGUMENT...) [DURATION]``, without missing times."""
-    return "\n".join(map(_line, actions))
+    return "\n".join(map(_format_action, actions))
 
 
 def parse_plan_text(text: str) -> tuple[PlannedAction, ...]:
@@ -65,17 +65,17 @@ def parse_plan_text(text: str) -> tuple[PlannedAction, ...]:
 
     :raises ValueError: if a line is not an action.
     """
-    return tuple(map(_action, text.splitlines()))
+    return tuple(map(_parse_action, text.splitlines()))
 
 
-def _line(action: PlannedAction) -> str:
+def _format_action(action: PlannedAction) -> str:
     # repr() of a float parses to the same float
     start = "" if action.start is None else f"{action.start!r}: "
     duration = "" if action.duration is None else f" [{action.duration!r}]"
     return f"{start}({' '.join((action.name, *action.arguments))}){duration}"
 
 
-def _action(line: str) -> PlannedAction:
+def _parse_action(line: str) -> PlannedAction:
     match = _ACTION.fullmatch(line)
     if match is None:
         raise ValueError(f"no action of a plan: {line!r}")
@@ -107,7 +107,7 @@ class PlanResult:
     :param actions: the plan; empty without one, or if the goal holds already.
     :param message: why there is no plan; else empty.
     :param seconds: the duration of the call.
-    :param why: why this planner was chosen: unsuitable and failed other planners.
+    :param why: why this planner was chosen, e.g. the planners that are unsuitable or have failed.
     """
 
     status: PlanStatus

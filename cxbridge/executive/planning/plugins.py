@@ -37,7 +37,7 @@ _MAX_NAME: Final = 29
 class ProblemFiles:
     """The files shared by generator and planner: in memory, and optionally on disk.
 
-    :param substitutions: values of ``@BASEDIR@`` and other placeholders.
+    :param substitutions: the values of ``@BASEDIR@`` and other placeholders.
     :param folder: the base of relative paths.
     :param on_disk: whether generated problems are written to disk.
     """
@@ -172,20 +172,19 @@ class PddlPlanner:
         self._collection = config.get_str(f"{_PLANNER}/collection", default="robmem.pddl-plan")
         self._settings = PlannerSettings.from_config(config)
         configured = config.get_str(f"{_PLANNER}/planner", default=AUTO)
-        self._planner = self._usable(configured)
+        self._planner = self._usable_planner(configured)
         options = config.get_str(f"{_PLANNER}/fd-search-opts", default="").strip()
         self._options = {"options": options} if self._planner == "fd" and options else {}
         self._service = service or PlanningService(self._settings.at_once, self._settings.memory)
         self._service.warm_up()
         self._call: PlanCall | None = None
         self._reporter: PlannerCallReporter | None = None
-        self._ready = False
         name = config.get_str(f"{_PLANNER}/interface-name", default="pddl-planner")
         self._interface: Any = board.open_for_writing("PddlPlannerInterface", name, owner="PddlPlanner")
         self._interface.set("active_planner", configured[:_MAX_NAME])
         self._interface.write()
 
-    def _usable(self, name: str) -> str:
+    def _usable_planner(self, name: str) -> str:
         """Return the configured planner, or ``auto`` if it is not installed."""
         if name == AUTO:
             return name

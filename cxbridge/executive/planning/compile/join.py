@@ -37,8 +37,8 @@ class FactIndex:
 class Schema:
     """An action to ground: parameters and required atoms.
 
-    :ivar parameters: names with their permitted objects.
-    :ivar atoms: the atoms outside of ``or``, ``not`` ...
+    :ivar parameters: the names of the parameters with their permitted objects.
+    :ivar atoms: the atoms outside ``or``, ``not`` and other connectives except ``and``
     """
 
     def __init__(self, action: ActionSchema, objects: ObjectTable) -> None:

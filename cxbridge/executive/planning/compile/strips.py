@@ -12,7 +12,7 @@ from cxbridge.executive.planning.planner import PlannedAction
 class Operator:
     """A variant of a ground action. Deletions precede additions.
 
-    :param action: None for an auxiliary operator that only reaches the goal.
+    :param action: the ground action; None for an auxiliary operator that only reaches the goal.
     """
 
     action: PlannedAction | None
@@ -25,7 +25,7 @@ class Operator:
 class StripsTask:
     """A planning task.
 
-    :param facts: facts by number; the falsehood of a fact is named ``not NAME``.
+    :param facts: the facts by number; the falsehood of a fact is named ``not NAME``.
     :param initial: the facts of the initial state.
     :param goal: the required facts.
     """
