@@ -1,7 +1,7 @@
 """The REST API as an ASGI application: routing of requests and encoding of responses.
 
-A handler runs in the main loop, which owns the executive and the blackboard, or in a thread if it waits. The
-server's event loop itself only routes, and never blocks.
+A handler runs in the main loop, which owns the executive and the blackboard; a handler that waits runs in a
+thread. The server's event loop itself only routes, and never blocks.
 """
 
 from __future__ import annotations
@@ -29,17 +29,18 @@ from cxbridge_web.queue import QueueClosedError, RequestQueue, RequestQueueFullE
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
-MOST_BODY: Final = 1 << 20  # limit of a request body in bytes
+MAX_BODY_BYTES: Final = 1 << 20  # limit of a request body
 
-ANSWER_S: Final = 10.0  # time limit for the main loop to carry out a request in seconds
+ANSWER_TIMEOUT_S: Final = 10.0  # limit for the main loop to carry out a request
 
-BODY_S: Final = 10.0  # time limit for receiving a body in seconds
+BODY_TIMEOUT_S: Final = 10.0  # limit for receiving a body
 
-COPY_S: Final = 60.0  # time limit for copying facts, which happens in pieces
+COPY_TIMEOUT_S: Final = 60.0  # limit for copying facts; longer, since the copy is made in pieces
 
-MOST_WAITING: Final = 16  # limit of requests that wait for a Skiller or an explanation
+MAX_WAITING: Final = 16  # limit of requests that wait for a Skiller or an explanation
 
-_THREADS: Final = 4  # requests that wait at the same time; further ones queue up to MOST_WAITING
+# The number of requests that wait for an answer at the same time; further requests queue, up to MAX_WAITING.
+_THREADS: Final = 4
 _NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-age=0"}
 
 
@@ -78,13 +79,15 @@ class Api:
             if endpoint.paged:
                 _ = call.window  # reject an invalid query before the work starts
             if endpoint.copy is not None:
-                copied = await self._run_in_loop(endpoint, partial(endpoint.copy, call), call, COPY_S)
+                copied = await self._run_in_loop(endpoint, partial(endpoint.copy, call), call, COPY_TIMEOUT_S)
                 call = replace(call, copied=copied)
                 content = await asyncio.to_thread(endpoint.handler, call)
             elif (handler := self._thread_handler(endpoint)) is not None:
                 content = await self._run_in_thread(handler, call)
             else:
-                content = await self._run_in_loop(endpoint, partial(endpoint.handler, call), call, ANSWER_S)
+                content = await self._run_in_loop(
+                    endpoint, partial(endpoint.handler, call), call, ANSWER_TIMEOUT_S
+                )
             # a long text is encoded in a thread, where it does not delay other clients
             return await asyncio.to_thread(_encode, endpoint, call, content, pretty)
         except RefusedError as error:
@@ -119,7 +122,7 @@ class Api:
 
     async def _run_in_thread(self, handler: Handler, call: ApiCall) -> Any:
         """Run a handler that may wait in a thread."""
-        if self._waiting >= MOST_WAITING:
+        if self._waiting >= MAX_WAITING:
             raise ApiError(503, "Too many requests wait already")
         self._waiting += 1
         try:
@@ -129,7 +132,7 @@ class Api:
             self._waiting -= 1
 
     def close(self) -> None:
-        """Cancel all requests that have not started."""
+        """Cancel the requests that wait for a thread."""
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     async def _run_in_loop(
@@ -137,7 +140,7 @@ class Api:
     ) -> Any:
         """Let the main loop call a function, and return its result."""
         key = None
-        if endpoint.method == "GET":
+        if endpoint.method == "GET":  # only requests without effects may share a call
             key = (endpoint.path, tuple(call.path.items()), tuple(sorted(call.query.items())))
         try:
             result = asyncio.wrap_future(self._queue.submit(function, key))
@@ -145,7 +148,7 @@ class Api:
             # several clients may wait for the same result: one disconnect must not cancel it
             return await asyncio.wait_for(asyncio.shield(result), limit_s)
         except RequestQueueFullError as error:
-            raise ApiError(503, "Too many questions wait for the main loop") from error
+            raise ApiError(503, "Too many requests wait for the main loop") from error
         except QueueClosedError as error:
             raise ApiError(503, "The daemon is stopping") from error
         except TimeoutError as error:
@@ -163,24 +166,24 @@ def _retrieve_error(result: asyncio.Future[Any]) -> None:
 async def read_object(request: Request) -> dict[str, Any]:
     """Return the body, a JSON object.
 
-    :raises ApiError: if the body is too long, too slow or not an object.
+    :raises ApiError: if the body is too long, arrives too slowly, or is not a JSON object.
     """
     kind = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
     if kind != "application/json":
         raise ApiError(400, "The body must be JSON: Content-Type application/json")
     body = bytearray()
     try:
-        async with asyncio.timeout(BODY_S):
+        async with asyncio.timeout(BODY_TIMEOUT_S):
             async for chunk in request.stream():
                 body += chunk
-                if len(body) > MOST_BODY:
-                    raise ApiError(413, f"The body is longer than {MOST_BODY} bytes")
+                if len(body) > MAX_BODY_BYTES:
+                    raise ApiError(413, f"The body is longer than {MAX_BODY_BYTES} bytes")
     except TimeoutError as error:
-        raise ApiError(408, f"The body did not come within {BODY_S:g} s") from error
+        raise ApiError(408, f"The body did not arrive within {BODY_TIMEOUT_S:g} s") from error
     try:
         value = json.loads(body)
         if b"\\ud" in body.lower():
-            json.dumps(value, ensure_ascii=False).encode()  # a lone surrogate is not valid text
+            json.dumps(value, ensure_ascii=False).encode()  # raises ValueError for a lone surrogate
     except (ValueError, RecursionError) as error:
         raise ApiError(400, f"The body is not JSON: {error}") from error
     if not isinstance(value, dict):

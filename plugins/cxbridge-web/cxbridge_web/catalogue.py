@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def directory(state: ServerState) -> Directory:
     """Return all endpoints.
 
-    A module of ``fawkes/`` with ``ENDPOINTS`` is listed by being there.
+    Each module of ``fawkes/`` contributes its ``ENDPOINTS``.
     """
     modules = pkgutil.iter_modules(cxbridge_web.fawkes.__path__)
     components = [import_module(f"{cxbridge_web.fawkes.__name__}.{module.name}") for module in modules]

@@ -24,12 +24,12 @@ class Construct(Model, kw_only=True):
     name: str
     file: str  # relative to the working directory if it is below that
     line: int
-    core: Annotated[bool, Meta(description="of the CX core, not of the agent")]
+    core: Annotated[bool, Meta(description="whether the construct is part of the CX core, not of the agent")]
     text: str | UnsetType = UNSET
 
 
 class SourceConstructs:
-    """The constructs of files, which are read again after changes; thread-safe."""
+    """The constructs of CLIPS files. A changed file is read again. Thread-safe."""
 
     def __init__(self) -> None:
         self._files: dict[str, tuple[int, tuple[Construct, ...]]] = {}
@@ -38,15 +38,15 @@ class SourceConstructs:
     def of(self, files: Sequence[str]) -> dict[tuple[str, str], Construct]:
         """Return the constructs of files by kind and name; the last duplicate wins."""
         with self._lock:
-            constructs = [construct for file in dict.fromkeys(files) for construct in self._in(file)]
+            constructs = [construct for file in dict.fromkeys(files) for construct in self._of_file(file)]
         return {(construct.construct, construct.name): construct for construct in constructs}
 
-    def _in(self, file: str) -> tuple[Construct, ...]:
+    def _of_file(self, file: str) -> tuple[Construct, ...]:
         try:
             modification_ns = Path(file).stat().st_mtime_ns
             if file not in self._files or self._files[file][0] != modification_ns:
                 self._files[file] = modification_ns, tuple(_read(Path(file)))
-        except OSError:
+        except OSError:  # a file may be deleted after it was loaded
             return ()
         return self._files[file][1]
 

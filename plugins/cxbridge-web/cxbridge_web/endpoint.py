@@ -15,15 +15,15 @@ from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge.rights import Right, Rights
 from cxbridge_web.host import WebHost
 from cxbridge_web.models import Model, plain
-from cxbridge_web.paging import MOST_COUNT, Window
+from cxbridge_web.paging import MAX_COUNT, Window
 
 
 class ApiError(Exception):
     """A request that cannot be fulfilled.
 
     :param status: the HTTP status.
-    :param text: the error for people.
-    :param model: the reply as a model; None to reply with the text.
+    :param text: the error text.
+    :param model: the body of the reply; None to reply with the text.
     """
 
     def __init__(self, status: int, text: str, model: Mapping[str, Any] | Model | None = None) -> None:
@@ -40,7 +40,7 @@ class ApiCall:
     :param path: the values of the names in the path.
     :param query: the first value of each parameter.
     :param body: the members of the body's JSON object; empty without a body.
-    :param copied: copied facts; None if the endpoint needs none.
+    :param copied: the copied facts; None for an endpoint without :attr:`Endpoint.copy`.
     """
 
     host: WebHost
@@ -92,13 +92,13 @@ class Query:
     type: Any = str
 
 
-_Count = Annotated[int, Meta(ge=0, le=MOST_COUNT)]
+_Count = Annotated[int, Meta(ge=0, le=MAX_COUNT)]
 
 # The query parameters of a paged list, which `cxbridge_web.paging.Window` reads.
 PAGING: Final = (
-    Query("limit", "So many at most.", _Count),
-    Query("offset", "From that one on; the first is 0.", _Count),
-    Query("search", "Those that have this text in any of their texts."),
+    Query("limit", "The maximum number of items.", _Count),
+    Query("offset", "The number of the first item, counted from 0.", _Count),
+    Query("search", "Only items with a text that contains this text, ignoring case."),
 )
 
 
@@ -108,16 +108,17 @@ class Endpoint:
 
     :param path: relative to ``/api``; ``{x}`` matches one segment, ``{x+}`` one or more characters with
         slashes; ``/?`` at the end makes the slash optional.
-    :param summary: one line about its purpose.
+    :param summary: one sentence about the endpoint, for the OpenAPI document.
     :param reply: the type of the answer, a model or a list of models; a text by default.
     :param names: the types of names in the path other than texts.
     :param paged: whether parts of the list can be requested. The result of ``finish`` is cut unless it is a
         :class:`~cxbridge_web.paging.ListPart`.
     :param body: the type of the body, a struct; None without a body.
     :param errors: possible errors by status.
-    :param right: the required right; by default, looking for GET and running programs for other methods.
+    :param right: the required right; by default `LOOK` for GET and `PROGRAMS` for other methods.
     :param in_thread: whether the handler runs in a thread, since it waits; otherwise in the main loop.
-    :param is_skill: whether it runs a skill string, which counts as a program if it is evaluated as Lua.
+    :param is_skill: whether the endpoint runs a skill string, which counts as a program if it is evaluated as
+        Lua.
     :param stalled: replaces the handler in the server's thread while the main loop is stuck.
     :param copy: copies the needed facts in pieces in the main loop; the handler then runs in the server's
         thread.
@@ -155,18 +156,20 @@ class Endpoint:
         return Right.LOOK if self.method == "GET" else Right.PROGRAMS
 
 
+# A name in a path that `re.escape` has escaped: `\{id\}` or `\{id\+\}`.
 _NAME = re.compile(r"\\{([a-z_\\-]+)(\\\+)?\\}")
 
 
 def _pattern(path: str) -> re.Pattern[str]:
-    """Return the regular expression of a path; group names cannot have dashes."""
+    """Return the regular expression of a path. Dashes of names become underscores, as groups require."""
 
     def group(match: re.Match[str]) -> str:
         name = match[1].replace("\\", "").replace("-", "_")
         return f"(?P<{name}>{'.+?' if match[2] else '[^/]+'})"
 
-    bare = path.removesuffix("/?")
-    return re.compile(_NAME.sub(group, re.escape(bare)) + ("" if bare == path else "/?"), re.DOTALL)
+    without_slash = path.removesuffix("/?")
+    optional_slash = "" if without_slash == path else "/?"
+    return re.compile(_NAME.sub(group, re.escape(without_slash)) + optional_slash, re.DOTALL)
 
 
 class Directory:
@@ -195,11 +198,11 @@ class Directory:
 
 
 def to_json(value: Any, *, pretty: bool = False) -> bytes:
-    """Return a value as JSON; NaN and infinities become null, invalid UTF-8 question marks."""
+    """Return a value as JSON. NaN and infinities become null, lone surrogates become question marks."""
     value = plain(value)
     try:
         text = _dump(value, pretty=pretty)
-    except ValueError:
+    except ValueError:  # NaN or infinite; rare, so only then is the whole value searched
         text = _dump(_finite(value), pretty=pretty)
     return text.encode("utf-8", "replace")
 
@@ -210,11 +213,12 @@ def _dump(value: Any, *, pretty: bool) -> str:
 
 
 def _hex(value: bytes) -> str:
-    """Convert bytes, the only type that :func:`plain` leaves and json does not know."""
+    """Encode bytes, the only type that :func:`plain` leaves and the module json cannot encode."""
     return bytes(value).hex()
 
 
 def _finite(value: Any) -> Any:
+    """Return a value with None in place of NaN and infinities."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):

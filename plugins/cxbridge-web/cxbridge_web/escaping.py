@@ -1,8 +1,8 @@
 r"""Escaping of recorded text for a page, such that it cannot end an element or reverse the reading order.
 
-Programs write recorded text, sometimes untrusted ones. Dangerous are markup, characters that end a script
-(``</script>``, and U+2028 in old engines), and invisible characters that change the visible text
-(bidirectional controls). The last are shown by their number, ``\u202e``.
+Recorded text comes from programs, some of them untrusted. Three things are dangerous: markup, characters that
+end a script (``</script>``, and U+2028 in old engines), and invisible characters that change the visible text
+(bidirectional controls). Invisible characters are shown by their number: ``\u202e``.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from typing import Any
 from cxbridge.printing import UNSAFE, escaped
 
 # Characters shown by their number: unsafe ones and invisible ones.
-_UNSEEN = (
+_HIDDEN_CODES = (
     *UNSAFE,
-    0xAD,
-    0x61C,
-    *range(0x200B, 0x2010),
-    *range(0x2060, 0x2070),
-    0xFEFF,
-    *range(0xFFF9, 0xFFFC),
-    *range(0xE0000, 0xE0080),
+    0xAD,  # soft hyphen
+    0x61C,  # Arabic letter mark
+    *range(0x200B, 0x2010),  # zero-width characters and direction marks
+    *range(0x2060, 0x2070),  # word joiner, invisible operators, direction isolates
+    0xFEFF,  # byte order mark
+    *range(0xFFF9, 0xFFFC),  # interlinear annotations
+    *range(0xE0000, 0xE0080),  # tags
 )
 
 _VISIBLE: Mapping[int, str] = {
     code: escaped(code) if code < 0x10000 else f"\\U{code:08x}"  # noqa: PLR2004 - the BMP ends there
-    for code in _UNSEEN
+    for code in _HIDDEN_CODES
 }
 _IN_JSON: Mapping[int, str] = {
     # the encoder has already escaped characters below 0x20
@@ -48,7 +48,7 @@ def html(text: object) -> str:
 
 
 def embed(data: Any) -> str:
-    """Return values as JSON for a ``<script type="application/json">``.
+    """Return values as JSON text for a ``<script>`` element.
 
     :raises ValueError: for NaN and infinities.
     """

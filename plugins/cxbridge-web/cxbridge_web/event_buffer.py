@@ -16,14 +16,14 @@ from typing import Any, Final, NamedTuple
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.trace.codec import encode_with_kind
 
-MOST_EVENTS: Final = 10_000  # limit of events in each group
+MAX_EVENTS: Final = 10_000  # limit of events in each group
 
-MOST_BYTES: Final = 16 << 20  # limit of encoded bytes in each group
+MAX_BYTES: Final = 16 << 20  # limit of encoded bytes in each group
 
-BUNCH_BYTES: Final = 64 << 10  # size in bytes at which a bunch is sent
+BUNCH_BYTES: Final = 64 << 10  # size at which a bunch of events is complete
 
-# Kinds with separate limits: transitions of a run, and its log. A late client then still gets them, although
-# facts and interface values are far more frequent.
+# Groups of kinds with separate limits: the transitions of a run, and its log. Facts and interface values are
+# far more frequent, and would otherwise displace these events before a late client connects.
 GROUPS: Final = (
     frozenset({"goal", "plan-action", "skill", "planner"}),
     frozenset({"log", "message"}),
@@ -33,7 +33,7 @@ _OTHERS: Final = len(GROUPS)
 
 
 def group_of(kind: str) -> int:
-    """Return the number of a kind's group; the last group has all kinds without one."""
+    """Return the number of a kind's group; the last group has the kinds outside of :data:`GROUPS`."""
     return next((number for number, kinds in enumerate(GROUPS) if kind in kinds), _OTHERS)
 
 
@@ -42,7 +42,8 @@ class EventSelection:
     """A client's choice of events.
 
     :param kinds: names from :data:`~cxbridge.event_kinds.EVENT_TYPES`.
-    :param env: selects the events of this environment and those of none; empty selects all.
+    :param env: selects the events of this environment and the events without an environment; empty selects
+        all events.
     """
 
     kinds: frozenset[str]
@@ -77,7 +78,7 @@ class StreamPosition(NamedTuple):
         return sum(self.counts) + self.lost
 
     def after(self, group: int) -> StreamPosition:
-        """Return the position after one more event of a group."""
+        """Return the position after a further event of a group."""
         counts = list(self.counts)
         counts[group] += 1
         return StreamPosition(tuple(counts), self.lost)
@@ -87,7 +88,7 @@ class StreamPosition(NamedTuple):
 class _BufferedEvent:
     """An encoded event.
 
-    :param position: the position after it.
+    :param position: the position after the event.
     """
 
     position: StreamPosition
@@ -99,22 +100,23 @@ class _BufferedEvent:
 class _Group:
     """The newest events of a group within its limits."""
 
-    def __init__(self, most_events: int, most_bytes: int) -> None:
+    def __init__(self, max_events: int, max_bytes: int) -> None:
         self.entries: deque[_BufferedEvent] = deque()
         self.discarded = 0  # number of discarded events
         self.bytes = 0
-        self._most_events = most_events
-        self._most_bytes = most_bytes
+        self._max_events = max_events
+        self._max_bytes = max_bytes
 
     def add(self, entry: _BufferedEvent) -> None:
         self.entries.append(entry)
         self.bytes += len(entry.text)
-        while len(self.entries) > self._most_events or self.bytes > self._most_bytes:
+        while len(self.entries) > self._max_events or self.bytes > self._max_bytes:
             self.bytes -= len(self.entries.popleft().text)
             self.discarded += 1
 
     def after(self, count: int) -> list[_BufferedEvent]:
-        """Return the events after a count; fast for clients that are up to date."""
+        """Return the buffered events of the group except the first ``count`` events of the run."""
+        # counted from the newest event: clients that are up to date need only a few
         later = list(islice(reversed(self.entries), max(0, self.discarded + len(self.entries) - count)))
         later.reverse()
         return later
@@ -126,10 +128,10 @@ class EventBuffer:
     Not thread-safe.
     """
 
-    def __init__(self, most_events: int = MOST_EVENTS, most_bytes: int = MOST_BYTES) -> None:
+    def __init__(self, max_events: int = MAX_EVENTS, max_bytes: int = MAX_BYTES) -> None:
         self.end = StreamPosition()  # position after the newest event
-        self._groups = [_Group(most_events, most_bytes) for _ in range(_OTHERS + 1)]
-        self._values: dict[str, Any] = {}
+        self._groups = [_Group(max_events, max_bytes) for _ in range(_OTHERS + 1)]
+        self._values: dict[str, Any] = {}  # last values by interface
 
     @property
     def begin(self) -> StreamPosition:
@@ -156,7 +158,7 @@ class EventBuffer:
         self.end = self.end._replace(lost=self.end.lost + count)
 
     def add(self, events: Iterable[Event]) -> None:
-        """Add events; unchanged interface values are dropped, and of simultaneous writes all but the last."""
+        """Add events, without unchanged interface values, and with only the last write to each interface."""
         events = list(events)
         # Clients show the present value, so they need only the last of several writes.
         last = {event.uid: event for event in events if isinstance(event, InterfaceWrite)}
@@ -168,7 +170,7 @@ class EventBuffer:
             self._append(event)
 
     def forget_interfaces(self) -> None:
-        """Forget interface values, so that the next value of each interface counts as changed."""
+        """Forget the interface values, so that the next write to each interface counts as a change."""
         self._values.clear()
 
     def _append(self, event: Event) -> None:

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.watching import WatchItems
     from cxbridge_web.host import WebHost
 
-WATCHED: Final = ("fact", "rule")  # kinds that CLIPS reports only under a watch
+WATCHED: Final = ("fact", "rule")  # kinds of events that CLIPS reports only while they are watched
 
 # The limit of events in each group of `GROUPS` that wait for the server's thread.
-MOST_PENDING: Final = 10_000
+MAX_PENDING: Final = 10_000
 
 
 def default_kinds() -> frozenset[str]:
-    """Return the default kinds of a client: those of every recording."""
+    """Return the default kinds of a client: the kinds that every recording has."""
     return frozenset(event_type.KIND.name for event_type in RecordLevel.TRANSITIONS.event_types)
 
 
@@ -42,7 +42,7 @@ class EventCollector:
     def __init__(self, host: WebHost) -> None:
         self._host = host
         self._pending: list[deque[tuple[int, Event]]] = [
-            deque(maxlen=MOST_PENDING) for _ in range(len(GROUPS) + 1)
+            deque(maxlen=MAX_PENDING) for _ in range(len(GROUPS) + 1)
         ]
         self._numbers = count()  # the order of events across the groups
         self._lost = 0
@@ -64,7 +64,7 @@ class EventCollector:
 
     def _enqueue(self, event: Event) -> None:
         pending = self._pending[group_of(event.KIND.name)]
-        if len(pending) >= MOST_PENDING:
+        if len(pending) >= MAX_PENDING:
             self._lost += 1
         pending.append((next(self._numbers), event))
 
@@ -81,7 +81,7 @@ class EventCollector:
             self._requested[kind] += 1 if add else -1
 
     def drain(self) -> tuple[list[Event], int]:
-        """Return the events since the last call, and the number of lost ones before them."""
+        """Return the events since the last call, and the number of events lost in between."""
         lost, self._lost = self._lost, 0
         pending_groups = [[group.popleft() for _ in range(len(group))] for group in self._pending]
         return [event for _, event in merge(*pending_groups, key=itemgetter(0))], lost
@@ -89,7 +89,7 @@ class EventCollector:
     # -- in the main loop's thread
 
     def poll(self) -> None:
-        """Subscribe to exactly the requested kinds. Called once a loop."""
+        """Subscribe to exactly the kinds that clients request. Called once a loop."""
         requested = {kind for kind in self._on_demand if self._requested[kind] > 0}
         environments = list(self._host.environments().values())
         if requested == self._sinks.keys() and environments == self._environments:
@@ -102,15 +102,16 @@ class EventCollector:
         self._host.bus.unsubscribe(self._enqueue)
 
     def _subscribe(self, requested: set[str], environments: list[ClipsEnvironment]) -> None:
+        """Replace all subscriptions and watches by those of the requested kinds."""
         bus = self._host.bus
         current_environments = list(self._host.environments().values())
         for env, kind in self._watched:
-            if env in current_environments:
+            if env in current_environments:  # the watches of a closed environment are gone
                 _items(env, kind).set((), on=False)
         self._watched.clear()
         for sink in self._sinks.values():
             bus.unsubscribe(sink)
-        # other listeners decide themselves which facts and rules are watched
+        # if a kind has another listener, that listener decides which facts or rules are watched
         unwatched_kinds = [kind for kind in requested if not bus.wants(self._on_demand[kind])]
         self._sinks = {kind: self._sink(kind) for kind in requested}
         for kind, sink in self._sinks.items():

@@ -25,12 +25,13 @@ if TYPE_CHECKING:
 
     from cxbridge_web.host import WebHost
 
-PERIOD_S: Final = 0.05  # seconds between bunches
+PERIOD_S: Final = 0.05  # time between two bunches of events
 
-ALIVE_S: Final = 15.0  # seconds without events after which a comment is sent
+ALIVE_S: Final = 15.0  # time without events after which a comment is sent
 
-MOST_CLIENTS: Final = 100  # limit of simultaneous clients
+MAX_CLIENTS: Final = 100  # limit of simultaneous clients
 
+# The id of an event: `EPOCH-COUNT.COUNT.COUNT.LOST`, a StreamPosition with the count of each group.
 _ID: Final = re.compile(r"([^-]*)-" + r"\.".join([r"(\d{1,19})"] * (len(GROUPS) + 2)), re.ASCII)
 _HEADERS: Final = [(b"content-type", b"text/event-stream"), (b"cache-control", b"no-store")]
 
@@ -81,8 +82,8 @@ class EventStreams:
         except ValueError as error:
             await PlainTextResponse(str(error), 400)(scope, receive, send)
             return
-        if self.clients >= MOST_CLIENTS:
-            await PlainTextResponse("Too many clients follow already", 503)(scope, receive, send)
+        if self.clients >= MAX_CLIENTS:
+            await PlainTextResponse("Too many clients follow the events already", 503)(scope, receive, send)
             return
         self.clients += 1
         self._collector.request(selection.kinds, add=True)
@@ -107,6 +108,7 @@ class EventStreams:
 
         :raises ValueError: if the id is invalid.
         """
+        # a reconnecting browser sends the header, but repeats the query of its first request
         text = request.headers.get("last-event-id") or request.query_params.get("since")
         if text is None:
             return self._buffer.end
@@ -119,12 +121,14 @@ class EventStreams:
         if epoch != self._epoch:  # an id of an earlier server process: send all buffered events
             return self._buffer.begin
         end = self._buffer.end
+        # a position of the client beyond the end would hide all further events
         *group_counts, lost = map(min, map(int, counts), (*end.counts, end.lost))
         return StreamPosition(tuple(group_counts), lost)
 
     async def _follow(
         self, send: Send, selection: EventSelection, position: StreamPosition, *, together: bool
     ) -> None:
+        """Send events from a position on until the streams are closed."""
         await send({"type": "http.response.start", "status": 200, "headers": _HEADERS})
         hello = to_json(
             {"kind": "hello", "time_us": self._host.bus.clock.now_us(), "last": self._id(position)}
@@ -152,9 +156,10 @@ class EventStreams:
     def _bunch(
         self, position: StreamPosition, selection: EventSelection, *, together: bool
     ) -> tuple[bytes, StreamPosition]:
-        """Return the encoded events after a position and the position after them; clients share the result.
+        """Return the encoded events after a position, and the position after them. Clients share the result.
 
-        :param together: one message with an event per line, since browsers need 0.1 ms per message.
+        :param together: whether to send one message with an event per line, since browsers need 0.1 ms per
+            message.
         """
         key = (position, selection, together)
         bunch = self._bunches.get(key)
@@ -200,6 +205,7 @@ class EventStreams:
         return True
 
     def _notify(self) -> None:
+        """Wake all waiting clients."""
         previous, self._new_events = self._new_events, asyncio.Event()
         previous.set()
 

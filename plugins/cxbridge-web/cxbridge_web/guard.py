@@ -1,7 +1,7 @@
 """Checks of each request before it is served.
 
-The server may change a robot, and a browser sends requests for any web page. So the server checks the page's
-origin, against pages that read or post, and its own name, against DNS rebinding.
+The server may move a robot, and a browser sends requests on behalf of any web page. So the server checks the
+origin of the page, to reject requests of foreign pages, and the requested host, to prevent DNS rebinding.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 _METHODS: Final = "GET, POST, PUT, PATCH, DELETE, OPTIONS"
 _REQUEST_HEADERS: Final = "Authorization, Content-Type, Last-Event-ID"
-_MAX_AGE_S: Final = "600"
-_EXPOSED: Final = (b"access-control-expose-headers", b"X-Total-Count")
-_ALWAYS: Final = (
+_MAX_AGE_S: Final = "600"  # time for which browsers may cache the answer to a preflight request
+_EXPOSED_HEADERS: Final = (b"access-control-expose-headers", b"X-Total-Count")
+_SECURITY_HEADERS: Final = (
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"no-referrer"),
     (b"x-frame-options", b"DENY"),
@@ -47,7 +47,7 @@ class Guard:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
-            return  # no WebSockets: uvicorn answers them with an error
+            return  # a WebSocket, which the server does not offer: uvicorn answers with an error
         request_headers = Headers(scope=scope)
         origin = request_headers.get("origin", "")
         is_shared = is_allowed(origin, self._origins)
@@ -55,13 +55,13 @@ class Guard:
         async def sender(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
                 cors_headers = (
-                    [(b"access-control-allow-origin", origin.encode("latin-1")), _EXPOSED]
+                    [(b"access-control-allow-origin", origin.encode("latin-1")), _EXPOSED_HEADERS]
                     if is_shared
                     else []
                 )
                 message["headers"] = [
                     *message.get("headers", ()),
-                    *_ALWAYS,
+                    *_SECURITY_HEADERS,
                     (b"vary", b"Origin"),
                     *cors_headers,
                 ]
@@ -73,7 +73,7 @@ class Guard:
     def _refusal(self, scope: Scope, headers: Headers) -> Response | None:
         """Return the reply to a rejected or a preflight request; None for an allowed request."""
         host = headers.get("host", "")
-        # With a token, the server has other names too, and a rebound page does not know the token.
+        # A server with a token may have further names. A rebound page does not know the token.
         if not self._token and not is_named(host, self._hosts):
             return PlainTextResponse("This server has no such name\n", 421)
         origin = headers.get("origin", "")
@@ -99,7 +99,7 @@ class Guard:
         return None
 
     def _has_token(self, authorization: str) -> bool:
-        """Return whether a header has the token, as a bearer or as a password of any user."""
+        """Return whether the header has the token, as a bearer token or as the password of any user."""
         scheme, _, token = authorization.partition(" ")
         token = token.strip()
         if scheme.lower() == "basic":
@@ -109,12 +109,12 @@ class Guard:
                 return False
         elif scheme.lower() != "bearer":
             return False
-        # The time of a comparison must not depend on the number of right characters.
+        # The time of the comparison must not depend on the number of correct characters.
         return hmac.compare_digest(token.encode("utf-8"), self._token.encode("utf-8"))
 
 
 def _is_of_another_site(scope: Scope, headers: Headers) -> bool:
-    """Return whether another site's page made the request, unless it is a link to the page."""
+    """Return whether a page of another site made the request, except by a link to a page of the server."""
     if headers.get("sec-fetch-site") not in {"cross-site", "same-site"}:
         return False
     return headers.get("sec-fetch-mode") != "navigate" or scope["path"].startswith("/api")

@@ -20,17 +20,17 @@ if TYPE_CHECKING:
     from cxbridge.run.team import Team
     from cxbridge.space.tf.listener import TransformListener
 
-_OWNER: Final = "TransformsRestApi"
-_RULES: Final = 1  # limit of listed rules that fired before each step of a goal
+_OWNER: Final = "TransformsRestApi"  # the reader of the transforms, named as in Fawkes
+_MAX_RULES: Final = 1  # limit of the listed rules that fired before each step of a goal
 
 
 class WebHost(ABC):
-    """The process around a web server. Methods run in the main loop's thread unless they state another.
+    """The process around a web server. Methods run in the main loop's thread unless documented otherwise.
 
-    :param run: the source of the data, since a daemon is a run, too.
+    :param run: the run whose data the server shows; a daemon is a run, too.
     """
 
-    operations: OperationContext  # context of operations
+    operations: OperationContext  # context in which operations are carried out
 
     def __init__(self, run: Run | Team) -> None:
         self.bus: Final = run.bus
@@ -72,35 +72,37 @@ class WebHost(ABC):
 
     @abstractmethod
     def interrupt(self) -> None:
-        """Stop the running rules of this loop. Callable in any thread."""
+        """Stop the rules that are running in this loop. Callable in any thread."""
 
     @abstractmethod
     def plugins(self) -> Sequence[tuple[str, str, bool]]:
-        """Return name, description and whether it is loaded, of each plugin."""
+        """Return the name of each plugin, its description, and whether it is loaded."""
 
     @abstractmethod
     def load_plugin(self, name: str, *, load: bool) -> None:
-        """Load or unload a plugin; ignored if it already is.
+        """Load or unload a plugin. A plugin that already is in the requested state stays so.
 
-        :raises CxbridgeError: if that fails.
+        :raises CxbridgeError: if the plugin is unknown, or cannot be loaded or unloaded.
         """
 
     def frames(self) -> Mapping[str, str | None]:
         """Return the parent of each coordinate frame; the first call subscribes to the transforms."""
         if self._transforms is None:
-            from cxbridge.space.tf.listener import TransformListener  # noqa: PLC0415 - for those who ask
+            from cxbridge.space.tf.listener import TransformListener  # noqa: PLC0415 - few clients request frames
 
             self._transforms = TransformListener(self.board, owner=_OWNER)
         return self._transforms.buffer.frames
 
     def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
-        """Explain a rule, a goal, an action, a fact or the run; not in the main loop's thread.
+        """Explain a rule, a goal, an action, a fact or the run.
+
+        Not callable in the main loop's thread, which makes the explanation.
 
         :param kind: ``rule``, ``goal``, ``action``, ``fact``, ``run`` or empty.
-        :returns: ``lines`` and ``data``; None after the time limit.
+        :returns: the members ``lines`` and ``data``; None after the time limit.
         :raises CxbridgeError: if the subject is unknown.
         """
-        return ask_why(self.board, name, kind, _RULES, timeout_s)
+        return ask_why(self.board, name, kind, _MAX_RULES, timeout_s)
 
     def _status(
         self,
@@ -113,7 +115,7 @@ class WebHost(ABC):
     ) -> dict[str, Any]:
         """Return the fields of a status.
 
-        :param now_us: None for the clock's time.
+        :param now_us: the time of the status; None for the current time of the clock.
         """
         clock, loop = self._clock, self._loop
         return {

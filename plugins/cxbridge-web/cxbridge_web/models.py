@@ -20,14 +20,14 @@ _REFERENCE: Final = "#/components/schemas/{name}"
 class Model(Struct, kw_only=True, tag_field="kind", tag=True):
     """An answer of the API; its member ``kind`` is the name of the class.
 
-    Each model is ``kw_only``, or msgspec puts ``apiVersion`` behind its members.
+    Each model is ``kw_only``; msgspec would otherwise put ``apiVersion`` after its members.
     """
 
     apiVersion: str = API_VERSION  # noqa: N815 - Fawkes' name of the member
 
 
 class Request(Struct, kw_only=True):
-    """The body of a request of Fawkes' API: it may name its kind."""
+    """The body of a request of Fawkes' API, which may name its kind."""
 
     kind: str | UnsetType = UNSET
     apiVersion: str | UnsetType = UNSET  # noqa: N815 - Fawkes' name of the member
@@ -46,12 +46,12 @@ def model_of(kind: str, answer: type[Struct]) -> type[Model]:
 
 
 def plain(value: object) -> Any:
-    """Convert an answer to the types of the module json, and bytes."""
+    """Convert an answer to types that the module json can encode; bytes remain bytes."""
     return msgspec.to_builtins(value, builtin_types=(bytes, bytearray, memoryview), enc_hook=_simple)
 
 
 def _simple(value: object) -> Any:
-    """Convert a value that msgspec does not know."""
+    """Convert a value of a type that msgspec cannot encode."""
     return dict(value) if isinstance(value, Mapping) else str(value)
 
 
@@ -64,7 +64,7 @@ def schema_of(type_: Any) -> Schema:
 def schemas(answers: Iterable[Any], bodies: Iterable[Any]) -> dict[str, Schema]:
     """Return the JSON schemas of all models by name.
 
-    An answer has all members except optional ones; a body may lack members with a default.
+    Members with a default are required in an answer, which always has them, but not in a body.
     """
     _, body_schemas = msgspec.json.schema_components(bodies, ref_template=_REFERENCE)
     _, answer_schemas = msgspec.json.schema_components(answers, ref_template=_REFERENCE)

@@ -16,16 +16,16 @@ EVENTS_PATH: Final = "/cxbridge/events"
 PATH: Final = "/openapi.json"
 
 _NAME: Final = re.compile(r"\{([a-z_-]+)\+?\}")
-_ALWAYS: Final = {
-    400: "The request makes no sense",
-    401: "A token is needed",
-    403: "Pages of other origins, or of clients at all, may not do this",
-    404: "There is no such thing",
-    503: "It cannot be answered now",
+_COMMON_ERRORS: Final = {
+    400: "The request is invalid",
+    401: "The request needs a token",
+    403: "Pages of other origins, or clients in general, may not do this",
+    404: "The requested object does not exist",
+    503: "The request cannot be answered now",
 }
 _Text = Annotated[str, Meta(min_length=1)]
-_PRETTY: Final = Query("pretty", "Laid out for people.", bool)
-_BODY: Final = {413: "The body is too long"}
+_PRETTY: Final = Query("pretty", "Indent the JSON text for human readers.", bool)
+_BODY_ERRORS: Final = {413: "The body is too long"}
 
 
 def document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
@@ -41,7 +41,7 @@ def document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
         "info": {
             "title": "cxbridge",
             "version": __version__,
-            "description": "Fawkes' REST API, and cxbridge's own; see docs/rest.md.",
+            "description": "Fawkes' REST API with extensions of cxbridge; see docs/rest.md.",
         },
         "servers": [{"url": "/api"}],
         "paths": paths,
@@ -64,9 +64,12 @@ def _operation(endpoint: Endpoint) -> dict[str, Any]:
     ok = {"description": endpoint.summary, "content": _content(kind, endpoint.reply)}
     if endpoint.paged:
         ok["headers"] = {
-            "X-Total-Count": {"description": "How many there are in all.", "schema": schema_of(int)}
+            "X-Total-Count": {
+                "description": "The number of items in the whole list.",
+                "schema": schema_of(int),
+            }
         }
-    errors = {**_ALWAYS, **(_BODY if endpoint.body else {}), **endpoint.errors}
+    errors = {**_COMMON_ERRORS, **(_BODY_ERRORS if endpoint.body else {}), **endpoint.errors}
     operation: dict[str, Any] = {
         "tags": [endpoint.component],
         "summary": endpoint.summary,
@@ -110,16 +113,18 @@ def _in_query(query: Query) -> dict[str, Any]:
 def _events() -> dict[str, Any]:
     return {
         "tags": ["cxbridge"],
-        "summary": "Events as they happen: server-sent events, each a JSON object with its kind.",
+        "summary": "The events of the run as server-sent events, each a JSON object with its kind.",
         "operationId": "get_cxbridge_events",
         "parameters": [
-            _in_query(Query("kinds", "Which, with commas between.")),
-            _in_query(Query("env", "Of which CLIPS environment.")),
-            _in_query(Query("since", "Continue after the event of this id; 0: all kept events.")),
+            _in_query(Query("kinds", "The kinds of events, separated by commas.")),
+            _in_query(Query("env", "The CLIPS environment of the events; by default all environments.")),
+            _in_query(
+                Query("since", "The id of the event after which to continue; 0 for all buffered events.")
+            ),
         ],
         "responses": {
-            "200": {"description": "A stream", "content": _content("text/event-stream", str)},
-            "400": {"description": "There is no such kind or event"},
-            "503": {"description": "Too many follow already"},
+            "200": {"description": "A stream of events", "content": _content("text/event-stream", str)},
+            "400": {"description": "A kind is unknown, or the id is invalid"},
+            "503": {"description": "Too many clients follow the events already"},
         },
     }

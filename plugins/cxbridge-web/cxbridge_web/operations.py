@@ -57,13 +57,14 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
     is_list = get_origin(route.reply) is list
     answer = get_args(route.reply)[0] if is_list else route.reply
     kind = route.kind or answer.__name__
+    # the answer is plain already, so the members of its model are added here
     head, model = {"kind": kind, "apiVersion": API_VERSION}, model_of(kind, answer)
     return Endpoint(
         method=route.method,
         path=route.path,
         handler=handler,
         summary=route.about,
-        reply=list[model] if is_list else model,  # type: ignore[valid-type]  # is made here
+        reply=list[model] if is_list else model,  # type: ignore[valid-type]  # a type that is made at run time
         names={field.name: int for field in fields(operation.parameters) if _bare_type(field) is int},
         query=tuple(Query(name, description) for name, description in route.query.items()),
         body=_body(operation.parameters, route) if route.body else None,
@@ -87,7 +88,7 @@ def _request_arguments(operation: Operation[Any], route: Route[Any], call: ApiCa
             arguments[name] = call.query.get(name) or call.body.get(member) or route.given[name]
         elif member in call.body:
             arguments[name] = call.body[member]
-        # A segment of a path may be empty, and clients send empty texts for fields that a user left out.
+        # A segment of a path may be empty, and clients send an empty text for a field that a user left empty.
         if parameter.required and _bare_type(parameter) is str and not arguments.get(name):
             raise ParameterError(name, "it is empty")
     return arguments
@@ -109,9 +110,9 @@ def _meta(parameter: FieldInfo) -> msgspec.Meta:
 
 
 def _bare_type(parameter: FieldInfo) -> Any:
-    """Return the bare type of a parameter without metadata and item types."""
-    bare = get_args(parameter.type)[0] if hasattr(parameter.type, "__metadata__") else parameter.type
-    return get_origin(bare) or bare
+    """Return the type of a parameter without metadata and item types."""
+    type_ = get_args(parameter.type)[0] if hasattr(parameter.type, "__metadata__") else parameter.type
+    return get_origin(type_) or type_
 
 
 def _body(parameters: type[msgspec.Struct], route: Route[Any]) -> type[msgspec.Struct]:

@@ -1,4 +1,4 @@
-"""Command-line options of the page and of Foxglove."""
+"""Command-line options of the web page and of the server for Foxglove."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cxbridge.run.servers import RunServer
     from cxbridge_web.settings import WebSettings
 
-_MOST_PORT: Final = 65_535
+_MAX_PORT: Final = 65_535
 
 
 def has_desktop(platform: str = sys.platform, environ: Mapping[str, str] = os.environ) -> bool:
@@ -32,11 +32,11 @@ class BrowserOptions:
     """Options for opening a browser."""
 
     no_browser: Annotated[
-        bool, typer.Option("--no-browser", help="Print the address of the page, and open no browser.")
+        bool, typer.Option("--no-browser", help="Print the address of the page without opening a browser.")
     ] = False
 
     def announce(self, url: str) -> None:
-        """Print the address of the page, and open it in a browser if a person uses the terminal."""
+        """Print the address of the page, and open it in a browser if a user sits at the terminal."""
         say(f"The page is at {url}", err=True, flush=True)
         if not self.no_browser and sys.stderr.isatty() and has_desktop():
             import threading  # noqa: PLC0415 - start-up time is a feature
@@ -47,9 +47,9 @@ class BrowserOptions:
 
 
 class WatchOptions(PluginOptions):
-    """Options for watching a run or a daemon. A port is an option without or with a value.
+    """Options for watching a run or a daemon. The port is the optional value of an option.
 
-    Typer has no such options, so the type is a text: empty for the option without a port.
+    Typer has no options with an optional value, so the value is a text: empty for an option without a port.
     """
 
     commands: ClassVar[frozenset[str]] = frozenset({"run", "daemon"})
@@ -62,21 +62,21 @@ class WatchOptions(PluginOptions):
 
     @property
     def is_on(self) -> bool:
-        """Whether a person watches."""
+        """Whether the option is given."""
         return self.port_text is not None
 
     @property
     def port(self) -> int | None:
-        """The given port; None for the default.
+        """The given port; None for the default port.
 
-        :raises CxbridgeError: if the text is not a port.
+        :raises CxbridgeError: if the value of the option is not a port.
         """
         text = self.port_text
         if not text:
             return None
-        if not (text.isascii() and text.isdecimal() and int(text) <= _MOST_PORT):
+        if not (text.isascii() and text.isdecimal() and int(text) <= _MAX_PORT):
             raise CxbridgeError(
-                f"{self.name} cannot be at port '{text}'", hint="0 to 65535; 0: any free port"
+                f"{self.name} cannot be at port '{text}'", hint="use a port from 0 to 65535; 0: any free port"
             )
         return int(text)
 
@@ -87,7 +87,7 @@ class WatchOptions(PluginOptions):
 
     @property
     def is_interactive(self) -> bool:
-        """Whether a person may stop the rules."""
+        """Whether a user may stop the rules."""
         return self.is_on
 
     def check(self, options: RunOptions) -> None:
@@ -97,7 +97,7 @@ class WatchOptions(PluginOptions):
                 f"{self.name} cannot go with --replay",
                 hint="record the replay with --trace, and look at the recording",
             )
-        _ = self.port
+        _ = self.port  # raises CxbridgeError for an invalid port
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,7 +111,8 @@ class WebOptions(BrowserOptions, WatchOptions):
         str | None,
         typer.Option(
             metavar="[PORT]",
-            help="Serve the web page on this machine: at PORT, or 8088, or a free port if that is taken.",
+            help="Serve the web page on this machine at PORT; by default at 8088, or a free port if "
+            "8088 is taken.",
             show_default=False,
         ),
     ] = None
@@ -156,7 +157,8 @@ class FoxgloveOptions(WatchOptions):
         str | None,
         typer.Option(
             metavar="[PORT]",
-            help=f"Let Foxglove connect on this machine: at PORT, or {FOXGLOVE_PORT}; 0: any free one.",
+            help=f"Let Foxglove connect on this machine at PORT, by default {FOXGLOVE_PORT}; 0: any "
+            "free port.",
             show_default=False,
         ),
     ] = None
@@ -185,10 +187,11 @@ def is_free(port: int) -> bool:
     """Return whether a server on this machine can listen at a port."""
     import socket  # noqa: PLC0415 - start-up time is a feature
 
-    with socket.socket() as attempt:
-        attempt.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    with socket.socket() as listener:
+        # as the server does: a port with closing connections of an earlier server counts as free
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            attempt.bind(("127.0.0.1", port))
+            listener.bind(("127.0.0.1", port))
         except OSError:
             return False
     return True

@@ -33,7 +33,7 @@ FOLDER: Final = Path(__file__).resolve().parent / "static"
 _INDEX: Final = (FOLDER / "index.html").read_text(encoding="utf-8")
 _IMPORTS: Final = _INDEX.partition('<script type="importmap">')[2].partition("</script>")[0]
 
-# The content security policy: resources of this server only, and the inline script with the import map.
+# The content security policy: only resources of this server, and the inline import map of `index.html`.
 POLICY: Final = (
     f"default-src 'self'; script-src 'self' {digest(_IMPORTS)}; img-src 'self' data: blob:; "
     "style-src 'self' 'unsafe-inline'; object-src 'none'; base-uri 'none'; form-action 'self'; "
@@ -57,7 +57,7 @@ def site_module(runs: Sequence[tuple[str, str]] | None, inside: Mapping[str, Any
     """Return the module that configures the page's data source.
 
     :param runs: recorded runs by path and name; None for a daemon or a run with the API.
-    :param inside: the description of a recording within the page itself; None without one.
+    :param inside: the description of a recording that is embedded in the page; None without one.
     """
     rows = None if runs is None else [{"path": path, "name": name} for path, name in runs]
     return f"export default {json.dumps({'runs': rows, 'inside': inside})};\n"
@@ -70,7 +70,7 @@ def base_script() -> str:
 
 
 def shared_file(path: str, runs: Sequence[tuple[str, str]] | None = None) -> tuple[str, str] | None:
-    """Return text and media type of a generated file; None for other paths.
+    """Return the text and the media type of a generated file; None for other paths.
 
     :param path: the path of the request.
     :param runs: see :func:`site_module`.

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any, Final
 
-_MOST_DIGITS: Final = 15  # numbers of 15 digits are exact in JavaScript
+_MAX_DIGITS: Final = 15  # numbers of 15 digits are exact in JavaScript
 
-MOST_COUNT: Final = 10**_MOST_DIGITS - 1  # largest number in a query
+MAX_COUNT: Final = 10**_MAX_DIGITS - 1  # largest number in a query
 
-_NO_TEXTS: Final = frozenset({"kind", "apiVersion"})
+# Members that all models of a list share, so a search would find either all models or none.
+_UNSEARCHED_MEMBERS: Final = frozenset({"kind", "apiVersion"})
 
 
 class PagingError(ValueError):
@@ -51,16 +52,16 @@ class Window:
 
     @property
     def range(self) -> tuple[int, int | None]:
-        """Start and end of the part; None for the end of the list."""
+        """The start and the end of the part; None for the end of the list."""
         return self.offset, None if self.limit is None else self.offset + self.limit
 
     def bounds(self, total: int) -> tuple[int, int]:
-        """Return begin and end of the part in a list of length ``total``, ignoring the search."""
+        """Return the start and the end of the part in a list of length ``total``, ignoring the search."""
         begin = min(self.offset, total)
         return begin, total if self.limit is None else min(begin + self.limit, total)
 
     def cut(self, models: Sequence[Any]) -> ListPart:
-        """Return the requested part of all models."""
+        """Return the requested part of the models that the search matches."""
         matching_models = (
             [model for model in models if has_text(model, self.search)] if self.search else models
         )
@@ -69,21 +70,21 @@ class Window:
 
 
 def _count(query: Mapping[str, str], name: str) -> int | None:
-    """Return a number of the query; None without it."""
+    """Return a number of the query; None if the query lacks the parameter."""
     text = query.get(name, "")
     if not text:
         return None
-    if not (text.isascii() and text.isdecimal()) or len(text) > _MOST_DIGITS:
+    if not (text.isascii() and text.isdecimal()) or len(text) > _MAX_DIGITS:
         raise PagingError(f"'{name}' must be a number, 0 or more")
     return int(text)
 
 
 def has_text(model: Any, search: str) -> bool:
-    """Return whether any text of a model contains ``search``, ignoring case."""
+    """Return whether any text of a model contains ``search``, a case-folded text."""
     if isinstance(model, str):
         return search in model.casefold()
     if isinstance(model, Mapping):
-        return any(has_text(item, search) for name, item in model.items() if name not in _NO_TEXTS)
+        return any(has_text(item, search) for name, item in model.items() if name not in _UNSEARCHED_MEMBERS)
     if isinstance(model, Iterable):
         return any(has_text(item, search) for item in model)
     return False

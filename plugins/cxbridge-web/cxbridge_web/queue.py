@@ -1,7 +1,7 @@
 """The queue of requests that the main loop carries out for the web server.
 
-The main loop must keep its period, whatever clients request: it carries out requests between two loops, for a
-bounded share of its time. Long requests are generators, which continue in a later loop.
+The main loop must keep its period however much clients request, so it carries out requests between two loops,
+for a bounded share of its time. Long requests are generators, which continue in a later loop.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-MOST_WAITING: Final = 64  # limit of waiting requests
+MAX_WAITING: Final = 64  # limit of waiting requests
 
 SHARE: Final = 0.1  # largest share of the main loop's time for the web server
 
-# The longest pause between answers in seconds; otherwise a two-second reset would delay clients by 18 s.
-MOST_REST_S: Final = 1.0
+# The longest pause after requests; without a limit, a reset of two seconds would delay clients by 18 s.
+MAX_PAUSE_S: Final = 1.0
 
-LONG_S: Final = 0.005  # seconds after which no further request is carried out in the same loop
+LONG_S: Final = 0.005  # time after which no further request is carried out in the same loop
 
 
 class QueueClosedError(Exception):
@@ -34,7 +34,7 @@ class RequestQueueFullError(Exception):
 
 @dataclass(slots=True)
 class _QueuedRequest:
-    """A request.
+    """A request that waits or has begun.
 
     :ivar pieces: the remaining pieces of a request that has begun.
     """
@@ -48,7 +48,7 @@ class _QueuedRequest:
 class RequestQueue:
     """Passes requests of any thread to the thread that calls :meth:`poll`.
 
-    :param now: the clock for durations in seconds.
+    :param now: the clock, in seconds.
     """
 
     def __init__(self, now: Callable[[], float] = time.perf_counter) -> None:
@@ -65,7 +65,7 @@ class RequestQueue:
         A generator runs in pieces: it continues in the same or a later loop after each ``yield``, and its
         return value is the result.
 
-        :param key: waiting requests with the same key share one call; None to never share.
+        :param key: waiting requests with the same key share one call; None for a separate call.
         :raises RequestQueueFullError: if too many requests wait.
         :raises QueueClosedError: if the queue is closed.
         """
@@ -75,7 +75,7 @@ class RequestQueue:
             shared = None if key is None else self._by_key.get(key)
             if shared is not None:
                 return shared.result
-            if len(self._requests) >= MOST_WAITING:
+            if len(self._requests) >= MAX_WAITING:
                 raise RequestQueueFullError
             request = _QueuedRequest(function, key)
             self._requests.append(request)
@@ -94,17 +94,17 @@ class RequestQueue:
         def is_late() -> bool:
             return self._now() - start >= LONG_S
 
-        while (request := self._next()) is not None:
+        while (request := self._take_next()) is not None:
             if not _carry_out(request, is_late):
                 self._requeue(request)
             if is_late():
                 break
         end = self._now()
-        # a pause of 9 times the work keeps the web server at its share of the loop's time
-        self._pause_end = end + min((end - start) * (1 / SHARE - 1), MOST_REST_S)
+        # a pause of 9 times the duration of the work keeps the web server within its share of the time
+        self._pause_end = end + min((end - start) * (1 / SHARE - 1), MAX_PAUSE_S)
 
     def _requeue(self, request: _QueuedRequest) -> None:
-        """Queue an unfinished request again behind shorter ones."""
+        """Queue an unfinished request again, after the waiting requests."""
         with self._lock:
             if not self._closed:
                 self._requests.append(request)
@@ -123,7 +123,7 @@ class RequestQueue:
             if request.pieces is not None or request.result.set_running_or_notify_cancel():
                 request.result.set_exception(QueueClosedError())
 
-    def _next(self) -> _QueuedRequest | None:
+    def _take_next(self) -> _QueuedRequest | None:
         with self._lock:
             if not self._requests:
                 return None
@@ -134,7 +134,7 @@ class RequestQueue:
 
 
 def _carry_out(request: _QueuedRequest, is_late: Callable[[], bool]) -> bool:
-    """Carry out a request; return whether it is finished. A request in pieces stops when it is late."""
+    """Carry out a request, or some of its pieces until it is late; return whether the request is finished."""
     if request.pieces is None and not request.result.set_running_or_notify_cancel():
         return True  # the client has disconnected
     try:

@@ -1,4 +1,4 @@
-"""The page with a recording, or a JSON document, inside: one file that asks no server for anything.
+"""The page with an embedded recording or JSON document: a single file that needs no server.
 
 The modules of the page import each other as ``cx/NAME.js``. A server's page maps ``cx/`` to their folder,
 this page to ``data:`` URLs. The policy of the page allows the scripts in the file and their imports.
@@ -25,12 +25,12 @@ from cxbridge_web.escaping import embed, html
 from cxbridge_web.pages import FOLDER, base_script, digest, site_module, views_module
 
 STYLES: Final = ("app", "parts", "views", "outcomes", "timeline", "plot", "map", "documents")
-"""The style sheets of ``index.html`` besides the one that all pages share, in their order."""
+"""The style sheets of ``index.html`` in their order, except the shared style sheet of all pages."""
 
-MOST_EXPLANATIONS: Final = 20
-"""Goals that failed or wait whose reasons a report has."""
+MAX_EXPLANATIONS: Final = 20
+"""The limit of unfinished or failed goals whose explanations a report contains."""
 
-# Starts the page. The policy allows scripts by their hash, and the modules that such a script adds.
+# The script that starts the page. The policy allows scripts by their hash, and the modules that they add.
 _START: Final = """
 document.addEventListener("DOMContentLoaded", () => {
   const start = document.createElement("script");
@@ -42,17 +42,17 @@ document.addEventListener("DOMContentLoaded", () => {
 
 
 def report(run: Run, title: str = "") -> str:
-    """Return the page with a run inside.
+    """Return the page with an embedded run.
 
-    :param title: the name of the run on the page; empty: that of its file.
-    :raises TraceError: when the run cannot be read.
+    :param title: the name of the run on the page; by default the name of its file.
+    :raises TraceError: if the run cannot be read.
     """
     if is_mcap(run.path):
         data = run.path.read_bytes()
     else:
         data = b"".join(encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
     name = title or run.path.name or "run"
-    history = RunHistory.of(run, UNLIMITED, run.start_us)  # reads the run, which makes its notes
+    history = RunHistory.of(run, UNLIMITED, run.start_us)  # before `run.notes`: reading the run fills them
     inside = {
         "name": name,
         "links": guessed_links(history),
@@ -63,38 +63,39 @@ def report(run: Run, title: str = "") -> str:
 
 
 def _explanations(run: Run, history: RunHistory) -> dict[str, Any]:
-    """Return the story of a run, and why its goals failed or wait, as far as a plug-in explains runs.
+    """Return the story of a run and the explanations of its unfinished and failed goals, by question.
 
-    With several agents a question begins with the agent's environment.
+    With several agents, a question begins with the agent's environment. Empty without a plug-in that explains
+    runs.
     """
     envs: list[str | None] = [*dict.fromkeys(goal.env for goal in history.goals)] or [None]
-    found: dict[str, Any] = {}
+    explanations: dict[str, Any] = {}
     try:
         for env in envs:
             explain = explainer(run, env=env)
             agent = f"{env} " if len(envs) > 1 else ""
             goals = [goal for goal in history.goals if goal.env == env]
             unfinished = [goal.name for goal in goals if goal.end_change is None or goal.outcome == "FAILED"]
-            found[f"{agent}run"] = explain("run", "")["data"]
-            for name in unfinished[:MOST_EXPLANATIONS]:
-                found[f"{agent}goal {name}"] = explain("goal", name)["data"]
-    except (CxbridgeError, RecursionError):  # goals below each other by the thousand
+            explanations[f"{agent}run"] = explain("run", "")["data"]
+            for name in unfinished[:MAX_EXPLANATIONS]:
+                explanations[f"{agent}goal {name}"] = explain("goal", name)["data"]
+    except (CxbridgeError, RecursionError):  # RecursionError: thousands of nested goals
         return {}
-    return found
+    return explanations
 
 
 def document_page(kind: str, title: str, document: Mapping[str, Any]) -> str:
-    """Return the page with a JSON document inside.
+    """Return the page with an embedded JSON document.
 
-    :param kind: the module of ``static/js/documents`` that shows it.
+    :param kind: the name of the module of ``static/js/documents`` that shows the document.
     """
     return page_with(title, json.dumps(document).encode("utf-8"), {"kind": kind, "name": title})
 
 
 def write_report(run: Run, output: Path, title: str = "") -> int:
-    """Write the page with a run inside to a file, and return its size in bytes.
+    """Write the page with an embedded run to a file, and return the size of the file in bytes.
 
-    :raises CxbridgeError: when the run cannot be read, or the file not written.
+    :raises CxbridgeError: if the run cannot be read or the file cannot be written.
     """
     text = report(run, title).encode("utf-8")
     write_file(output, text)
@@ -102,11 +103,11 @@ def write_report(run: Run, output: Path, title: str = "") -> int:
 
 
 def page_with(title: str, data: bytes, inside: Mapping[str, Any]) -> str:
-    """Return the page as one file.
+    """Return the page as the text of one file.
 
-    :param data: of the recording or document.
-    :param inside: the description of the data: ``name``; for a recording ``links`` and ``notes``, for a
-        document ``kind``.
+    :param data: the bytes of the recording or the document.
+    :param inside: the description of the data: ``name``; for a recording also ``links``, ``notes`` and
+        ``answers``, for a document also ``kind``.
     """
     modules = embed({"imports": {name: _url(text) for name, text in _modules(inside)}})
     scripts = [base_script(), _START]
@@ -139,7 +140,7 @@ def _modules(inside: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _read(name: str) -> str:
-    """Return a file of the page."""
+    """Return the text of a file of the page."""
     return (FOLDER / name).read_text("utf-8")
 
 
@@ -179,7 +180,11 @@ def is_mcap(path: Path) -> bool:
 
 
 def guessed_links(history: RunHistory) -> list[list[Any]]:
-    """Return the guessed pairs: environment, goal, plan, action; Skiller, text, message, begin."""
+    """Return the guessed pairs of plan-actions and skill calls, which recordings lack.
+
+    :returns: for each pair the environment, goal, plan and id of the action, then the Skiller, skill string,
+        message id and begin (in microseconds) of the skill call.
+    """
     start_us = history.clock.first_us or 0
     pairs = [(link.action, link.call) for link in links(history) if link.guessed]
     return [

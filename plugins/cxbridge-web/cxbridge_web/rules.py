@@ -1,6 +1,6 @@
 """Rules and agenda of a CLIPS environment, read directly from CLIPS.
 
-An environment has no list of its rules or activations. CLIPS' C functions walk them one by one.
+clipspy lists neither the rules nor the activations, so CLIPS' C functions walk them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cxbridge_web.paging import ListPart, Window, has_text, matches
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-MOST_ACTIVATIONS: Final = 1000  # limit of activations in one answer
+MAX_ACTIVATIONS: Final = 1000  # limit of activations in one answer
 
 
 def _walk(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> Iterator[CData]:
@@ -41,7 +41,7 @@ def census(env: ClipsEnvironment) -> dict[str, int]:
 
 
 class Rule(Model, kw_only=True):
-    """A rule: its place, how often it is on the agenda and has fired."""
+    """A rule: its place, the number of its activations on the agenda, the number of its firings."""
 
     name: str
     module: str
@@ -49,7 +49,9 @@ class Rule(Model, kw_only=True):
     file: str | UnsetType = UNSET
     line: int | UnsetType = UNSET
     core: bool | UnsetType = UNSET
-    firings: Annotated[int | UnsetType, Meta(description="while a client follows `rule`")] = UNSET
+    firings: Annotated[
+        int | UnsetType, Meta(description="only while a client follows events of the kind `rule`")
+    ] = UNSET
 
 
 def rules(env: ClipsEnvironment) -> list[Rule]:
@@ -64,7 +66,7 @@ def rules(env: ClipsEnvironment) -> list[Rule]:
 
 
 class Activation(Model, kw_only=True):
-    """An activation: a rule, and the facts that it matches."""
+    """An activation: a rule, and the facts that match its conditions."""
 
     rule: str
     salience: int
@@ -72,13 +74,13 @@ class Activation(Model, kw_only=True):
 
 
 def agenda(env: ClipsEnvironment, pattern: str, window: Window) -> ListPart:
-    """Return a part of the agenda as models, at most :data:`MOST_ACTIVATIONS`.
+    """Return a part of the agenda as models: at most :data:`MAX_ACTIVATIONS`, however large the window is.
 
     The caller holds the lock, between runs of the rules.
 
     :param pattern: a pattern of rule names.
     """
-    limit = MOST_ACTIVATIONS if window.limit is None else min(window.limit, MOST_ACTIVATIONS)
+    limit = MAX_ACTIVATIONS if window.limit is None else min(window.limit, MAX_ACTIVATIONS)
     models: list[Activation] = []
     total = 0
     env.output.pause()  # CLIPS queries each active router for each piece of text, which is slow

@@ -1,6 +1,6 @@
 """The web server: a thread that serves HTTP, and its work in the main loop.
 
-The server exists before it serves, so that its event buffer has the events from the start of the process on.
+A server collects events before it serves, so that clients also get the events since the start of the process.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from cxbridge_web.settings import WebSettings
 
 EVENTS_PATH: Final = "/api/cxbridge/events"
-COMPONENT: Final = "Web"  # of the log lines
+COMPONENT: Final = "Web"  # component of the log lines
 
 
 class WebServer:
     """Serves in a thread from :meth:`start` to :meth:`stop`, but collects events from its creation on.
 
-    :param host: the process around it.
+    :param host: the process around the server.
     """
 
     def __init__(self, host: WebHost, settings: WebSettings) -> None:
@@ -52,9 +52,9 @@ class WebServer:
         return "" if self._thread is None else self._thread.url
 
     def start(self) -> None:
-        """Start to serve.
+        """Start the thread that serves.
 
-        :raises CxbridgeError: if that fails.
+        :raises CxbridgeError: if the address is unavailable or the settings are invalid.
         """
         thread = HttpThread(self._settings, self._log)
         self.port = thread.port
@@ -76,7 +76,7 @@ class WebServer:
 
     def stop(self) -> None:
         """Stop serving; repeated calls are harmless."""
-        self._queue.close()  # first, since the thread waits for responses that the main loop no longer makes
+        self._queue.close()  # first: the thread waits for results that the main loop no longer computes
         thread, self._thread = self._thread, None
         if thread is not None:
             thread.stop(self._close_streams)

@@ -14,17 +14,17 @@ from cxbridge_web.tls import check_pair
 
 DEFAULT_PORT: Final = 8088  # port of Fawkes' webview
 
-LEAST_TOKEN: Final = 16  # minimum length of a token; shorter ones could be guessed
+MIN_TOKEN_LENGTH: Final = 16  # characters; a shorter token could be guessed
 
 
 @dataclass(frozen=True, kw_only=True)
 class WebSettings(PluginSettings):
     """The settings of a web server.
 
-    :param port: 0 for any free port.
-    :param token: empty to admit every user of this machine.
-    :param tls_cert: PEM file with the certificate; requires ``tls_key``.
-    :param allow_origins: additional origins whose pages may use the API; ``*`` for all.
+    :param port: the port; 0 for any free port.
+    :param token: the token of clients; empty to admit every user of this machine.
+    :param tls_cert: the PEM file with the certificate; requires ``tls_key``.
+    :param allow_origins: the additional origins whose pages may use the API; ``*`` for all origins.
     """
 
     SECTION: ClassVar[str] = "/cxbridge/web"
@@ -67,16 +67,16 @@ class WebSettings(PluginSettings):
         return is_loopback(self.host)
 
     def check(self) -> None:
-        """Raise :class:`ConfigError` if settings conflict or are unsafe."""
+        """Raise :class:`ConfigError` if settings are invalid, conflict or are unsafe."""
         if self.port > 65535:  # noqa: PLR2004 - ports have 16 bits
-            raise ConfigError(f"cxbridge/web/port cannot be {self.port}", hint="0 to 65535")
-        if self.token and len(self.token) < LEAST_TOKEN:
+            raise ConfigError(f"cxbridge/web/port cannot be {self.port}", hint="use a port from 0 to 65535")
+        if self.token and len(self.token) < MIN_TOKEN_LENGTH:
             raise ConfigError(
                 "cxbridge/web/token is too short",
-                hint=f"{LEAST_TOKEN} characters or more, e.g. of openssl rand",
+                hint=f"use {MIN_TOKEN_LENGTH} characters or more, e.g. from openssl rand -hex 16",
             )
         if not self.token.isascii() or not self.token.isprintable():
-            raise ConfigError("cxbridge/web/token must be of printable ASCII characters")
+            raise ConfigError("cxbridge/web/token must consist of printable ASCII characters")
         if (self.tls_cert is None) != (self.tls_key is None):
             raise ConfigError("TLS needs both: cxbridge/web/tls-cert and cxbridge/web/tls-key")
         if self.tls_cert is not None and self.tls_key is not None:

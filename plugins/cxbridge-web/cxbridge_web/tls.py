@@ -1,6 +1,6 @@
-"""Checks of a server's certificate and key before its start, to report file errors.
+"""Checks of a server's certificate and key before the start of the server, with errors that name the file.
 
-The module ssl only says that a file cannot be loaded, and nothing about an expired certificate.
+The module ssl reports only that a file cannot be loaded, and accepts an expired certificate.
 """
 
 from __future__ import annotations
@@ -16,16 +16,17 @@ from typing import Final
 from cxbridge.errors import ConfigError
 
 _CERTIFICATE: Final = re.compile(r"-----BEGIN CERTIFICATE-----[^-]+-----END CERTIFICATE-----")
-_HINT: Final = "cxbridge/web/tls-cert and tls-key are PEM files; docs/security.md says how they are made"
-_VERSION, _SEQUENCE, _UTC_TIME, _LONG = 0xA0, 0x30, 0x17, 0x80  # tags of ASN.1, and the bit of long lengths
-_CENTURY: Final = 50  # two-digit years below this one belong to the 21st century
+_HINT: Final = "cxbridge/web/tls-cert and tls-key are PEM files; docs/security.md shows how to make them"
+_VERSION, _SEQUENCE, _UTC_TIME = 0xA0, 0x30, 0x17  # tags of ASN.1
+_LONG: Final = 0x80  # bit of a length that is given in the following bytes
+_CENTURY: Final = 50  # two-digit years below 50 belong to the 21st century (RFC 5280)
 
 
 def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> None:
     """Check a certificate and its key.
 
-    :param now: the clock in seconds since the epoch.
-    :raises ConfigError: if they are unusable, with the file.
+    :param now: the clock, in seconds since the epoch.
+    :raises ConfigError: if the certificate or the key is unusable.
     """
     text = _read(cert)
     match = _CERTIFICATE.search(text)
@@ -37,9 +38,9 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
         raise ConfigError("this is not a certificate", file=cert, hint=_HINT) from error
     if expiry.timestamp() < now():
         raise ConfigError(
-            f"this certificate has expired: it was good until {expiry:%Y-%m-%d %H:%M} UTC",
+            f"this certificate has expired: it was valid until {expiry:%Y-%m-%d %H:%M} UTC",
             file=cert,
-            hint="make another; docs/security.md says how",
+            hint="make a new certificate; docs/security.md shows how",
         )
     if "PRIVATE KEY-----" not in _read(key):
         raise ConfigError("there is no private key in this file", file=key, hint=_HINT)
@@ -48,7 +49,7 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
         raise ConfigError(
             "this key is encrypted, and a server cannot ask for its password",
             file=key,
-            hint="e.g. openssl pkey -in KEY -out NEW; only the daemon's user should read it",
+            hint="decrypt the key: openssl pkey -in KEY -out NEW; only the daemon's user should read it",
         )
 
     try:
@@ -62,7 +63,7 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
 
 
 def _read(file: Path) -> str:
-    """Return a file's text.
+    """Return the text of a file.
 
     :raises ConfigError: if the file cannot be read.
     """
@@ -82,7 +83,8 @@ def _expiry(der: bytes) -> datetime:
     _, certificate, _ = _element(der)
     _, inner, _ = _element(certificate)
     tag, _, remaining = _element(inner)
-    skipped = 3 if tag == _VERSION else 2  # serial number, algorithm, issuer
+    # Before the validity come an optional version, which is `tag` then, serial number, algorithm and issuer.
+    skipped = 3 if tag == _VERSION else 2
     for _ in range(skipped):
         _, _, remaining = _element(remaining)
     tag, validity, _ = _element(remaining)
@@ -97,7 +99,7 @@ def _expiry(der: bytes) -> datetime:
 
 
 def _element(der: bytes) -> tuple[int, bytes, bytes]:
-    """Return tag and content of the first DER element, and the remaining bytes."""
+    """Return the tag and the content of the first DER element, and the remaining bytes."""
     tag, length, begin = der[0], der[1], 2
     if length & _LONG:
         begin += length & ~_LONG

@@ -13,11 +13,11 @@ from cxbridge.cli.console import say
 def report(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="a recorded run of any format")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="OUT.html", help="the page to write")],
-    title: Annotated[str, typer.Option(help="the heading of the page; by default the file's name")] = "",
+    title: Annotated[str, typer.Option(help="the heading of the page; by default the name of the file")] = "",
 ) -> None:
     """Write a page that shows a run: goals over time, plan-actions, skills, rules, log, interfaces.
 
-    It is one file that needs no network, for any browser. See docs/see.md.
+    The page is a single file, which any browser opens without a network. See docs/see.md.
 
     Example: cxbridge trace report out/run.mcap -o out/run.html
     """

@@ -1,4 +1,4 @@
-"""`cxbridge view`: the page over recorded runs, without a daemon."""
+"""``cxbridge view``: the web page with recorded runs, without a daemon."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cxbridge.cli.entry import orderly
 from cxbridge.cli.option_groups import option_groups
 from cxbridge_web.options import BrowserOptions
 
-_REST_S: Final = 0.1  # seconds between two looks for Ctrl-C
+_PERIOD_S: Final = 0.1  # time between two checks for Ctrl-C
 
 
 @option_groups
@@ -21,19 +21,22 @@ _REST_S: Final = 0.1  # seconds between two looks for Ctrl-C
 def view(
     runs: Annotated[
         list[Path],
-        typer.Argument(metavar="RUN...", help="Recorded runs of any format: mcap, Fawkes' logs, bblogger's."),
+        typer.Argument(
+            metavar="RUN...",
+            help="Recorded runs of any format: mcap, logs of Fawkes, logs of its bblogger.",
+        ),
     ],
     browser: BrowserOptions,
     console: ConsoleOptions,
     port: Annotated[
-        int, typer.Option(min=0, max=65535, metavar="PORT", help="Serve there; 0: any free port.")
+        int, typer.Option(min=0, max=65535, metavar="PORT", help="The port of the page; 0: any free port.")
     ] = 0,
 ) -> int:
     """Open recorded runs on the web page, until Ctrl-C. No daemon is needed.
 
-    Serves the page and these runs, no other file, on this machine only. Of two runs the page shows where they
-    part, side by side, as `trace diff --order partial` finds it; of more it lets you choose. Exit status: 0
-    ended by Ctrl-C; 2 a run cannot be read, or the port is taken.
+    Serves the page and these runs, but no other file, on this machine only. Two runs are shown side by side,
+    with the first difference, as `trace diff --order partial` finds it; from more runs you choose. Exit
+    status: 0 ended by Ctrl-C; 2 a run cannot be read, or the port is taken.
 
     Example: cxbridge view out/run.mcap
     """
@@ -55,7 +58,7 @@ def view(
             server.start(Guard(recordings, settings))
             browser.announce(f"{server.url}{recordings.start}")
             while not interrupt.received:
-                time.sleep(_REST_S)
+                time.sleep(_PERIOD_S)
         finally:
             server.stop()
     return 0

@@ -18,7 +18,7 @@ from cxbridge_web.paging import matches
 if TYPE_CHECKING:
     from cxbridge_web.extensions.state import ServerState
 
-_OWNER: Final = "cxbridge web"
+_OWNER: Final = "cxbridge web"  # name of the reader that sends messages
 
 
 class NavGraph(Model, kw_only=True):
@@ -37,7 +37,7 @@ class MessageText(Struct):
 
 
 class MessageId(Model, kw_only=True):
-    """The id of a message that was sent."""
+    """The id of a sent message."""
 
     msgid: int
 
@@ -71,7 +71,7 @@ def _send(call: ApiCall) -> MessageId:
             try:
                 set_field(message, field, tuple(value) if isinstance(value, list) else value)
             except (TypeError, ValueError, OverflowError) as error:
-                raise ApiError(400, f"{name} cannot have this in '{field}': {error}") from error
+                raise ApiError(400, f"{name} cannot have this value in '{field}': {error}") from error
         return MessageId(msgid=instance.msgq_enqueue(message))
 
 
@@ -82,7 +82,7 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             method="GET",
             path="/cxbridge/navgraphs",
             handler=partial(_navgraphs, state),
-            summary="The navigation graphs that skills and rules use: nodes in metres, edges.",
+            summary="The navigation graphs that skills and rules use. Positions of nodes are in metres.",
             reply=list[NavGraph],
             in_thread=True,
         ),
@@ -92,7 +92,7 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             handler=_interfaces,
             summary="The values of all interfaces.",
             reply=list[InterfaceData],
-            query=(Query("type", "A pattern of types."), Query("id", "A pattern of ids.")),
+            query=(Query("type", "A pattern of the types."), Query("id", "A pattern of the ids.")),
         ),
         Endpoint(
             method="POST",
@@ -102,8 +102,8 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             reply=MessageId,
             body=MessageText,
             errors={
-                400: "There is no such message or field, or no writer",
-                404: "There is no such interface",
+                400: "The message or a field does not exist, or the interface has no writer",
+                404: "The interface does not exist",
             },
             right=Right.CONTROL,
         ),

@@ -20,20 +20,20 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge_web.extensions.state import ServerState
 
-_ANSWER_S: Final = 10.0  # time limit of an explanation in seconds
-_LONGEST_NAME: Final = 250  # bytes of a subject's name, which becomes a message on the blackboard
+_ANSWER_TIMEOUT_S: Final = 10.0  # limit for an explanation
+_MAX_NAME_BYTES: Final = 250  # limit of a subject's name, which is sent in a message on the blackboard
 _WHY_KINDS: Final = {
-    "rule": "Name of a rule.",
-    "goal": "Id or class of a goal.",
-    "action": "Goal and id of a plan-action: GOAL/ID.",
-    "fact": "Index of a fact: f-12.",
+    "rule": "The name of a rule.",
+    "goal": "The id or the class of a goal.",
+    "action": "The goal and the id of a plan-action: GOAL/ID.",
+    "fact": "The index of a fact: f-12.",
 }
-_ENVIRONMENT: Final = Query("env", "Name of a CLIPS environment; executive by default.")
-_NO_ENVIRONMENT: Final = {404: "There is no such environment"}
+_ENVIRONMENT: Final = Query("env", "The name of a CLIPS environment; by default executive.")
+_NO_ENVIRONMENT: Final = {404: "The environment does not exist"}
 
 
 class Answer(Model, kw_only=True):
-    """Why a rule has not fired, or how a goal came to its outcome."""
+    """The explanation of a rule, a goal, a plan-action, a fact or the run."""
 
     lines: list[str]
     data: dict[str, Any]
@@ -55,6 +55,7 @@ def _agenda(call: ApiCall) -> ListPart:
 
 
 def _rules(call: ApiCall) -> tuple[str, list[Rule], tuple[str, ...]]:
+    """Return the name of the environment, its selected rules, and its loaded files."""
     env, pattern = _environment(call), call.query.get("name", "")
     with env.lock:
         rows = [row for row in rules(env) if matches(row.name, pattern)]
@@ -76,7 +77,7 @@ def _describe_rules(
 
 
 def _constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
-    """Return the query's selection: files, patterns of kind and name, whether to include texts."""
+    """Return the selection of the query: files, patterns of kind and name, whether to include texts."""
     env, query = _environment(call), call.query
     with env.lock:
         files = tuple(map(str, env.loader.files))
@@ -100,13 +101,13 @@ def _describe_constructs(
 def _why(call: ApiCall) -> Answer:
     subjects = [(kind, call.query[kind]) for kind in _WHY_KINDS if kind in call.query]
     if len(subjects) > 1 or not all(name for _, name in subjects):
-        raise ApiError(400, "Name one thing: ?rule=NAME, ?goal=NAME, ?action=GOAL/ID or ?fact=f-12")
+        raise ApiError(400, "Name one subject: ?rule=NAME, ?goal=NAME, ?action=GOAL/ID or ?fact=f-12")
     kind, name = subjects[0] if subjects else ("run", "")
-    if "\0" in name or len(name.encode("utf-8", "replace")) > _LONGEST_NAME:
-        raise ApiError(400, "There is nothing of such a name")
-    explanation = call.host.why(name, kind, _ANSWER_S)
+    if "\0" in name or len(name.encode("utf-8", "replace")) > _MAX_NAME_BYTES:
+        raise ApiError(400, "There is nothing with this name")
+    explanation = call.host.why(name, kind, _ANSWER_TIMEOUT_S)
     if explanation is None:
-        raise ApiError(503, f"There was no answer within {_ANSWER_S:g} s")
+        raise ApiError(503, f"There was no answer within {_ANSWER_TIMEOUT_S:g} s")
     return Answer(lines=explanation["lines"], data=explanation["data"])
 
 
@@ -117,10 +118,10 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             method="GET",
             path="/cxbridge/rules",
             handler=_rules,
-            summary="All rules: their places, the number of their activations.",
+            summary="All rules with their places and the numbers of their activations.",
             reply=list[Rule],
             paged=True,
-            query=(_ENVIRONMENT, Query("name", "A pattern of their names.")),
+            query=(_ENVIRONMENT, Query("name", "A pattern of the names.")),
             finish=partial(_describe_rules, state),
             errors=_NO_ENVIRONMENT,
         ),
@@ -128,13 +129,13 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             method="GET",
             path="/cxbridge/constructs",
             handler=_constructs,
-            summary="The constructs of the loaded files: their places, owners and texts.",
+            summary="The constructs of the loaded files with their places, owners and texts.",
             reply=list[Construct],
             query=(
                 _ENVIRONMENT,
-                Query("construct", "A pattern: defrule, deftemplate ..."),
-                Query("name", "A pattern of their names."),
-                Query("text", "With their texts.", bool),
+                Query("construct", "A pattern of the kinds: defrule, deftemplate ..."),
+                Query("name", "A pattern of the names."),
+                Query("text", "Whether to include the texts of the constructs.", bool),
             ),
             finish=partial(_describe_constructs, state),
             errors=_NO_ENVIRONMENT,
@@ -146,18 +147,18 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             summary="The activations, in the order of firing.",
             reply=list[Activation],
             paged=True,
-            query=(_ENVIRONMENT, Query("rule", "A pattern of the rules' names.")),
+            query=(_ENVIRONMENT, Query("rule", "A pattern of the names of the rules.")),
             errors=_NO_ENVIRONMENT,
         ),
         Endpoint(
             method="GET",
             path="/cxbridge/why",
             handler=_why,
-            summary="Why a rule has not fired, a goal or an action came to its outcome, a fact exists; "
-            "without a query the story of the run.",
+            summary="The reason why a rule has not fired, why a goal or an action has its outcome, or why a "
+            "fact exists; without a query, the story of the run.",
             reply=Answer,
             query=tuple(Query(kind, description) for kind, description in _WHY_KINDS.items()),
-            errors={400: "There is no such thing"},
+            errors={400: "The query names more than one subject, or an unknown subject"},
             in_thread=True,
         ),
     )

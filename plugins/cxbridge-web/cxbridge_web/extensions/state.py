@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ServerState:
-    """The state of the web server.
+    """The shared parts of the web server.
 
-    :param streams: the clients that follow events.
+    :param streams: the event streams of the clients.
     :param collector: counts the firings of rules while a client follows them.
     :param navgraphs: the loaded navigation graphs.
     :param constructs: the constructs of the loaded files.

@@ -22,14 +22,14 @@ State = Literal["STARTING", "RUNNING", "PAUSED", "DEGRADED", "STOPPING", "FINISH
 
 
 class LoopState(Struct):
-    """How often the main loop has run, and its period."""
+    """The number of loops that the main loop has run, and its period."""
 
     count: int
     period_us: int
 
 
 class EnvironmentSize(Struct):
-    """The numbers of a CLIPS environment: facts, rules, activations."""
+    """The numbers of facts, rules and activations of a CLIPS environment."""
 
     name: str
     facts: int
@@ -38,7 +38,7 @@ class EnvironmentSize(Struct):
 
 
 class WebState(Struct):
-    """The clients that follow events, the events, and the events that were dropped."""
+    """The numbers of clients that follow events, of events, and of events that slow clients missed."""
 
     clients: int
     events: int
@@ -46,15 +46,19 @@ class WebState(Struct):
 
 
 class RunEnd(Struct):
-    """How a run ended."""
+    """The result of a run."""
 
     status: Annotated[int, Meta(description="the exit status")]
-    word: Annotated[str, Meta(description="`completed` or another word")]
+    # the member is part of the published API, as in the result of `cxbridge run`
+    word: Annotated[
+        str,
+        Meta(description="`completed`, `unsuccessful`, `stuck`, `timed out`, `bad input` or `fault`"),
+    ]
     reason: str
 
 
 class Status(Model, kw_only=True):
-    """How a daemon or a run stands; without environments while the main loop is stuck."""
+    """The status of a daemon or a run. While the main loop is stuck, the list of environments is empty."""
 
     state: State
     version: str
@@ -66,24 +70,24 @@ class Status(Model, kw_only=True):
     error: str
     loop: LoopState
     components: list[ComponentState]
-    result: Annotated[RunEnd | UnsetType, Meta(description="of a run that is FINISHED")] = UNSET
+    result: Annotated[RunEnd | UnsetType, Meta(description="only of a run in the state FINISHED")] = UNSET
     remote_control: bool
     remote_programs: bool
     environments: list[EnvironmentSize]
     web: WebState
-    stalled: Annotated[str, Meta(description="why the main loop does not come to its end")]
-    stopped: Annotated[StopInfo | UnsetType, Meta(description="while the rules are stopped")] = UNSET
+    stalled: Annotated[str, Meta(description="the reason why the main loop is stuck; empty if it is not")]
+    stopped: Annotated[StopInfo | UnsetType, Meta(description="only while the rules are stopped")] = UNSET
 
 
 class Health(Model, kw_only=True):
-    """Whether all is well."""
+    """The state and the error of a daemon or a run."""
 
     state: State
     error: str
 
 
 def _status_without_environments(state: ServerState, call: ApiCall) -> Status:
-    """Return the status as far as any thread can read it."""
+    """Return the status without the environments, which only the main loop's thread can read."""
     return Status(
         **call.host.status(),
         remote_control=call.host.rights.control,
@@ -142,8 +146,8 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             method="GET",
             path="/cxbridge/status",
             handler=partial(_status, state),
-            summary="How the daemon and its components stand; without environments while the main loop is "
-            "stuck.",
+            summary="The status of the daemon and its components. While the main loop is stuck, the list of "
+            "environments is empty.",
             reply=Status,
             stalled=partial(_status_without_environments, state),
         ),
@@ -151,21 +155,21 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             method="GET",
             path="/cxbridge/health",
             handler=_health,
-            summary="The state in short; answered even when the main loop is stuck.",
+            summary="The state of the daemon; available even while the main loop is stuck.",
             reply=Health,
-            errors={503: "Something is not well: it says what"},
+            errors={503: "The state is neither RUNNING nor PAUSED; the reply has the error"},
             in_thread=True,
         ),
         Endpoint(
             method="POST",
             path="/cxbridge/interrupt",
             handler=partial(_interrupt, state),
-            summary="End the rules' work at this moment, as an error in a rule does.",
+            summary="Stop the rules that are running now, as an error in a rule does.",
             reply=Status,
             right=Right.CONTROL,
             in_thread=True,
         ),
-        _command(state, "pause", "Deactivate the components that work."),
-        _command(state, "resume", "Activate inactive components."),
-        _command(state, "reset", "Take the components that work down, and start them again."),
+        _command(state, "pause", "Deactivate the active components."),
+        _command(state, "resume", "Activate the inactive components."),
+        _command(state, "reset", "Stop the active components and start them again."),
     )

@@ -17,8 +17,8 @@ from cxbridge.trace.codec import plain_values
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint
 from cxbridge_web.models import Model
 
-OWNER: Final = "BlackboardRestApi"
-_EPOCH_S: Final = 1_000_000_000  # times before this second are given as numbers
+OWNER: Final = "BlackboardRestApi"  # name of the reader, as in Fawkes
+_EPOCH_S: Final = 1_000_000_000  # as in Fawkes, earlier times are printed as numbers
 
 
 class InterfaceFieldType(Struct):
@@ -88,7 +88,7 @@ def _info(call: ApiCall, info: BoardInfo) -> InterfaceInfo:
     try:
         schema = call.host.board.registry.get(info.type).SCHEMA
     except InterfaceError:
-        pass  # a foreign interface without a local definition
+        pass  # an interface of another program, without a local definition
     else:
         fields = _fields(schema.fields)
         messages = [
@@ -106,9 +106,9 @@ def _info(call: ApiCall, info: BoardInfo) -> InterfaceInfo:
 
 
 def find(call: ApiCall) -> BoardInfo | None:
-    """Return the interface of the path.
+    """Return the interface of the path; None if it does not exist.
 
-    :raises ApiError: if the path is a pattern.
+    :raises ApiError: if the type or the id in the path is a pattern.
     """
     uid = call.path["type"], call.path["id"]
     for noun, name in zip(("Type", "ID"), uid, strict=True):
@@ -141,7 +141,7 @@ def _data(call: ApiCall) -> InterfaceData:
 
 
 def data_models(call: ApiCall, infos: Iterable[BoardInfo]) -> list[InterfaceData]:
-    """Return the values of interfaces, without those that have no local definition."""
+    """Return the values of interfaces, except interfaces without a local definition."""
     models = []
     for info in infos:
         with suppress(CxbridgeError):
@@ -152,7 +152,7 @@ def data_models(call: ApiCall, infos: Iterable[BoardInfo]) -> list[InterfaceData
 def _data_model(call: ApiCall, info: BoardInfo) -> InterfaceData:
     """Return the values of an interface.
 
-    :raises CxbridgeError: if it cannot be opened.
+    :raises CxbridgeError: if the interface cannot be opened.
     """
     with call.host.board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
         instance.read()
@@ -168,7 +168,7 @@ def _data_model(call: ApiCall, info: BoardInfo) -> InterfaceData:
 
 
 def _value(field: FieldSchema, value: Any) -> Any:
-    """Return a value in the form of Fawkes' introspection: an array of length 1 is its element."""
+    """Return a value in the form of Fawkes' introspection, where an array of length 1 is its element."""
     if isinstance(value, bytes | bytearray):
         value = list(value)
     if field.is_array and field.runtime_length == 1 and isinstance(value, Sequence):
@@ -177,7 +177,7 @@ def _value(field: FieldSchema, value: Any) -> Any:
 
 
 def _timestamp(time_us: int) -> str:
-    """Return a time as Fawkes prints it: small ones as numbers, such as those of a virtual clock."""
+    """Return a time as Fawkes prints it: small times, such as those of a virtual clock, as numbers."""
     seconds, microseconds = split_us(time_us)
     if seconds < _EPOCH_S:
         return f"{seconds}:{microseconds}"
@@ -226,13 +226,18 @@ def _get(path: str, handler: Any, reply: Any, summary: str, **options: Any) -> E
     )
 
 
-_ERRORS: Final = {400: "Type or id is a pattern", 404: "There is no such interface"}
+_ERRORS: Final = {400: "The type or the id is a pattern", 404: "The interface does not exist"}
 
 ENDPOINTS: Final = (
     _get("/interfaces", _list, list[InterfaceInfo], "All interfaces."),
     _get(
         "/interfaces/{type}/{id+}/data", _data, InterfaceData, "The values of an interface.", errors=_ERRORS
     ),
-    _get("/interfaces/{type}/{id+}", _interface, InterfaceInfo, "One interface.", errors=_ERRORS),
-    _get("/graph", _graph, TransformsGraph, "Who reads and writes what, in the dot language."),
+    _get("/interfaces/{type}/{id+}", _interface, InterfaceInfo, "An interface.", errors=_ERRORS),
+    _get(
+        "/graph",
+        _graph,
+        TransformsGraph,
+        "The graph of the interfaces with their readers and writers, in the dot language.",
+    ),
 )

@@ -14,7 +14,7 @@ from cxbridge_web.fawkes.slots import copy, texts
 from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart, matches
 
-_LONGEST: Final = 16_382  # limit of characters of a formatted fact: the size of Fawkes' buffer
+_MAX_FORMATTED: Final = 16_382  # limit of characters of a formatted fact: the size of Fawkes' buffer
 
 
 class Environment(Model, kw_only=True):
@@ -32,7 +32,7 @@ class SlotValue(Struct, rename="kebab"):
 
 
 class Fact(Model, kw_only=True):
-    """A fact; its slots, or its text."""
+    """A fact with its slots, or with its text if `formatted` is requested."""
 
     index: int
     template_name: str
@@ -53,14 +53,16 @@ def _facts(call: ApiCall) -> Any:
     formatted = call.query.get("formatted") == "true"
     templates = call.facts.templates
     models = [_model(templates[row.template], row, formatted=formatted) for row in call.facts.rows]
+    # a search has copied all facts, of which the window is cut later
     return models if call.window.search else ListPart(models, call.facts.total)
 
 
 def _model(template: FactTemplate, row: FactRow, *, formatted: bool) -> Fact:
     fact = Fact(index=row.index, template_name=row.template)
     if formatted:
-        fact.formatted = fact_text(template.name, template.slots_of(row))[:_LONGEST]
+        fact.formatted = fact_text(template.name, template.slots_of(row))[:_MAX_FORMATTED]
     else:
+        # an ordered fact has a single multislot, which CLIPS calls implied
         slots = (("implied", True),) if template.slots is None else template.slots
         fact.slots = [
             SlotValue(name, multi, texts({name: value}, name, "ADDR"))
@@ -86,9 +88,9 @@ ENDPOINTS: Final = (
         reply=list[Fact],
         paged=True,
         query=(
-            Query("formatted", "Facts as CLIPS prints them.", bool),
-            Query("template", "A pattern of their deftemplates' names."),
+            Query("formatted", "Whether to return the facts as CLIPS prints them.", bool),
+            Query("template", "A pattern of the names of the deftemplates."),
         ),
-        errors={404: "There is no such environment"},
+        errors={404: "The environment does not exist"},
     ),
 )

@@ -36,12 +36,12 @@ _TYPES: Final[Mapping[str, type]] = {"INTEGER": int, "FLOAT": float}
 
 
 def _goal_member(slot: GoalSlot) -> tuple[Any, ...]:
-    """Return name and type of a goal's slot, and the default of an optional slot."""
+    """Return the name and the type of the member for a goal's slot, and the default of an optional member."""
     if slot.name == "params":
         return "parameters", Annotated[list[str], Meta(extra={"slot": slot.name})]
     name, kind = slot.name.replace("-", "_"), _TYPES.get(slot.type, str)
     if slot.name == "priority":
-        kind = int  # as in Fawkes
+        kind = int  # as in Fawkes, although the slot has a float
     kind = list[str] if slot.is_multi else kind
     return (name, kind) if slot.name in _FAWKES_SLOTS else (name, kind | UnsetType, UNSET)
 
@@ -98,7 +98,7 @@ class DomainFact(Model, kw_only=True, rename="kebab"):
 
 
 class PlanAction(Model, kw_only=True, rename="kebab"):
-    """An action of a plan; its precondition when it is grounded."""
+    """An action of a plan, with its precondition if that is grounded."""
 
     id: int
     operator_name: Annotated[str, Meta(extra={"slot": "action-name"})]
@@ -108,7 +108,7 @@ class PlanAction(Model, kw_only=True, rename="kebab"):
     state: str
     executable: bool
     precondition: PDDLGrounding | UnsetType = UNSET
-    effects: Sequence[dict[str, Any]] = ()
+    effects: Sequence[dict[str, Any]] = ()  # always empty, as in Fawkes
     preconditions: GroundedFormula | GroundedPredicate | UnsetType = UNSET
 
 
@@ -177,7 +177,7 @@ def _plans_of_goals(call: ApiCall) -> dict[str, list[str]]:
         try:
             plans.setdefault(text(slots, "goal-id"), []).append(text(slots, "id"))
         except SlotError:
-            continue  # as in Fawkes: a plan without a goal is skipped
+            continue  # as in Fawkes, a plan without a goal is skipped
     return plans
 
 
@@ -255,6 +255,8 @@ def _one_plan(call: ApiCall) -> Plan:
 
 
 def _listing(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
+    """Return an endpoint that lists the facts of a deftemplate."""
+
     def copy_part(call: ApiCall) -> Generator[None, None, FactCopy]:
         return copy(call, ENVIRONMENT, template.__eq__, window=call.window)
 
@@ -262,11 +264,13 @@ def _listing(path: str, model: type[Model], template: str, noun: str) -> Endpoin
         models = _models(call, noun, facts(call, template), partial(read, model))
         return models if call.window.search else ListPart(models, call.facts.total)
 
-    summary = f"All facts {template}."
+    summary = f"All facts of the deftemplate {template}."
     return _get(path, list[model], summary, handler, (template,), copy=copy_part)  # type: ignore[valid-type]
 
 
 def _single(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
+    """Return an endpoint that returns a fact of a deftemplate by its slot `id`."""
+
     def handler(call: ApiCall) -> Model:
         fact_id = call.path["id"]
         rows = (slots for slots in facts(call, template) if slots.get("id") == fact_id)
@@ -274,8 +278,10 @@ def _single(path: str, model: type[Model], template: str, noun: str) -> Endpoint
             return first_model
         raise ApiError(400, f"No {noun} with ID '{fact_id}' found")
 
-    errors = {400: f"There is no such {noun}"}
-    return _get(f"{path}/{{id}}", model, f"One fact {template}.", handler, (template,), errors=errors)
+    errors = {400: f"The {noun} does not exist"}
+    return _get(
+        f"{path}/{{id}}", model, f"A fact of the deftemplate {template}.", handler, (template,), errors=errors
+    )
 
 
 def _get(
@@ -313,18 +319,18 @@ _PDDL: Final[Sequence[tuple[str, type[Model], str, str]]] = (
 
 # All endpoints of the component in Fawkes' order.
 ENDPOINTS: Final = (
-    _get("/goals", list[Goal], "All goals.", _goals, _GOALS),  # type: ignore[valid-type]  # is made here
-    _get("/goals/{id}", Goal, "One goal.", _one_goal, _GOALS, errors={400: "There is no such goal"}),
+    _get("/goals", list[Goal], "All goals.", _goals, _GOALS),  # type: ignore[valid-type]  # a type that is made at run time
+    _get("/goals/{id}", Goal, "A goal.", _one_goal, _GOALS, errors={400: "The goal does not exist"}),
     _get("/domain-operators", list[DomainOperator], "All operators of the domain.", _operators, _OPERATORS),
     _listing("/domain-objects", DomainObject, "domain-object", "object"),
     _listing("/domain-predicates", DomainPredicate, "domain-predicate", "predicate"),
     _listing("/domain-facts", DomainFact, "domain-fact", "fact"),
     _get("/plans", list[Plan], "All plans with their actions.", _plans, _PLANS),
     _get(
-        "/plans/{goal-id}/{id}", Plan, "One plan.", _one_plan, _PLANS, errors={400: "There is no such plan"}
+        "/plans/{goal-id}/{id}", Plan, "A plan.", _one_plan, _PLANS, errors={400: "The plan does not exist"}
     ),
     *(_listing(*row) for row in _PDDL),
     *(_single(*row) for row in _PDDL),
-    # Fawkes' path
+    # Fawkes serves a single grounded formula at this path
     _single("/grounded-pddl-groundings", *_PDDL[-1][1:]),
 )

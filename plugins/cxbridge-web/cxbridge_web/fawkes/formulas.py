@@ -49,16 +49,16 @@ TEMPLATES: Final = (
     "grounded-pddl-predicate",
 )
 
-_DEEPEST: Final = 64  # limit of nesting, since asserted facts may form a cycle
+_MAX_DEPTH: Final = 64  # limit of nesting, since asserted facts may form a cycle
 
 
 @dataclass(frozen=True, slots=True)
 class Groundings:
     """The groundings of formulas, with all facts about the formulas.
 
-    :param slots: the slots of each grounding by id.
-    :param nodes: by the parent's id: whether the node is an atom, and its slots.
-    :param satisfied: by grounding and id of the formula or predicate.
+    :param slots: the slots of each grounding, by its id.
+    :param nodes: the child nodes, by the id of the parent: whether the node is an atom, and its slots.
+    :param satisfied: whether a node is satisfied, by the ids of the grounding and the node.
     """
 
     slots: Mapping[str, Slots]
@@ -67,13 +67,13 @@ class Groundings:
 
     @classmethod
     def of(cls, call: ApiCall) -> Groundings:
-        """Read the facts of the executive."""
+        """Read the copied facts of the executive."""
         nodes: dict[str, list[tuple[bool, Slots]]] = {}
         satisfied: dict[tuple[str, str], bool] = {}
         groundings = {str(slots.get("id", "")): slots for slots in facts(call, "pddl-grounding")}
         if not groundings:
             return cls({}, {}, {})
-        # a formula with two parents would be visited 2^N times below N such formulas
+        # one parent per formula: below N formulas with two parents, a formula would be visited 2^N times
         formulas = {str(slots.get("id", "")): slots for slots in facts(call, "pddl-formula")}.values()
         for is_atom, rows in ((False, formulas), (True, facts(call, "pddl-predicate"))):
             for slots in rows:
@@ -85,7 +85,7 @@ class Groundings:
             for slots in facts(call, template):
                 try:
                     satisfied[text(slots, "grounding"), text(slots, slot)] = flag(slots, "is-satisfied")
-                except SlotError:
+                except SlotError:  # as in Fawkes, an unreadable fact is skipped
                     continue
         return cls(groundings, nodes, satisfied)
 
@@ -108,7 +108,7 @@ def tree(
 def _node(
     groundings: Groundings, is_atom: bool, slots: Slots, grounding: Slots, depth: int
 ) -> GroundedFormula | GroundedPredicate:
-    if depth > _DEEPEST:
+    if depth > _MAX_DEPTH:
         raise SlotError("a formula is part of itself")
     node_id, grounding_id = text(slots, "id"), text(grounding, "id")
     names: list[str] = []

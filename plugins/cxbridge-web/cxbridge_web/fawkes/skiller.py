@@ -1,7 +1,8 @@
 """The component ``skiller``: the list of skills, the running skill, and commands to run or stop one.
 
-A Skiller shows one graph at a time in its debug interface: of a skill, of the active one, or the list of all.
-So a request for a graph waits until the Skiller has shown it, and requests take turns.
+A Skiller shows one graph at a time in its debug interface: the graph of a skill, the graph of the active
+skill, or the list of all skills. So a request for a graph waits until the Skiller shows it, and requests take
+turns.
 """
 
 from __future__ import annotations
@@ -25,14 +26,14 @@ from cxbridge_web.models import Model, Request
 if TYPE_CHECKING:
     from cxbridge_web.host import WebHost
 
-OWNER: Final = "SkillerRestApi"
-SKILLER: Final = "Skiller"
-GRAPH_S: Final = 5.0  # time limit for the Skiller to show a graph in seconds
+OWNER: Final = "SkillerRestApi"  # name of the reader, as in Fawkes
+SKILLER: Final = "Skiller"  # id of the default Skiller
+GRAPH_TIMEOUT_S: Final = 5.0  # limit for the Skiller to show a graph
 
-# The limit of a skill's name in bytes: longer names do not reach the Skiller.
-LONGEST_NAME: Final = 31
+# The limit of the name of a skill: the debug interface has a field of 32 bytes, with the final NUL.
+MAX_NAME_BYTES: Final = 31
 
-_PERIOD_S: Final = 0.05  # seconds between two looks at the interface
+_PERIOD_S: Final = 0.05  # time between two reads of the interface
 _ACTIVE: Final = "active"
 _STATUS: Final[dict[str, Any]] = {"S_RUNNING": "RUNNING", "S_FINAL": "FINAL", "S_FAILED": "FAILED"}
 
@@ -44,7 +45,7 @@ class SkillInfo(Model, kw_only=True):
 
 
 class Skill(Model, kw_only=True):
-    """A skill; of the active skill also the state of its Skiller."""
+    """A skill; for the active skill, also the state of its Skiller."""
 
     name: str
     graph: str | UnsetType = UNSET
@@ -82,7 +83,7 @@ _graphs: WeakKeyDictionary[WebHost, dict[str, _ShownGraph]] = WeakKeyDictionary(
 def _opened(call: ApiCall, *types: str) -> Iterator[list[Any]]:
     """Open interfaces of the requested Skiller.
 
-    :raises ApiError: if the Skiller does not run.
+    :raises ApiError: if the Skiller is unknown or does not run.
     """
     board, skiller = call.host.board, call.query.get("skiller") or SKILLER
     if skiller != SKILLER and not any(
@@ -108,10 +109,10 @@ def _opened(call: ApiCall, *types: str) -> Iterator[list[Any]]:
 def _show(debug: Any, subject: str) -> None:
     """Request a graph from the Skiller and wait for it.
 
-    :raises ApiError: if it does not arrive in time.
+    :raises ApiError: if the graph does not arrive in time.
     """
-    deadline = time.monotonic() + GRAPH_S
-    if len(subject.encode("utf-8", "surrogateescape")) <= LONGEST_NAME:
+    deadline = time.monotonic() + GRAPH_TIMEOUT_S
+    if len(subject.encode("utf-8", "surrogateescape")) <= MAX_NAME_BYTES:
         if debug.graph_fsm != subject:
             _request_graph(debug, subject)
         while debug.graph_fsm != subject and time.monotonic() < deadline and debug.has_writer:
@@ -132,7 +133,7 @@ def _exclusive(call: ApiCall, debug: Any) -> Iterator[_ShownGraph]:
 
 
 def _remember(shown: _ShownGraph, debug: Any) -> None:
-    """Keep the state machine of the active skill."""
+    """Store the state machine of the active skill if the Skiller shows it."""
     if debug.graph_fsm == "ACTIVE" and debug.graph:
         shown.last_graph = str(debug.graph)
 
@@ -187,9 +188,9 @@ def _call(call: ApiCall) -> Skill:
     if not isinstance(text, str):
         raise ApiError(400, "Request lacks skill string")
     with _opened(call, "SkillerInterface") as (skiller,):
-        longest = skiller.maxlenof("skill_string") - 1
-        if len(text.encode("utf-8", "replace")) > longest or "\0" in text:
-            raise ApiError(400, f"A skill string has {longest} bytes at most")
+        max_bytes = skiller.maxlenof("skill_string") - 1
+        if len(text.encode("utf-8", "replace")) > max_bytes or "\0" in text:
+            raise ApiError(400, f"A skill string has {max_bytes} bytes at most")
         _check_control(skiller)
         message = skiller.create_message("ExecSkillMessage")
         message.skill_string = text.encode("utf-8", "replace").decode()
@@ -202,18 +203,18 @@ def _stop(call: ApiCall) -> Text:
         raise ApiError(400, "Only the 'active' skill can be stopped")
     with _opened(call, "SkillerInterface") as (skiller,):
         _check_control(skiller)
-        # a Skiller obeys its exclusive controller only
+        # a Skiller obeys only its exclusive controller
         for name in ("AcquireControlMessage", "StopExecMessage", "ReleaseControlMessage"):
             skiller.msgq_enqueue(skiller.create_message(name))
     return Text("OK")
 
 
-_SKILLER_QUERY: Final = (Query("skiller", "Id of a SkillerInterface; Skiller by default."),)
-_NO_SKILLER: Final = {404: "There is no such Skiller", 503: "There is no Skiller"}
-_GRAPH_ERRORS: Final = {408: "The Skiller did not show it in time", **_NO_SKILLER}
+_SKILLER_QUERY: Final = (Query("skiller", "The id of a SkillerInterface; by default Skiller."),)
+_NO_SKILLER: Final = {404: "The Skiller does not exist", 503: "The Skiller is not running"}
+_GRAPH_ERRORS: Final = {408: "The Skiller did not show the graph in time", **_NO_SKILLER}
 _CONTROL_ERRORS: Final = {
-    400: "The request makes no sense",
-    409: "Another has exclusive control",
+    400: "The request is invalid",
+    409: "Another client has exclusive control of the Skiller",
     **_NO_SKILLER,
 }
 
@@ -232,7 +233,7 @@ ENDPOINTS: Final = (
         method="GET",
         path="/skiller/skills/{id}",
         handler=_skill,
-        summary="A skill and its graph; 'active' names the running skill.",
+        summary="A skill with its graph; the id 'active' stands for the running skill.",
         reply=Skill,
         query=_SKILLER_QUERY,
         errors=_GRAPH_ERRORS,
@@ -242,7 +243,7 @@ ENDPOINTS: Final = (
         method="DELETE",
         path="/skiller/skills/{id}",
         handler=_stop,
-        summary="Stop the running skill: 'active'.",
+        summary="Stop the running skill; the only valid id is 'active'.",
         query=_SKILLER_QUERY,
         errors=_CONTROL_ERRORS,
         right=Right.CONTROL,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Slots: TypeAlias = Mapping[str, Value]
 
-ENVIRONMENT = "executive"
+ENVIRONMENT: Final = "executive"  # name of the default CLIPS environment
 
 
 class SlotError(Exception):
@@ -34,7 +34,7 @@ def environment(call: ApiCall, name: str = ENVIRONMENT, status: int = 503) -> Cl
     """
     env = call.host.environments().get(name)
     if env is None:
-        if status == 404:  # noqa: PLR2004 - of HTTP
+        if status == 404:  # noqa: PLR2004 - the HTTP status; Fawkes' components word it differently
             raise ApiError(404, f"Environment '{name}' is unknown")
         raise ApiError(status, f"No CLIPS environment named '{name}' found")
     return env
@@ -49,10 +49,10 @@ def copy(
 ) -> Generator[None, None, FactCopy]:
     """Copy facts of an environment in pieces.
 
-    :param is_selected: the filter of deftemplate names.
-    :param status: the error status if the environment is missing or ends during the request.
-    :param window: the requested part; a search copies all facts.
-    :raises ApiError: if the environment does not exist.
+    :param is_selected: returns whether to copy the facts of a deftemplate, by its name.
+    :param status: the HTTP status if the environment is missing or ends during the request.
+    :param window: the requested part. For a search, all facts are copied.
+    :raises ApiError: if the environment does not exist, or is replaced during the request.
     """
     env = environment(call, name, status)
     begin, end = (0, None) if window is None or window.search else window.range
@@ -64,7 +64,7 @@ def copy(
                 return copier.copy
         yield  # without the lock: the rules may run before the next piece
         if environment(call, name, status) is not env:
-            raise ApiError(503, f"The CLIPS environment '{name}' was made again during the request")
+            raise ApiError(503, f"The CLIPS environment '{name}' was replaced during the request")
 
 
 def facts(call: ApiCall, template: str) -> Iterator[Slots]:
@@ -73,6 +73,10 @@ def facts(call: ApiCall, template: str) -> Iterator[Slots]:
 
 
 def _first_value(slots: Slots, name: str) -> Value:
+    """Return the value of a slot, or the first value of a multislot.
+
+    :raises SlotError: if the slot has no value.
+    """
     value = slots.get(name, ())
     if isinstance(value, tuple):
         if not value:
@@ -82,9 +86,9 @@ def _first_value(slots: Slots, name: str) -> Value:
 
 
 def text(slots: Slots, name: str) -> str:
-    """Return a text; empty for nil.
+    """Return the value of a slot as a text; empty for nil.
 
-    :raises SlotError: if the value is not a text.
+    :raises SlotError: if the slot has no value, or the value is not a text.
     """
     value = _first_value(slots, name)
     if not isinstance(value, str):
@@ -93,9 +97,9 @@ def text(slots: Slots, name: str) -> str:
 
 
 def number(slots: Slots, name: str) -> Any:
-    """Return a number; 0 for nil.
+    """Return the value of a slot as a number; 0 for nil.
 
-    :raises SlotError: if the value is not a number.
+    :raises SlotError: if the slot has no value, or the value is not a number.
     """
     value = _first_value(slots, name)
     if isinstance(value, Symbol) and value == "nil":  # an unset slot
@@ -106,9 +110,9 @@ def number(slots: Slots, name: str) -> Any:
 
 
 def integer(slots: Slots, name: str) -> int:
-    """Return a number truncated to an integer.
+    """Return the value of a slot, truncated to an integer; 0 for nil.
 
-    :raises SlotError: if the value is not a finite number.
+    :raises SlotError: if the slot has no value, or the value is not a finite number.
     """
     try:
         return int(number(slots, name))
@@ -117,9 +121,9 @@ def integer(slots: Slots, name: str) -> int:
 
 
 def flag(slots: Slots, name: str) -> bool:
-    """Return whether the value is TRUE.
+    """Return whether the value of a slot is TRUE.
 
-    :raises SlotError: if it is not a symbol.
+    :raises SlotError: if the slot has no value, or the value is not a symbol.
     """
     value = _first_value(slots, name)
     if not isinstance(value, Symbol):
@@ -128,9 +132,9 @@ def flag(slots: Slots, name: str) -> bool:
 
 
 def texts(slots: Slots, name: str, placeholder: str = "CANNOT-REPRESENT") -> list[str]:
-    """Return all values as texts.
+    """Return all values of a slot as texts.
 
-    :param placeholder: replaces items without a text form.
+    :param placeholder: replaces values without a text form, such as addresses.
     """
     value = slots.get(name, ())
     return [_text(item, placeholder) for item in (value if isinstance(value, tuple) else (value,))]
@@ -152,9 +156,9 @@ _M = TypeVar("_M", bound=Model)
 
 @cache
 def _slots_of(model: type[Model]) -> tuple[tuple[str, str, Reader, bool], ...]:
-    """Return the members that are read from slots: member, slot, reader, whether required.
+    """Return the members of a model that are read from slots: member, slot, reader, whether it is required.
 
-    The slot is the member's name in JSON, or the name in ``Meta(extra={"slot": NAME})``.
+    The slot has the member's name in JSON, or the name in ``Meta(extra={"slot": NAME})``.
     """
     members = []
     for member in fields(model):
@@ -170,7 +174,7 @@ def _slots_of(model: type[Model]) -> tuple[tuple[str, str, Reader, bool], ...]:
 
 
 def read(model: type[_M], slots: Slots, **members: Any) -> _M:
-    """Return the model of a fact, with members from slots of the same name.
+    """Return the model of a fact; each member is read from its slot.
 
     :param members: the members that do not come from the fact.
     :raises SlotError: if a slot has no value or a wrong type.

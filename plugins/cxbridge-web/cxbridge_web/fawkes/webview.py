@@ -1,4 +1,4 @@
-"""The paths of Fawkes' webview: ``config``, ``plugins``, ``backends``, ``images``, ``transforms``."""
+"""The components ``config``, ``plugins``, ``backends``, ``images`` and ``transforms`` of Fawkes' webview."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class PluginOpRequest(Request, kw_only=True):
 
 
 class PluginOpResponse(Model, kw_only=True):
-    """The result of such a request."""
+    """The result of a request to load or unload a component."""
 
     name: str
     state: str
@@ -48,14 +48,14 @@ class PluginOpResponse(Model, kw_only=True):
 
 
 class Service(Struct):
-    """A service of another webview."""
+    """A service of another webview server."""
 
     name: str
     url: str
 
 
 class Backend(Model, kw_only=True):
-    """Another webview."""
+    """Another webview server."""
 
     id: str
     name: str
@@ -88,10 +88,10 @@ _CONVERSIONS: Final = {
 def _scalar(text: str, kind: ConfigType) -> Any:
     convert = _CONVERSIONS.get(kind)
     value = text if convert is None else convert(text)
-    return text if value is None else value
+    return text if value is None else value  # a text that its type cannot hold stays a text
 
 
-def _plain(value: ConfigValue) -> Any:
+def _config_value(value: ConfigValue) -> Any:
     if value.is_list:
         return [_scalar(text, value.type) for text in value.items]
     return _scalar(value.text, value.type)
@@ -102,12 +102,12 @@ def config_tree(config: Configuration, query: str) -> dict[str, Any]:
     tree: dict[str, Any] = {}
     for value in config.search(query):
         names = [name for name in value.path.split("/") if name]
-        if len(names) < 2:  # noqa: PLR2004 - as Fawkes: what is right at the root is left out
+        if len(names) < 2:  # noqa: PLR2004 - as in Fawkes, values directly below the root are left out
             continue
         parent = tree
         for name in names[:-1]:
             parent = parent.setdefault(name, {})
-        parent[names[-1]] = _plain(masked(value))
+        parent[names[-1]] = _config_value(masked(value))
     return tree
 
 
@@ -135,17 +135,17 @@ def _plugin(call: ApiCall) -> Plugin:
 def _set_plugin(call: ApiCall) -> PluginOpResponse:
     name, desired_state = call.path["name"], call.body.get("desired_state")
 
-    def refuse(status: int, text: str) -> ApiError:
+    def refusal(status: int, text: str) -> ApiError:
         return ApiError(status, text, PluginOpResponse(name=name, state="ERROR", message=text))
 
     if not isinstance(desired_state, str):
-        raise refuse(400, "Request is missing required field 'desired_state'")
+        raise refusal(400, "Request is missing required field 'desired_state'")
     if desired_state not in ("LOADED", "UNLOADED", "AVAILABLE"):
-        raise refuse(400, "Unknown state requested")
+        raise refusal(400, "Unknown state requested")
     try:
         call.host.load_plugin(name, load=desired_state == "LOADED")
     except CxbridgeError as error:
-        raise refuse(400, error.message) from error
+        raise refusal(400, error.message) from error
     return PluginOpResponse(name=name, state=desired_state)
 
 
@@ -193,9 +193,9 @@ ENDPOINTS: Final = (
         method="GET",
         path="/plugins/{name}",
         handler=_plugin,
-        summary="One component.",
+        summary="A component that can be loaded and unloaded.",
         reply=Plugin,
-        errors={404: "There is no such component"},
+        errors={404: "The component does not exist"},
     ),
     Endpoint(
         method="PUT",
@@ -204,35 +204,35 @@ ENDPOINTS: Final = (
         summary="Load or unload a component.",
         reply=PluginOpResponse,
         body=PluginOpRequest,
-        errors={400: "There is no such component, or the request makes no sense"},
+        errors={400: "The component does not exist, or the request is invalid"},
         right=Right.CONTROL,
     ),
     Endpoint(
         method="GET",
         path="/backends/?",
         handler=_backends,
-        summary="Other webviews: none.",
+        summary="The other webview servers; always empty.",
         reply=list[Backend],
     ),
     Endpoint(
         method="GET",
         path="/images/?",
         handler=_images,
-        summary="Images in shared memory: none.",
+        summary="The images in shared memory; always empty.",
         reply=list[ImageInfo],
     ),
     Endpoint(
         method="GET",
         path="/images/{id+}",
         handler=_image,
-        summary="An image: there is none.",
-        errors={404: "There is no such image"},
+        summary="An image in shared memory; always an error.",
+        errors={404: "The image does not exist"},
     ),
     Endpoint(
         method="GET",
         path="/transforms/graph",
         handler=_transforms,
-        summary="The coordinate frames, in the dot language.",
+        summary="The graph of the coordinate frames, in the dot language.",
         reply=TransformsGraph,
     ),
 )

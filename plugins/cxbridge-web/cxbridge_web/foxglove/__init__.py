@@ -1,1 +1,1 @@
-"""Messages for Foxglove's panels, both in recordings and live; see docs/see.md#foxglove."""
+"""Messages for Foxglove's panels, in recordings and live; see docs/see.md#foxglove."""

@@ -15,9 +15,9 @@ from cxbridge_web.foxglove.schemas import json_schema, schema_name
 
 
 class FoxgloveWriter(McapWriter):
-    """An mcap file with the channels of :class:`McapWriter` and those for panels.
+    """An mcap file with the channels of :class:`McapWriter` and the channels for panels.
 
-    :param path: the file, replaced if it exists.
+    :param path: the file; an existing file is replaced.
     """
 
     def __init__(self, path: Path) -> None:
@@ -31,10 +31,10 @@ class FoxgloveWriter(McapWriter):
             yield from super()._messages((event,))
             for message in foxglove_messages(event):
                 data = dump(message.data).encode("utf-8", "backslashreplace")
-                yield self._channel(message.topic, message.schema), event.time_us * 1000, data
+                yield self._channel(message.topic, message.schema), event.time_us * 1000, data  # nanoseconds
 
     def _channel(self, topic: str, schema: str) -> int:
-        """Return the channel of a topic, added with its schema if missing."""
+        """Return the channel of a topic. A missing channel is added with its schema."""
         if topic not in self._panel_channels:
             if schema not in self._panel_schemas:
                 text = dump(json_schema(schema)).encode()

@@ -1,4 +1,4 @@
-"""A live server for Foxglove over its WebSocket protocol (foxglove-sdk)."""
+"""A live server for Foxglove, over the WebSocket protocol of foxglove-sdk."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from cxbridge_web.foxglove.proxy import FoxgloveProxy, hidden_host
 from cxbridge_web.foxglove.schemas import json_schema
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 
-# The limit of messages per topic that are kept for later subscribers; the oldest are dropped.
-MOST_STATES: Final = 1000
+# The limit of messages per topic that are kept for later subscribers; older messages are dropped.
+MAX_STATES: Final = 1000
 
 _COMPONENT: Final = "Foxglove"
-_Encoded: TypeAlias = Callable[[], bytes]
+_Encoder: TypeAlias = Callable[[], bytes]  # encodes a message when it is sent, which may be never
 
 
 class FoxgloveServer:
     """Sends the events of a bus and their messages for panels to all subscribed clients.
 
-    It receives events from its creation on; any thread may emit them.
+    The server receives events from its creation on. Any thread may emit events.
 
     :param name: the server's name for clients.
     """
@@ -41,23 +41,23 @@ class FoxgloveServer:
         self._name = name
         self._context = Context()
         self._channels: dict[str, Channel] = {}
-        self._states: dict[str, dict[str, tuple[int, _Encoded]]] = {}  # by topic and subject
+        self._states: dict[str, dict[str, tuple[int, _Encoder]]] = {}  # kept messages, by topic and subject
         self._subscribed: set[str] = set()  # topics with new subscribers
         self._lock = threading.Lock()  # guards channels, states and subscriptions
         self._server: Any = None
         self._proxy: FoxgloveProxy | None = None
         self.url = ""  # address of the running server
         kinds: tuple[type[Event], ...] = (*RecordLevel.TRANSITIONS.event_types, LoopTime)
-        # before the first client: the SDK advertises a channel slightly before it accepts subscriptions
+        # add channels before the first client: the SDK advertises a channel before it accepts subscriptions
         for kind in kinds:
             if not kind.KIND.topic_field:
                 self._add_event(kind.KIND.topic, kind)
         bus.subscribe(self._emit, *kinds)
 
     def start(self) -> None:
-        """Start to serve.
+        """Start the server and its proxy.
 
-        :raises CxbridgeError: if the port is unavailable.
+        :raises CxbridgeError: if the address is unavailable.
         """
         host, port, log = self._settings.host, self._settings.port, self._bus.logger(_COMPONENT)
         inner_host = hidden_host()
@@ -74,7 +74,7 @@ class FoxgloveServer:
             self.stop()
             raise CxbridgeError(
                 f"the Foxglove server cannot be at {host}:{port}: {error}",
-                hint="choose another port; 0: any free one",
+                hint="choose another port; 0: any free port",
             ) from error
         shown_host = f"[{host}]" if ":" in host else host
         self.url = f"ws://{shown_host}:{self._proxy.port}"
@@ -91,18 +91,21 @@ class FoxgloveServer:
             proxy.close()
 
     def attend(self) -> None:
-        """Send kept messages to further subscribers. Called once a loop."""
+        """Send the kept messages to new subscribers. Called once a loop."""
         if not self._subscribed:
             return
         with self._lock:
             topics, self._subscribed = self._subscribed, set()
             states_by_topic = [(topic, list(self._states.get(topic, {}).values())) for topic in topics]
         for topic, states in states_by_topic:
-            for time_us, encoded in states:
-                self._channels[topic].log(encoded(), log_time=time_us * 1000)
+            for time_us, encode_message in states:
+                self._channels[topic].log(encode_message(), log_time=time_us * 1000)
 
     def _note_subscription(self, topic: str) -> None:
-        """Queue a subscription that is not active yet; called in a thread of the server."""
+        """Queue a topic for :meth:`attend`, since its subscription is not active yet.
+
+        Called in a thread of the server.
+        """
         with self._lock:
             self._subscribed.add(topic)
 
@@ -123,24 +126,24 @@ class FoxgloveServer:
     def _send(self, message: FoxgloveMessage, time_us: int) -> None:
         if message.topic not in self._channels:
             self._add(message.topic, json_schema(message.schema))
-        self._log(message.topic, message.subject, time_us, partial(_encoded, message))
+        self._log(message.topic, message.subject, time_us, partial(_encode_message, message))
 
-    def _log(self, topic: str, subject: str, time_us: int, encoded: _Encoded) -> None:
-        """Send a message to subscribers, and keep it if it reports a state.
+    def _log(self, topic: str, subject: str, time_us: int, encode_message: _Encoder) -> None:
+        """Send a message to subscribers, and keep a message about a state.
 
         :param subject: the subject of the state; empty for a momentary message.
         """
-        channel, time_us = self._channels[topic], max(time_us, 0)
+        channel, time_us = self._channels[topic], max(time_us, 0)  # the protocol has unsigned times
         if subject:
             with self._lock:
                 states = self._states.setdefault(topic, {})
-                # move the subject to the end, so that the oldest one is dropped first
+                # move the subject to the end, so that the oldest subject is dropped first
                 states.pop(subject, None)
-                states[subject] = time_us, encoded
-                if len(states) > MOST_STATES:
+                states[subject] = time_us, encode_message
+                if len(states) > MAX_STATES:
                     del states[next(iter(states))]
         if channel.has_sinks():
-            channel.log(encoded(), log_time=time_us * 1000)
+            channel.log(encode_message(), log_time=time_us * 1000)
 
     def _add_event(self, topic: str, kind: type[Event]) -> None:
         self._add(topic, {**schema_of(kind), "title": f"cxbridge.{kind.__name__}"})
@@ -152,7 +155,7 @@ class FoxgloveServer:
                 self._channels[topic] = Channel(topic, schema=dict(schema), context=self._context)
 
 
-def _encoded(message: FoxgloveMessage) -> bytes:
+def _encode_message(message: FoxgloveMessage) -> bytes:
     return dump(message.data).encode("utf-8", "backslashreplace")
 
 

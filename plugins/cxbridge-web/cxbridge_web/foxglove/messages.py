@@ -9,7 +9,7 @@ from typing import Any, Final
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine, NavGraphRead
 from cxbridge_web.foxglove.scenes import is_number, navgraph_scene, pose, quaternion, stamp, vector
 
-# The topic of the log. Readers of runs select by schema and skip topics below `/foxglove`.
+# The topic of the log. Readers of runs skip the topics below `/foxglove`, which repeat recorded events.
 LOG_TOPIC: Final = "/foxglove/log"
 
 TRANSFORM_TOPIC: Final = "/foxglove/tf"
@@ -19,16 +19,16 @@ LEVELS: Final = {Level.DEBUG: 1, Level.INFO: 2, Level.WARN: 3, Level.ERROR: 4}
 
 _ODOMETRY: Final = "odom"  # default frame of a navigator
 
-_TRANSLATION: Final = 3
-_ROTATION: Final = 4
+_TRANSLATION_LENGTH: Final = 3  # x, y, z
+_ROTATION_LENGTH: Final = 4  # a quaternion
 
 
 @dataclass(frozen=True, slots=True)
 class FoxgloveMessage:
     """A message.
 
-    :param schema: its schema name without ``foxglove.``.
-    :param data: JSON data.
+    :param schema: the name of the schema without ``foxglove.``.
+    :param data: the message as JSON values.
     :param subject: the subject of a state that is valid until the next message with this subject; empty for a
         momentary message.
     """
@@ -40,7 +40,7 @@ class FoxgloveMessage:
 
 
 def foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:
-    """Yield the messages for an event: none for most of the kinds."""
+    """Yield the messages for an event. Most kinds of events have none."""
     if isinstance(event, LogLine):
         yield _log(event)
     elif isinstance(event, NavGraphRead):
@@ -49,8 +49,8 @@ def foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:
         )
     elif isinstance(event, InterfaceWrite):
         interface_type = event.uid.partition("::")[0]
-        maker = _POSITIONS.get(interface_type)
-        message = None if maker is None else maker(event)
+        make_message = _MESSAGE_MAKERS.get(interface_type)
+        message = None if make_message is None else make_message(event)
         if message is not None:
             yield message
 
@@ -68,10 +68,10 @@ def _log(event: LogLine) -> FoxgloveMessage:
 
 
 def _position(event: InterfaceWrite) -> FoxgloveMessage | None:
-    frame, translation = _frame(event, "frame"), _numbers(event, "translation", _TRANSLATION)
-    rotation = _numbers(event, "rotation", _ROTATION)
+    frame, translation = _frame(event, "frame"), _numbers(event, "translation", _TRANSLATION_LENGTH)
+    rotation = _numbers(event, "rotation", _ROTATION_LENGTH)
     if not frame or translation is None or rotation is None:
-        return None  # not written yet
+        return None  # the writer has not written a pose yet
     return _pose(event, frame, pose(translation, rotation))
 
 
@@ -90,8 +90,8 @@ def _pose(event: InterfaceWrite, frame: str, pose_data: dict[str, Any]) -> Foxgl
 
 def _transform(event: InterfaceWrite) -> FoxgloveMessage | None:
     parent, child = _frame(event, "frame"), _frame(event, "child_frame")
-    translation = _numbers(event, "translation", _TRANSLATION)
-    rotation = _numbers(event, "rotation", _ROTATION)
+    translation = _numbers(event, "translation", _TRANSLATION_LENGTH)
+    rotation = _numbers(event, "rotation", _ROTATION_LENGTH)
     if not parent or not child or translation is None or rotation is None:
         return None
     data = {
@@ -104,7 +104,7 @@ def _transform(event: InterfaceWrite) -> FoxgloveMessage | None:
     return FoxgloveMessage(TRANSFORM_TOPIC, "FrameTransform", data, child)
 
 
-_POSITIONS: Final[dict[str, Callable[[InterfaceWrite], FoxgloveMessage | None]]] = {
+_MESSAGE_MAKERS: Final[dict[str, Callable[[InterfaceWrite], FoxgloveMessage | None]]] = {
     "Position3DInterface": _position,
     "TransformInterface": _transform,
     "NavigatorInterface": _navigator,
@@ -117,7 +117,7 @@ def _frame(event: InterfaceWrite, name: str) -> str:
 
 
 def _numbers(event: InterfaceWrite, name: str, count: int) -> tuple[float, ...] | None:
-    """Return the given count of numbers of a field; None for other values, since JSON has no NaN."""
+    """Return a field of ``count`` finite numbers; None for other values, since JSON has no NaN."""
     value = event.values.get(name)
     if not isinstance(value, list | tuple) or len(value) != count or not all(map(is_number, value)):
         return None

@@ -1,7 +1,7 @@
-"""A proxy before the server of foxglove-sdk, which itself accepts pages of any origin.
+"""A proxy in front of the server of foxglove-sdk, which itself accepts pages of any origin.
 
-It reads the head of each connection's request, rejects pages of other origins and names of other machines,
-and forwards the remaining connections to the server.
+The proxy reads the head of the request of each connection, rejects pages of other origins and names of other
+machines, and forwards the remaining connections to the server.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from cxbridge.closing import Closing
 from cxbridge.listening import LOCAL_NAMES, LOOPBACK, is_loopback, is_named, is_own_page
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 
-MOST_CONNECTIONS: Final = 64  # limit of simultaneous connections
+MAX_CONNECTIONS: Final = 64  # limit of simultaneous connections
 
-_MOST_HEAD: Final = 16_384  # bytes of a request's head
-_HEAD_S: Final = 5.0  # seconds for the head to arrive
-_START_S: Final = 10.0  # seconds for the thread to start
-_PIECE: Final = 1 << 16  # bytes forwarded at once
-_END: Final = b"\r\n\r\n"
+_MAX_HEAD_BYTES: Final = 16_384  # limit of the head of a request
+_HEAD_TIMEOUT_S: Final = 5.0  # limit for receiving the head
+_START_TIMEOUT_S: Final = 10.0  # limit for the start of the thread
+_PIECE_BYTES: Final = 1 << 16  # limit of bytes that are forwarded at once
+_HEAD_END: Final = b"\r\n\r\n"
 
 
 def hidden_host() -> str:
-    """Return a random loopback address for the server behind the filter.
+    """Return a random loopback address for the server behind the proxy.
 
-    Linux and Windows have 16 million of them, too many for a web page to try with all ports.
+    Linux and Windows have 16 million loopback addresses, too many for a web page to try with all ports.
     """
-    if sys.platform == "darwin":  # macOS has only one
+    if sys.platform == "darwin":  # macOS has only one loopback address
         return LOOPBACK
     parts = (1 + secrets.randbelow(254) for _ in range(3))
     return ".".join(map(str, (127, *parts)))
@@ -42,21 +42,21 @@ def hidden_host() -> str:
 class FoxgloveProxy(Closing):
     """Listens at Foxglove's port in a thread.
 
-    :param server_address: host and port of the server behind the proxy.
-
+    :param server_address: the host and the port of the server behind the proxy.
     :raises OSError: if the address or the port is unavailable.
     """
 
     def __init__(self, settings: FoxgloveSettings, server_address: tuple[str, int]) -> None:
         self._server_address, self._origins = server_address, settings.allow_origins
         is_local = is_loopback(settings.host)
+        # a public server may be reached by names that it does not know
         self._names: Collection[str] | None = LOCAL_NAMES | {settings.host.lower()} if is_local else None
         family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
         self._connections = 0
         listening = socket.create_server((settings.host, settings.port), family=family)
         self.port: int = listening.getsockname()[1]
         self._thread = LoopThread("foxglove proxy")
-        self._server = self._thread.spawn(self._serve(listening)).result(_START_S)
+        self._server = self._thread.spawn(self._serve(listening)).result(_START_TIMEOUT_S)
 
     def close(self) -> None:
         """Close all connections and stop listening."""
@@ -64,7 +64,7 @@ class FoxgloveProxy(Closing):
         self._thread.close()
 
     async def _serve(self, listening: socket.socket) -> asyncio.Server:
-        return await asyncio.start_server(self._accept, sock=listening, limit=_MOST_HEAD)
+        return await asyncio.start_server(self._accept, sock=listening, limit=_MAX_HEAD_BYTES)
 
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._connections += 1
@@ -76,7 +76,7 @@ class FoxgloveProxy(Closing):
             writer.close()
 
     async def _forward(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        head = await asyncio.wait_for(reader.readuntil(_END), _HEAD_S)
+        head = await asyncio.wait_for(reader.readuntil(_HEAD_END), _HEAD_TIMEOUT_S)
         if refusal := self._refusal(head):
             body = refusal.partition(" ")[2]
             response = f"HTTP/1.1 {refusal}\r\nContent-Length: {len(body)}\r\nConnection: close\r\n\r\n{body}"
@@ -91,12 +91,12 @@ class FoxgloveProxy(Closing):
             server_writer.close()
 
     def _refusal(self, head: bytes) -> str:
-        """Return status and reason of a rejection; empty for an accepted request."""
-        if self._connections > MOST_CONNECTIONS:
+        """Return the status and the reason of a rejection; empty for an accepted request."""
+        if self._connections > MAX_CONNECTIONS:
             return "503 Too many connections"
         hosts, origins = _values(head, "host"), _values(head, "origin")
         if len(hosts) != 1 or len(origins) > 1:
-            return "400 One Host and one Origin at most"
+            return "400 The request needs one Host and at most one Origin"
         if self._names is not None and not is_named(hosts[0], self._names):
             return "421 This server has no such name"
         if not is_own_page("".join(origins), "http", hosts[0], self._origins):
@@ -111,7 +111,7 @@ def _values(head: bytes, name: str) -> list[str]:
 
 
 async def _copy_bytes(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-    while data := await reader.read(_PIECE):
+    while data := await reader.read(_PIECE_BYTES):
         writer.write(data)
         await writer.drain()
 

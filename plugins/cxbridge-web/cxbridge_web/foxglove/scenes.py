@@ -13,17 +13,18 @@ MAP: Final = "map"  # frame of navigation graphs
 _Point: TypeAlias = tuple[float, float]
 
 _NODE_M: Final = 0.12  # diameter of a node
-_EDGE_M: Final = 0.03
+_EDGE_M: Final = 0.03  # thickness of an edge
 _LABEL_M: Final = 0.2  # height of a label above its node, and of its letters
-_LINE_LIST: Final = 2  # a line for each pair of points
-_NODES: Final = {"r": 0.16, "g": 0.42, "b": 0.68, "a": 1.0}
-_EDGES: Final = {"r": 0.45, "g": 0.47, "b": 0.5, "a": 1.0}
-_LABELS: Final = {"r": 0.2, "g": 0.22, "b": 0.25, "a": 1.0}
+_MAX_HEAD_M: Final = 0.25  # limit of the length of an arrow's head
+_LINE_LIST: Final = 2  # Foxglove's number for a line for each pair of points
+_NODE_COLOUR: Final = {"r": 0.16, "g": 0.42, "b": 0.68, "a": 1.0}
+_EDGE_COLOUR: Final = {"r": 0.45, "g": 0.47, "b": 0.5, "a": 1.0}
+_LABEL_COLOUR: Final = {"r": 0.2, "g": 0.22, "b": 0.25, "a": 1.0}
 _PRIMITIVES: Final = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
 
 
 def stamp(time_us: int) -> dict[str, int]:
-    """Return a time in Foxglove's JSON form, which starts in 1970."""
+    """Return a time in Foxglove's JSON form, which has no times before 1970."""
     seconds, microseconds = divmod(max(time_us, 0), 1_000_000)
     return {"sec": seconds, "nsec": microseconds * 1000}
 
@@ -33,7 +34,7 @@ def vector(values: Sequence[float]) -> dict[str, float]:
 
 
 def quaternion(values: Sequence[float]) -> dict[str, float]:
-    """Return a rotation; all zeros, the value of an unset interface, mean no rotation."""
+    """Return a rotation. All zeros, the value of an unwritten interface, mean no rotation."""
     return dict(zip("xyzw", values if any(values) else (0.0, 0.0, 0.0, 1.0), strict=True))
 
 
@@ -44,13 +45,13 @@ def pose(position: Sequence[float], rotation: Sequence[float] = (0.0, 0.0, 0.0, 
 def navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
     """Return a ``SceneUpdate`` with spheres for nodes, lines for edges and arrows for directed edges."""
     positions = dict(_positions(event))
-    both: list[tuple[_Point, _Point]] = []
+    two_way: list[tuple[_Point, _Point]] = []
     one_way: list[tuple[_Point, _Point]] = []
     for edge in event.edges.values():
         start, end = positions.get(edge.get("from")), positions.get(edge.get("to"))
         if start is not None and end is not None:
-            (one_way if edge.get("directed") else both).append((start, end))
-    points = [vector((*point, 0.0)) for edge in both for point in edge]
+            (one_way if edge.get("directed") else two_way).append((start, end))
+    points = [vector((*point, 0.0)) for edge in two_way for point in edge]
     entity: dict[str, Any] = {
         "timestamp": stamp(event.time_us),
         "frame_id": MAP,
@@ -60,7 +61,7 @@ def navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
         "metadata": [{"key": "nodes", "value": str(len(positions))}],
         **{name: [] for name in _PRIMITIVES},
         "spheres": [
-            {"pose": pose((x, y, 0.0)), "size": vector((_NODE_M,) * 3), "color": _NODES}
+            {"pose": pose((x, y, 0.0)), "size": vector((_NODE_M,) * 3), "color": _NODE_COLOUR}
             for x, y in positions.values()
         ],
         "lines": [_line_list(points)] if points else [],
@@ -71,7 +72,7 @@ def navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
 
 
 def _positions(event: NavGraphRead) -> Iterator[tuple[str, _Point]]:
-    """Yield the nodes with a position; a foreign recording may have any value."""
+    """Yield the nodes with a position. A recording of another program may have any value."""
     for name, node in event.nodes.items():
         x, y = node.get("x"), node.get("y")
         if is_number(x) and is_number(y):
@@ -90,24 +91,24 @@ def _line_list(points: list[dict[str, float]]) -> dict[str, Any]:
         "thickness": _EDGE_M,
         "scale_invariant": False,
         "points": points,
-        "color": _EDGES,
+        "color": _EDGE_COLOUR,
         "colors": [],
         "indices": [],
     }
 
 
 def _arrow(start: tuple[float, float], end: tuple[float, float]) -> dict[str, Any]:
-    """Return an arrow; Foxglove's arrows point along x."""
+    """Return an arrow, rotated from the x axis, along which Foxglove's arrows point."""
     dx, dy = end[0] - start[0], end[1] - start[1]
-    length, half = hypot(dx, dy), atan2(dy, dx) / 2  # a quaternion has half of the angle
-    head = min(0.25, length / 2)
+    length, half = hypot(dx, dy), atan2(dy, dx) / 2  # a quaternion has half the angle of its rotation
+    head = min(_MAX_HEAD_M, length / 2)
     return {
         "pose": pose((*start, 0.0), (0.0, 0.0, sin(half), cos(half))),
         "shaft_length": length - head,
         "shaft_diameter": _EDGE_M,
         "head_length": head,
         "head_diameter": 3 * _EDGE_M,
-        "color": _EDGES,
+        "color": _EDGE_COLOUR,
     }
 
 
@@ -117,6 +118,6 @@ def _label(name: str, x: float, y: float) -> dict[str, Any]:
         "billboard": True,
         "font_size": _LABEL_M,
         "scale_invariant": False,
-        "color": _LABELS,
+        "color": _LABEL_COLOUR,
         "text": name,
     }

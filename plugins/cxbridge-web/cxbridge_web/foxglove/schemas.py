@@ -1,11 +1,11 @@
-"""JSON schemas of the written Foxglove messages, with the fields of the published schemas."""
+"""JSON schemas of the written Foxglove messages, with the fields of Foxglove's published schemas."""
 
 from __future__ import annotations
 
 from functools import cache
 from typing import Any, Final
 
-# Fields and their types by message name.
+# The fields of each message with their types.
 _MESSAGES: Final = {
     "Log": "timestamp:time level:integer message:string name:string file:string line:integer",
     "PoseInFrame": "timestamp:time frame_id:string pose:Pose",
@@ -47,7 +47,7 @@ _MESSAGES: Final = {
 }
 
 _NANOSECONDS: Final = {"type": "integer", "minimum": 0, "maximum": 999_999_999}
-_PLAIN: Final[dict[str, dict[str, Any]]] = {
+_BASIC_SCHEMAS: Final[dict[str, dict[str, Any]]] = {
     "time": {
         "type": "object",
         "title": "time",
@@ -74,14 +74,14 @@ def json_schema(message: str) -> dict[str, Any]:
     return {
         "title": schema_name(message),
         "type": "object",
-        "properties": {name: _of_type(kind) for name, kind in fields.items()},
+        "properties": {name: _schema_of(kind) for name, kind in fields.items()},
         "required": list(fields),
     }
 
 
-def _of_type(kind: str) -> dict[str, Any]:
+def _schema_of(kind: str) -> dict[str, Any]:
     if kind.endswith("[]"):
-        return {"type": "array", "items": _of_type(kind.removesuffix("[]"))}
+        return {"type": "array", "items": _schema_of(kind.removesuffix("[]"))}
     if kind in _MESSAGES:
         return json_schema(kind)
-    return _PLAIN.get(kind) or {"type": kind}
+    return _BASIC_SCHEMAS.get(kind) or {"type": kind}

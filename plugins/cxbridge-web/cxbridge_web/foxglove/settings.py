@@ -18,9 +18,9 @@ PAGES: Final = ("https://app.foxglove.dev", "file://")
 class FoxgloveSettings(PluginSettings):
     """The settings of the server.
 
-    :param port: 0 for any free port.
-    :param allow_origins: the origins of pages that may connect; ``*`` for all.
-    :param insecure: whether to listen beyond this machine, since the protocol has neither passwords nor
+    :param port: the port; 0 for any free port.
+    :param allow_origins: the origins of pages that may connect; ``*`` for all origins.
+    :param insecure: whether the server may be public, although the protocol has neither passwords nor
         encryption.
     """
 
@@ -58,14 +58,11 @@ class FoxgloveSettings(PluginSettings):
         return is_loopback(self.host)
 
     def check(self) -> None:
-        """Reject a public host without ``insecure``.
-
-        :raises ConfigError: if the host is beyond the loopback without ``insecure``.
-        """
+        """Raise :class:`ConfigError` if the host is public without ``insecure``."""
         check_place(
             "the Foxglove server",
             self.host,
             private=is_loopback(self.host),
             admitted=self.insecure,
-            hint="use host: 127.0.0.1 and a tunnel (ssh -L), or say cxbridge/foxglove/insecure: true",
+            hint="use host: 127.0.0.1 and a tunnel (ssh -L), or set cxbridge/foxglove/insecure: true",
         )

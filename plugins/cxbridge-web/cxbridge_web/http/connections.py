@@ -1,4 +1,4 @@
-"""Connections of the web server, limited in idle time."""
+"""Connections of the web server with a limit of idle time."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Any, Final
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-PATIENCE_S: Final = 10.0  # until an inactive connection is closed; the check may take twice as long
+PATIENCE_S: Final = 10.0  # idle time after which a connection is closed, at the latest after twice this time
 
 
 class Connection(H11Protocol):
     """A connection that is closed if its client neither completes a request nor reads the answer.
 
-    Idle event streams stay open, since there the server is the one to send.
+    Idle event streams stay open, since their clients wait for the server.
     """
 
     patience_s: float = PATIENCE_S
@@ -21,6 +21,7 @@ class Connection(H11Protocol):
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
         self._timer: asyncio.TimerHandle | None = None
+        # The request and the unsent bytes at the last check, if it was the client's turn.
         self._mark: tuple[object, int] | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
@@ -33,7 +34,7 @@ class Connection(H11Protocol):
         super().connection_lost(exc)
 
     def _check_progress(self) -> None:
-        """Close the connection if its client had to act and did not since the last check."""
+        """Close the connection if its client had to act since the last check and did not."""
         cycle = self.cycle
         is_clients_turn = cycle is None or cycle.response_complete or self.flow.write_paused
         mark = (cycle, self.transport.get_write_buffer_size()) if is_clients_turn else None

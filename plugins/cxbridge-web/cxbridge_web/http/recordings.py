@@ -33,20 +33,20 @@ from cxbridge_web.report import document_page, guessed_links, is_mcap
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
-RUNS: Final = "/runs/"  # path prefix of the recordings; the prefix itself lists them
+RUNS: Final = "/runs/"  # path prefix of the recordings; the prefix itself is the path of their list
 
-_LIST: Final = """<!doctype html>
+_LIST_PAGE: Final = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
 <title>Recorded runs - cxbridge</title><link rel="stylesheet" href="/shared/base.css">
 <link rel="icon" href="/icon.svg"></head>
 <body><main><h1>Recorded runs</h1><ul>{items}</ul></main></body></html>
 """
-COMPARE: Final = "/compare"  # page that compares two runs by their numbers: `/compare?a=0&b=1`
+COMPARE: Final = "/compare"  # path of the page that compares two runs by their numbers: `/compare?a=0&b=1`
 
 # The query for guessed pairs of plan-actions and skill calls, which recordings lack.
-_LINKS: Final = b"links"
+_LINKS_QUERY: Final = b"links"
 
-_WHY: Final = b"why&"  # prefix of a query for an explanation: `why&kind=goal&name=gen14&at=3.5`
+_WHY_PREFIX: Final = b"why&"  # prefix of a query for an explanation: `why&kind=goal&name=gen14&at=3.5`
 
 
 class RecordingsApp:
@@ -60,13 +60,13 @@ class RecordingsApp:
             next(iter(open_run(path)), None)
         self._paths = {f"{RUNS}{number}/{path.name or 'run'}": path for number, path in enumerate(paths)}
         self._lock = Lock()  # several requests may explain at the same time
-        # The last explainer by recording, moment and environment: it reads the whole recording.
+        # The last explainer with its recording, moment and environment; a new one reads the whole recording.
         self._explainer: tuple[tuple[Path, str, str], Explainer] | None = None
         self._pages = Pages([(quote(address), path.name) for address, path in self._paths.items()])
 
     @property
     def start(self) -> str:
-        """The path of the start page: one run, a comparison of two, or a list of more."""
+        """The path of the start page: a single run, the comparison of two runs, or the list of more runs."""
         match len(self._paths):
             case 1:
                 return self._link(next(iter(self._paths)))
@@ -77,6 +77,7 @@ class RecordingsApp:
 
     @staticmethod
     def _link(path: str) -> str:
+        # quoted twice: the page uses the value of the query as an address, which is itself quoted
         return f"/?run={quote(quote(path), safe='/')}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -102,19 +103,19 @@ class RecordingsApp:
                 self._item(number, address, file)
                 for number, (address, file) in enumerate(self._paths.items())
             )
-            return HTMLResponse(_LIST.format(items=items), headers={"Cache-Control": "no-cache"})
+            return HTMLResponse(_LIST_PAGE.format(items=items), headers={"Cache-Control": "no-cache"})
         file = self._paths.get(path)
         if file is None:
             return PlainTextResponse("There is no such run here\n", 404)
-        if query.startswith(_WHY):
+        if query.startswith(_WHY_PREFIX):
             return self._why(file, dict(parse_qsl(query.decode("ascii", "replace"))))
-        return _events(file, with_links=query == _LINKS)
+        return _events(file, with_links=query == _LINKS_QUERY)
 
     def _item(self, number: int, address: str, file: Path) -> str:
-        """Return an item of the list of runs, with a link to its comparison with the previous run."""
+        """Return the list item of a run, with a link to its comparison with the previous run."""
         link = f'<a href="{html.escape(self._link(address))}">{html.escape(str(file))}</a>'
         if number:
-            link += f' <a href="{COMPARE}?a={number - 1}&amp;b={number}">with the run before</a>'
+            link += f' <a href="{COMPARE}?a={number - 1}&amp;b={number}">compare with the previous run</a>'
         return f"<li>{link}</li>"
 
     def _compare(self, query: Mapping[str, str]) -> Response:
@@ -133,7 +134,7 @@ class RecordingsApp:
         return HTMLResponse(page, headers={"Cache-Control": "no-cache"})
 
     def _why(self, file: Path, query: Mapping[str, str]) -> Response:
-        """Explain a part of a recording; status 400 if it has no explanation."""
+        """Return the explanation of a part of a recording; status 400 if there is none."""
         try:
             explain = self._explainer_of(file, query.get("at", ""), query.get("env", ""))
             return JSONResponse(explain(query.get("kind", ""), query.get("name", "")))
@@ -141,14 +142,21 @@ class RecordingsApp:
             return JSONResponse({"message": str(error)}, 400)
 
     def _explainer_of(self, file: Path, at: str, env: str) -> Explainer:
-        """Return the explainer of a recording at a moment; the last one is cached."""
+        """Return the explainer of a recording at a moment. The last explainer is cached.
+
+        :param at: the seconds since the start; empty for the end of the recording.
+        :param env: the CLIPS environment; empty for the default.
+        :raises CxbridgeError: if the recording has no explanation, or the time is not a number.
+        """
         key = (file, at, env)
         with self._lock:
             if self._explainer is None or self._explainer[0] != key:
                 try:
                     at_s = float(at) if at else None
                 except ValueError:
-                    raise CxbridgeError(f"'{at}' is not a time", hint="seconds since the start") from None
+                    raise CxbridgeError(
+                        f"'{at}' is not a time", hint="give the seconds since the start"
+                    ) from None
                 self._explainer = key, explainer(open_run(file), at_s, env or None)
             return self._explainer[1]
 
@@ -169,14 +177,14 @@ def compared_page(a: Path, b: Path, view: View, order: Order, runs: Mapping[str,
 
     :param runs: the addresses of the pages of ``a`` and ``b``.
     """
-    from cxbridge.trace.compare.render.text import make_report  # noqa: PLC0415 - most pages compare nothing
+    from cxbridge.trace.compare.render.text import make_report  # noqa: PLC0415 - only needed for comparisons
     from cxbridge.trace.compare.runs import compare_runs  # noqa: PLC0415
     from cxbridge.trace.compare.side_by_side import page_report  # noqa: PLC0415
 
     sides = {"a": open_run(a), "b": open_run(b)}
     comparison = compare_runs(sides["a"], [sides["b"]], view, order)
     document = page_report(make_report(comparison, sides["a"], [sides["b"]])) | {"runs": runs}
-    with suppress(CxbridgeError):  # without a plug-in that explains runs
+    with suppress(CxbridgeError):  # no headlines without a plug-in that explains runs
         document["headlines"] = {
             side: explainer(run)("run", "")["data"]["headline"] for side, run in sides.items()
         }

@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     from cxbridge.events import Logger
     from cxbridge_web.settings import WebSettings
 
-MOST_CONNECTIONS: Final = 200  # simultaneous requests
+MAX_CONNECTIONS: Final = 200  # limit of simultaneous connections
 
-_START_S: Final = 10.0  # seconds for the server to start
-_STOP_S: Final = 5.0  # seconds for open answers to end
-_BACKLOG: Final = 64  # connections that wait to be accepted
+_START_TIMEOUT_S: Final = 10.0  # limit for the start of the server
+_STOP_TIMEOUT_S: Final = 5.0  # limit for the end of open answers
+_BACKLOG: Final = 64  # limit of connections that wait to be accepted
 
 
 class _Uvicorn(uvicorn.Server):
-    """Signals when it serves."""
+    """A server that signals the end of its start."""
 
     def __init__(self, config: uvicorn.Config) -> None:
         super().__init__(config)
@@ -43,7 +43,7 @@ class _Uvicorn(uvicorn.Server):
 
 
 class _LogHandler(logging.Handler):
-    """Forwards uvicorn's warnings to the log, with limits for those that clients cause."""
+    """Forwards uvicorn's warnings to the log. Warnings that clients cause are limited."""
 
     def __init__(self, log: Logger) -> None:
         super().__init__(logging.WARNING)
@@ -62,7 +62,7 @@ class _LogHandler(logging.Handler):
 class HttpThread:
     """Serves an application in a thread.
 
-    :param log: receives errors.
+    :param log: receives the warnings and errors of the server.
     :raises CxbridgeError: if the address is unavailable or the settings are invalid.
     """
 
@@ -83,8 +83,12 @@ class HttpThread:
         return f"http{'s' if self._settings.tls_cert else ''}://{host}:{self.port}"
 
     def start(self, app: ASGIApp) -> None:
+        """Serve an application.
+
+        :raises CxbridgeError: if the certificate is unusable or the server does not start in time.
+        """
         try:
-            self._server = _Uvicorn(self._configured(app))
+            self._server = _Uvicorn(self._configuration(app))
         except Exception:
             self._listening.close()
             raise
@@ -92,13 +96,13 @@ class HttpThread:
         serving = self._server.serving
         self._thread = LoopThread("web")
         self._served = self._thread.spawn(self._server.serve(sockets=[self._listening]))
-        self._served.add_done_callback(lambda _: serving.set())
-        if not serving.wait(_START_S) or self._served.done():
+        self._served.add_done_callback(lambda _: serving.set())  # a failed start must end the wait, too
+        if not serving.wait(_START_TIMEOUT_S) or self._served.done():
             self.stop()
             self._listening.close()
             raise CxbridgeError("the web server does not start")
 
-    def _configured(self, app: ASGIApp) -> uvicorn.Config:
+    def _configuration(self, app: ASGIApp) -> uvicorn.Config:
         settings = self._settings
         try:
             config = uvicorn.Config(
@@ -111,13 +115,13 @@ class HttpThread:
                 access_log=False,
                 server_header=False,
                 proxy_headers=False,
-                limit_concurrency=MOST_CONNECTIONS,
+                limit_concurrency=MAX_CONNECTIONS,
                 timeout_graceful_shutdown=1,
                 ssl_certfile=settings.tls_cert,
                 ssl_keyfile=settings.tls_key,
             )
             config.load()
-        except OSError as error:  # errors of ssl are subclasses, too
+        except OSError as error:  # includes ssl.SSLError
             raise CxbridgeError(
                 f"the certificate and its key cannot be used: {error}", file=settings.tls_cert
             ) from error
@@ -131,14 +135,14 @@ class HttpThread:
     def stop(self, closing: Callable[[], None] = lambda: None) -> None:
         """Stop serving; repeated calls are harmless.
 
-        :param closing: called in the server's thread to end endless answers.
+        :param closing: ends the endless answers, such as event streams; called in the server's thread.
         """
         thread, self._thread = self._thread, None
         if thread is not None and self._server is not None:
             self._server.should_exit = True
             thread.call(closing)
             with suppress(TimeoutError, CancelledError):
-                self._served.result(_STOP_S)
+                self._served.result(_STOP_TIMEOUT_S)
             thread.close()
         logging.getLogger("uvicorn.error").removeHandler(self._handler)
 
@@ -155,7 +159,7 @@ def _listen(host: str, port: int) -> socket.socket:
         listening.listen(_BACKLOG)
     except OSError as error:
         listening.close()
-        hint = "choose another with cxbridge/web/port; 0: any free one"
+        hint = "choose another port with cxbridge/web/port; 0: any free port"
         raise CxbridgeError(
             f"the web server cannot be at {host}:{port}: {error.strerror}", hint=hint
         ) from error

@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 class WebComponent(Component):
     """Serves the web page and the REST API; the main loop answers its requests.
 
-    It collects events from its creation on, so that the page shows the start of the daemon, too.
+    The component collects events from its creation on, so that the page also shows the start of the daemon.
     """
 
     hooks = (Hook.PRE_LOOP,)
-    steady = True  # clients cannot stop the server that they talk to
+    steady = True  # clients cannot stop the server that serves them
 
     def __init__(self, daemon: Daemon) -> None:
         settings, self._daemon = daemon.section("web"), daemon
@@ -84,6 +84,7 @@ class DaemonHost(WebHost):
             daemon.state,
             [component.plain() for component in components],
             endpoints=daemon.endpoints,
+            # the first reason of a component serves as the error of the daemon
             error=next(
                 (f"{component.name}: {component.reason}" for component in components if component.reason), ""
             ),
@@ -97,7 +98,7 @@ class DaemonHost(WebHost):
         self._daemon.stalls.interrupt()
 
     def plugins(self) -> Sequence[tuple[str, str, bool]]:
-        """Return name, description and whether it is active, of each component that may be stopped."""
+        """Return the components that may be stopped: the name, the description, whether each is active."""
         return [
             (node.name, node.description, node.state is State.ACTIVE)
             for node in self._daemon.lifecycle.nodes

@@ -1,6 +1,6 @@
 """The server for Foxglove as a component of a daemon, and as a server of a single run.
 
-Its package, foxglove-sdk, is an optional dependency.
+The server needs the package foxglove-sdk, an optional dependency.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 def make_foxglove_server(bus: EventBus, settings: FoxgloveSettings) -> FoxgloveServer:
     """Return a server that is not started yet.
 
-    :raises CxbridgeError: if it would be public, or its package is missing.
+    :raises CxbridgeError: if the server would be public without `insecure`, or foxglove-sdk is missing.
     """
     settings.check()
     try:
-        from cxbridge_web.foxglove.live import FoxgloveServer  # noqa: PLC0415 - an extra
+        from cxbridge_web.foxglove.live import FoxgloveServer  # noqa: PLC0415 - foxglove-sdk may be missing
     except ModuleNotFoundError as error:
         raise CxbridgeError(
             f"live connections to Foxglove need the package '{error.name}'",
@@ -41,10 +41,10 @@ def make_foxglove_server(bus: EventBus, settings: FoxgloveSettings) -> FoxgloveS
 
 
 class FoxgloveComponent(Component):
-    """Sends the events, poses and transforms of a daemon to Foxglove, from its configuration on."""
+    """Sends the events, poses and transforms of a daemon to Foxglove."""
 
     hooks = (Hook.POST_LOOP,)
-    steady = True
+    steady = True  # like the web server, the component stays when a client stops components
 
     def __init__(self, daemon: Daemon) -> None:
         settings, self._daemon = daemon.section("foxglove"), daemon
@@ -56,7 +56,7 @@ class FoxgloveComponent(Component):
         self._daemon.add_endpoints([self._server.url], "Foxglove")
 
     def loop(self) -> None:
-        """Send the last values to further subscribers."""
+        """Send the last values to new subscribers."""
         self._server.attend()
 
     def close(self) -> None:
@@ -88,6 +88,6 @@ class RunFoxglove(RunServer):
             server.stop()
 
     def attend(self) -> None:
-        """Send the last values to further subscribers."""
+        """Send the last values to new subscribers."""
         if self._server is not None:
             self._server.attend()

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 class RunHost(WebHost):
     """A run as the data source of its web server; see :class:`cxbridge_web.host.WebHost`.
 
-    With several agents, the page has all environments, but blackboard and breakpoints of the first agent
-    only.
+    With several agents, the page has the environments of all agents, but only the blackboard and the
+    breakpoints of the first agent.
     """
 
     def __init__(self, run: Run | Team) -> None:
@@ -67,7 +67,7 @@ class RunHost(WebHost):
         ]
 
     def finish(self, result: RunResult) -> None:
-        """Note the end of the run; its clock then stands still for clients."""
+        """Record the result of the run. From then on, clients see the time of the end."""
         self._end_us = self._run.clock.now_us()
         self._result = {"status": result.status, "word": result.word, "reason": result.reason}
 
@@ -98,7 +98,7 @@ class RunHost(WebHost):
         return ""
 
     def interrupt(self) -> None:
-        # A client cannot know which of the agents hangs.
+        # Clients do not know which agent hangs, so the rules of all agents are interrupted.
         for agent in self._run.agents:
             agent.executive.env.break_off()
 
@@ -111,7 +111,7 @@ class RunHost(WebHost):
         :raises CxbridgeError: always.
         """
         state = "loaded" if load else "unloaded"
-        raise CxbridgeError(f"{name} cannot be {state}: a run has the same parts from its start to its end")
+        raise CxbridgeError(f"{name} cannot be {state}: a run keeps its parts from its start to its end")
 
     def attend(self) -> None:
         """Answer requests between two loops."""

@@ -1,8 +1,7 @@
 """Trace events in writing order: slices, instants, counters, flows and names.
 
-A viewer puts a slice below the open one of its thread: within a thread slices must nest, and simultaneous
-events must be in the right order. That order is (seq, rank): the number of the run's event, and the rank of
-the message about it.
+A viewer puts a slice into the open slice of its thread, so the slices of a thread must nest, and simultaneous
+events must be in the right order: by the number of the event of the run, then by the rank of the trace event.
 """
 
 from __future__ import annotations
@@ -15,20 +14,22 @@ from typing import Any, Final
 from cxbridge.history.truncation import cut
 from cxbridge_web.escaping import visible
 
-Moment = tuple[int, int]  # number of a run's event, and its microseconds since the first event
+Moment = tuple[
+    int, int
+]  # the number of an event of the run, and its time in microseconds since the first event
 
 # The limit of characters in the name of a slice or track; arguments of slices may be longer.
-LONGEST_NAME: Final = 80
+MAX_NAME_LENGTH: Final = 80
 
 
 def label(text: str) -> str:
     """Return a text as a name: one visible line of limited length, never empty."""
-    line = visible(cut(text.partition("\n")[0], LONGEST_NAME)).replace("\t", " ")
+    line = visible(cut(text.partition("\n")[0], MAX_NAME_LENGTH)).replace("\t", " ")
     return line or "(empty)"
 
 
 class Rank(IntEnum):
-    """The order of the messages about one event of the run."""
+    """The order of the trace events for one event of the run."""
 
     END_INNER = 0
     END = 1
@@ -38,12 +39,12 @@ class Rank(IntEnum):
     BEGIN_INNER = 5
     FLOW = 6
     INSTANT = 7
-    END_SAME = 8  # end of a slice that began with the same event: after its begin
+    END_SAME = 8  # end of a slice that begins with the same event, so after its begin
 
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """A thread in the format's terms."""
+    """A row of a viewer: a thread, in the terms of the format."""
 
     process: int
     thread: int
@@ -51,20 +52,23 @@ class Track:
 
 @dataclass(slots=True)
 class Tracks:
-    """Names processes and threads. Thread numbers are unique, since Perfetto ignores the process there."""
+    """Numbers and names processes and threads.
+
+    Thread numbers are unique in all processes, since Perfetto ignores the process of a thread.
+    """
 
     names: list[dict[str, Any]] = field(default_factory=list)
     _processes: int = 0
-    _threads: int = 1000
+    _threads: int = 1000  # above the numbers of all processes
 
     def process(self, name: str) -> int:
-        """Add a process below the existing ones; return its number."""
+        """Add a process below the existing processes; return its number."""
         self._processes += 1
         self._name("process", name, self._processes, 0)
         return self._processes
 
     def thread(self, process: int, name: str) -> Track:
-        """Add and return a thread below the existing ones."""
+        """Add and return a thread below the existing threads."""
         self._threads += 1
         self._name("thread", name, process, self._threads)
         return Track(process, self._threads)
@@ -77,9 +81,10 @@ class Tracks:
 
 
 class Lanes:
-    """Threads of one name for slices that may overlap: as many as slices overlap at a time.
+    """Threads of one name for slices that may overlap: as many threads as slices that overlap at a time.
 
-    :param title: the name of the first thread; further ones are numbered.
+    :param title: the name of the threads.
+    :param numbered: whether the names of further threads have numbers.
     """
 
     def __init__(self, tracks: Tracks, process: int, title: str, *, numbered: bool = False) -> None:
@@ -88,7 +93,7 @@ class Lanes:
         self._lanes: list[tuple[Track, int]] = []
 
     def track(self, begin: Moment, end: Moment) -> Track:
-        """Return a thread without a slice at a moment, for a slice that begins then."""
+        """Return a thread that is free at the start of a slice, and reserve the thread until the end."""
         for number, (track, busy_until) in enumerate(self._lanes):
             if busy_until <= begin[0]:
                 self._lanes[number] = track, end[0]
@@ -126,22 +131,23 @@ class Events:
         is_empty, name = begin[0] == end[0], label(name)
         begin_event = {"ph": "B", "name": name, "cat": category, "args": dict(args)}
         self._add(begin, Rank.BEGIN_OUTER + depth, track, begin_event)
+        # an inner slice ends before its outer slice
         rank = Rank.END_SAME + 2 - depth if is_empty else Rank.END_OUTER - depth
         self._add(end, rank, track, {"ph": "E", "name": name, "cat": category})
 
     def instant(
         self, track: Track, name: str, moment: Moment, args: Mapping[str, Any], *, category: str
     ) -> None:
-        """Add an instant; those of a track come in order.
+        """Add an instant. The instants of a track must be added in order.
 
-        Viewers stack simultaneous slices; a nanosecond between instants keeps them on one line.
+        Viewers stack simultaneous instants, so a nanosecond between instants keeps them on one line.
         """
         time, count = self._last_instants.get(track, (-1, 0))
         count = count + 1 if time == moment[1] else 0
         self._last_instants[track] = moment[1], count
         event: dict[str, Any] = {
             "ph": "i",
-            "s": "t",
+            "s": "t",  # an instant of a thread
             "name": label(name),
             "cat": category,
             "args": dict(args),
@@ -154,7 +160,7 @@ class Events:
         self._add(moment, Rank.INSTANT, track, {"ph": "C", "name": name, "args": dict(values)})
 
     def flow(self, number: int, name: str, steps: list[tuple[Track, Moment]]) -> None:
-        """Add an arrow through the open slices of at least two tracks at the given moments."""
+        """Add an arrow through the slices that are open in at least two tracks at the given moments."""
         last = len(steps) - 1
         for index, (track, moment) in enumerate(steps):
             phase = "s" if index == 0 else "f" if index == last else "t"

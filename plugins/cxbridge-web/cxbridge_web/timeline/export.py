@@ -23,11 +23,11 @@ from cxbridge.history.truncation import cut
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.timeline.events import Events, Lanes, Moment, Track, Tracks
 from cxbridge_web.timeline.goals import OPEN, add_goals
-from cxbridge_web.timeline.reading import BIN_US, LONGEST_VALUE, TimelineData, read
+from cxbridge_web.timeline.reading import BIN_US, MAX_VALUE_LENGTH, TimelineData, read
 
-_RATE: Final = "fired in 0.1 s"
+_RATE: Final = "fired in 0.1 s"  # name of the counter of firings by bin
 _LEVELS: Final = {"D": "debug", "I": "info", "W": "warning", "E": "error"}
-_SKILLER: Final = "SkillerInterface::"
+_SKILLER_PREFIX: Final = "SkillerInterface::"
 
 
 def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
@@ -37,7 +37,10 @@ def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
     """
     data = read(run)
     count = 0
-    with replacing(output) as fresh, fresh.open("w", encoding="utf-8", errors="backslashreplace") as file:
+    with (
+        replacing(output) as new_file,
+        new_file.open("w", encoding="utf-8", errors="backslashreplace") as file,
+    ):
         metadata = _dump({**run.metadata(), "run": run.path.name, "notes": data.notes})
         file.write(f'{{"displayTimeUnit":"ms","otherData":{metadata},"traceEvents":[\n')
         for event in trace_events(data):
@@ -49,7 +52,7 @@ def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
 
 
 def _dump(value: Any) -> str:
-    """Encode a value as JSON without escapes, which Perfetto would show."""
+    """Encode a value as JSON without escapes of characters, which Perfetto would show."""
     return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
 
 
@@ -105,7 +108,7 @@ def _add_calls(data: TimelineData, tracks: Tracks, events: Events) -> dict[tuple
             skiller_tracks[key] = tracks.thread(process, call.skiller)
         args: dict[str, Any] = {"skill": call.skill_string, "msgid": call.msgid, "status": call.status}
         if call.error:
-            args["error"] = cut(call.error, LONGEST_VALUE)
+            args["error"] = cut(call.error, MAX_VALUE_LENGTH)
         if call.end is None:
             args["note"] = OPEN
         events.slice(
@@ -150,12 +153,16 @@ def _add_flows(
     skillers: dict[tuple[str, str], Track],
     interfaces: dict[str, Track],
 ) -> None:
-    """Add arrows: action, write that reports the skill's begin, skill, write that reports its end."""
+    """Add an arrow from each action to its skill.
+
+    The arrow leads over the write that reports the start of the skill, and ends at the write that reports its
+    end.
+    """
     writes = _SkillerWrites(data)
     for number, link in enumerate(links(data.history), start=1):
         call = link.call
         begin_write, end_write = writes.begin_and_end(call, link.ordered[0])
-        interface = interfaces.get(f"{_SKILLER}{call.skiller}")
+        interface = interfaces.get(f"{_SKILLER_PREFIX}{call.skiller}")
         steps = [
             (actions[link.action.number], link.ordered),
             (interface, begin_write),
@@ -167,7 +174,7 @@ def _add_flows(
 
 
 class _SkillerWrites:
-    """The changes of each Skiller's interface in order, to find those that belong to a skill."""
+    """The changes of each Skiller's interface in order, to find the changes that belong to a skill."""
 
     def __init__(self, data: TimelineData) -> None:
         self._changes: dict[str, list[tuple[int, Moment, dict[str, str]]]] = {}
@@ -177,7 +184,7 @@ class _SkillerWrites:
     def begin_and_end(self, call: SkillExecution, ordered: int) -> tuple[Moment | None, Moment | None]:
         """Return the writes that reported a skill's begin and end; None for a missing write.
 
-        :param ordered: the number of the event with which the skill was ordered.
+        :param ordered: the number of the event that ordered the skill.
         """
         # The executive reads an interface after its write, so the write precedes the events about the skill.
         begin, end = call.begin[0], call.end[0] if call.end else call.begin[0]
@@ -194,8 +201,8 @@ class _SkillerWrites:
         return begin_writes[-1] if begin_writes else None, end_writes[-1] if end_writes else None
 
     def _between(self, skiller: str, after: int, before: int) -> list[tuple[Moment, dict[str, str]]]:
-        """Return the changes between two events of the run."""
-        changes = self._changes.get(f"{_SKILLER}{skiller}", [])
+        """Return the changes of a Skiller's interface between two events of the run."""
+        changes = self._changes.get(f"{_SKILLER_PREFIX}{skiller}", [])
         first = bisect_right(changes, after, key=itemgetter(0))
         last = bisect_left(changes, before, key=itemgetter(0))
         return [(moment, changed) for _, moment, changed in changes[first:last]]

@@ -15,18 +15,18 @@ DROPPED: Final = "not over when its goal was retracted"  # note of a plan-action
 # The indentation of track names per level, since tracks cannot nest and blanks are trimmed.
 INDENT: Final = "· "
 
-DEEPEST: Final = 12  # limit of indented levels
+MAX_DEPTH: Final = 12  # limit of indented levels
 
-_NOT_BEGUN: Final = "FORMULATED"
+_NOT_BEGUN: Final = "FORMULATED"  # state of a plan-action before its begin
 
 
 def add_goals(
     history: RunHistory, tracks: Tracks, events: Events, processes: dict[str, int]
 ) -> dict[int, Track]:
-    """Add a track for each goal below its parent's, followed by those of its plans.
+    """Add a track for each goal below the track of its parent, followed by the tracks of its plans.
 
     :param processes: the process of each environment.
-    :returns: the tracks of plan-actions by number, except actions that never began.
+    :returns: the tracks of plan-actions by number, without actions that never began.
     """
     action_tracks: dict[int, Track] = {}
     forest = goal_forest(history.goals)
@@ -35,18 +35,18 @@ def add_goals(
         process, parent = processes[goal.env], forest.parents[number]
         track = tracks.thread(process, f"{_indent(depth)}{goal.name} {goal.goal_class}")
         _add_goal(goal, "" if parent is None else history.goals[parent].name, history, events, track)
-        for plan, actions in _plans(goal.actions).items():
+        for plan, actions in _by_plan(goal.actions).items():
             title = f"{_indent(depth + 1)}plan {plan}"
             action_tracks |= _add_plan(history, events, Lanes(tracks, process, title, numbered=True), actions)
-    # A recording may lack the goal of an action.
+    # A recording may lack the goal of an action, so the plan gets a track without a goal.
     orphans = [action for action in history.actions if action.goal_record is None]
-    for plan, actions in _plans(orphans).items():
+    for plan, actions in _by_plan(orphans).items():
         lanes = Lanes(tracks, processes[actions[0].env], f"plan {plan}", numbered=True)
         action_tracks |= _add_plan(history, events, lanes, actions)
     return action_tracks
 
 
-def _plans(actions: list[PlanActionRecord]) -> dict[str, list[PlanActionRecord]]:
+def _by_plan(actions: list[PlanActionRecord]) -> dict[str, list[PlanActionRecord]]:
     plans: dict[str, list[PlanActionRecord]] = {}
     for action in actions:
         plans.setdefault(action.plan, []).append(action)
@@ -55,7 +55,7 @@ def _plans(actions: list[PlanActionRecord]) -> dict[str, list[PlanActionRecord]]
 
 def _indent(depth: int) -> str:
     """Return the indentation of a track's name, limited for deep levels."""
-    return INDENT * min(depth, DEEPEST)
+    return INDENT * min(depth, MAX_DEPTH)
 
 
 def _add_goal(goal: GoalRecord, parent: str, history: RunHistory, events: Events, track: Track) -> None:
@@ -98,16 +98,21 @@ def _add_plan(
 ) -> dict[int, Track]:
     """Add slices for a plan, its actions and their states; return the tracks of the actions.
 
-    :param actions: the actions of the plan. Overlapping actions get separate tracks.
+    :param lanes: the tracks of the plan: overlapping actions get separate tracks.
+    :param actions: the actions of the plan.
     """
     plan = actions[0].plan
     spans = [(span, action) for action in actions if (span := _span(action, history)) is not None]
     spans.sort(key=lambda item: item[0][0])
     begin = min(action.changes[0][:2] for action in actions)
     end = max([*(span[1] for span, _ in spans), *(action.changes[-1][:2] for action in actions)])
-    idle = [f"{action.id} {action.name}" for action in actions if _span(action, history) is None]
-    args = {"plan": plan, "actions": len(actions), **({"not begun": ", ".join(idle)} if idle else {})}
-    # The slice of the plan encloses its actions, so its track is free for the first of them.
+    not_begun = [f"{action.id} {action.name}" for action in actions if _span(action, history) is None]
+    args = {
+        "plan": plan,
+        "actions": len(actions),
+        **({"not begun": ", ".join(not_begun)} if not_begun else {}),
+    }
+    # The slice of the plan encloses its actions, so its track is not reserved: the first actions share it.
     events.slice(lanes.track(begin, begin), f"plan {plan}", begin, end, args, category="plan")
     action_tracks = {}
     for span, action in spans:
@@ -117,7 +122,7 @@ def _add_plan(
 
 
 def _span(action: PlanActionRecord, history: RunHistory) -> tuple[Moment, Moment] | None:
-    """Return when an action left FORMULATED and when it ended; None if it never began."""
+    """Return the start of an action, when it left FORMULATED, and its end; None if it never began."""
     begin = next((change[:2] for change in action.changes if change.state != _NOT_BEGUN), None)
     if begin is None:
         return None
@@ -128,7 +133,7 @@ def _span(action: PlanActionRecord, history: RunHistory) -> tuple[Moment, Moment
 
 
 def _retraction(action: PlanActionRecord, last_change: ActionChange) -> Moment | None:
-    """Return the retraction of an action's goal after its last change; None without one."""
+    """Return the moment when the goal was retracted after the action's last change; None if it was not."""
     if action.goal_record is None:
         return None
     changes = action.goal_record.changes

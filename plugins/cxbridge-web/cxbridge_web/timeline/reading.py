@@ -1,7 +1,7 @@
 """Reads a run in one pass into the data of its timeline: history, rules, facts, log and interfaces.
 
-A recording may have millions of events. Of each kind the first and the last ones are kept, up to a limit, and
-a note says how many are left out.
+A recording may have millions of events. The first and the last events of each kind are kept, up to a limit,
+and a note states how many events are left out.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from cxbridge.trace.codec import plain_values
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.timeline.events import Moment
 
-LONGEST_VALUE: Final = 400  # limit of characters of a field's value
+MAX_VALUE_LENGTH: Final = 400  # limit of characters of the value of a field
 
 BIN_US: Final = 100_000  # width in microseconds of the bins in which firings and facts are counted
 
 
 @dataclass(frozen=True, slots=True)
 class TimelineLimits(HistoryLimits):
-    """The numbers of events that a timeline has at most. Trace viewers handle more than a page.
+    """The limits of the numbers of events in a timeline. Trace viewers handle more events than the web page.
 
-    :param log: lines of each level.
-    :param writes: writes that changed an interface, and messages.
+    :param log: the limit of log lines of each level.
+    :param writes: the limit of writes that changed an interface, and of messages.
     """
 
     goals: int = 100_000
@@ -42,12 +42,12 @@ class TimelineLimits(HistoryLimits):
 class TimelineData:
     """The data of a timeline.
 
-    :param firings: moment, environment, rule.
-    :param log: by level: moment, component, text.
-    :param changes: moment, interface, the changed fields as texts.
-    :param messages: moment, interface, the message.
+    :param firings: the moment, the environment and the rule of each firing.
+    :param log: the moment, the component and the text of each log line, by level.
+    :param changes: the moment, the interface and the changed fields as texts of each change.
+    :param messages: the moment, the interface and the text of each message.
     :param interfaces: the last values of each interface, in the order of first appearance.
-    :param facts: by bin: the last moment, and the change of the number of facts since the start.
+    :param facts: the last moment of each bin, and the change of the number of facts since the start.
     :param notes: warnings for the reader, in whole sentences.
     """
 
@@ -95,6 +95,7 @@ def read(run: Run, limits: TimelineLimits | None = None) -> TimelineData:
 
 
 def _add(data: TimelineData, event: Event, moment: Moment) -> None:
+    """Add an event other than a change of a fact."""
     match event:
         case RuleFired():
             data.firings.add((moment, event.env, event.rule))
@@ -103,7 +104,7 @@ def _add(data: TimelineData, event: Event, moment: Moment) -> None:
         case InterfaceWrite():
             values = data.interfaces.setdefault(event.uid, {})
             texts = {name: _value_text(value) for name, value in plain_values(event.values).items()}
-            texts = {name: cut(text, LONGEST_VALUE) for name, text in texts.items()}
+            texts = {name: cut(text, MAX_VALUE_LENGTH) for name, text in texts.items()}
             changed = {name: text for name, text in texts.items() if values.get(name) != text}
             values.update(changed)
             if changed:  # a program may write the same values in each loop
@@ -118,7 +119,7 @@ def _add(data: TimelineData, event: Event, moment: Moment) -> None:
 
 
 def _note(noun: str, kept: TruncatedList[Any]) -> str:
-    """Return a warning about a missing middle part."""
+    """Return the warning about events that are left out."""
     return (
         f"{kept.lost} of {kept.total} {noun} are left out, from the middle of the run: "
         "'cxbridge trace cat' has them."

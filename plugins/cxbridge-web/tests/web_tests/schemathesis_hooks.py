@@ -9,7 +9,7 @@ NOT_NOW = (
     "No CLIPS environment named 'executive' found",
     "The executive is not running now",
     "there is no daemon with an executive",
-    "The CLIPS environment 'executive' was made again during the request",
+    "The CLIPS environment 'executive' was replaced during the request",
 )
 """Why a request cannot be answered after an earlier request has unloaded its component."""
 

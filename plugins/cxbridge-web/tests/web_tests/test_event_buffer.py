@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, GoalTransition, InterfaceWrite, Level, LogLine, RuleFired
 from cxbridge_web.event_buffer import BUNCH_BYTES, EventBuffer, EventSelection, StreamPosition
-from cxbridge_web.event_collector import MOST_PENDING, EventCollector
+from cxbridge_web.event_collector import MAX_PENDING, EventCollector
 
 ALL = EventSelection(frozenset({"log", "rule", "interface", "goal"}))
 START = StreamPosition()
@@ -50,7 +50,7 @@ def test_events_are_counted_and_chosen_by_kind_and_environment():
 
 
 def test_what_is_gone_is_told_at_the_begin_and_in_between():
-    buffer = EventBuffer(most_events=3)
+    buffer = EventBuffer(max_events=3)
     buffer.add([line() for _ in range(5)])
     assert buffer.after(START, ALL)[1:] == (at_line(5), 2)
     assert buffer.after(buffer.begin, ALL)[2] == 0, "who asks for all that is kept misses nothing"
@@ -65,7 +65,7 @@ def test_what_is_gone_is_told_at_the_begin_and_in_between():
 
 
 def test_a_client_that_comes_late_gets_the_goals_however_much_else_there_was():
-    buffer = EventBuffer(most_events=10)
+    buffer = EventBuffer(max_events=10)
     buffer.add([goal("first"), line("between"), goal("second")])
     buffer.add([line(str(number)) for number in range(1000)])
     assert texts(buffer, buffer.begin) == ["first", "second", *map(str, range(990, 1000))]
@@ -78,7 +78,7 @@ def test_goals_are_there_though_nobody_has_looked_for_long():
     bus = EventBus(RealClock())
     host: Any = SimpleNamespace(bus=bus, environments=dict)
     collector = EventCollector(host)
-    for event in (line("before"), goal(), *(line() for _ in range(MOST_PENDING)), goal("last"), line("end")):
+    for event in (line("before"), goal(), *(line() for _ in range(MAX_PENDING)), goal("last"), line("end")):
         bus.emit(event)
     events, lost = collector.drain()
     collector.close()
@@ -98,7 +98,7 @@ def test_events_of_both_groups_come_in_their_order_in_bunches():
 
 
 def test_bytes_are_bounded():
-    buffer = EventBuffer(most_bytes=10_000)
+    buffer = EventBuffer(max_bytes=10_000)
     buffer.add([line("y" * 1000) for _ in range(50)])
     assert buffer.size <= 10_000
     assert 0 < len(buffer) < 10
@@ -138,7 +138,7 @@ STEP = st.tuples(st.integers(0, 5), st.integers(0, 5), st.integers(0, 4))
 @given(st.lists(STEP, max_size=30), st.integers(1, 8))
 def test_everybody_gets_each_event_or_is_told_that_it_is_gone(steps, room):
     """However events come and clients read: sent and lost events add up."""
-    buffer, at, sent, gone = EventBuffer(most_events=room), START, 0, 0
+    buffer, at, sent, gone = EventBuffer(max_events=room), START, 0, 0
     for goals, lines, lost in steps:
         buffer.skip(lost)
         buffer.add([*(line() for _ in range(lines)), *(goal() for _ in range(goals))])

@@ -288,14 +288,14 @@ def a_deaf_skiller():
 
 
 def test_what_others_look_at_is_shown_again_after_a_list_that_does_not_come(monkeypatch):
-    monkeypatch.setattr(skiller, "GRAPH_S", 0.2)
+    monkeypatch.setattr(skiller, "GRAPH_TIMEOUT_S", 0.2)
     with a_deaf_skiller() as (client, debug):
         assert client.get("/api/skiller/skills?skiller=deaf").status == 408
         assert [message.graph_fsm for message in iter(debug.msgq_pop, None)] == ["LIST", "goto"]
 
 
 def test_a_skiller_that_is_slow_keeps_the_readers_of_others_from_nothing(monkeypatch):
-    monkeypatch.setattr(skiller, "GRAPH_S", 4 * WAIT_S)
+    monkeypatch.setattr(skiller, "GRAPH_TIMEOUT_S", 4 * WAIT_S)
     answers = []
     with a_deaf_skiller() as (client, debug):
         reader = threading.Thread(target=lambda: answers.append(client.get(f"{SKILLS}?skiller=deaf").status))

@@ -148,7 +148,7 @@ def test_who_does_not_complete_a_request_is_let_go(monkeypatch, served, said):
 
 def test_a_body_that_does_not_come_is_not_waited_for(monkeypatch, served):
     _, client = served
-    monkeypatch.setattr(api, "BODY_S", 0.05)
+    monkeypatch.setattr(api, "BODY_TIMEOUT_S", 0.05)
     monkeypatch.setattr(Connection, "patience_s", 0.05)
     assert talk(client, FACTS + b"Content-Length: 20\r\n\r\n{").startswith(b"HTTP/1.1 408")
 

@@ -45,7 +45,7 @@ def scope() -> dict[str, Any]:
 
 def test_a_client_that_stands_still_holds_one_bunch_and_is_told_what_is_gone():
     """The stream waits for the connection; events during the wait are kept as long as there is room."""
-    collector, buffer = EventCollector(), EventBuffer(most_events=100)
+    collector, buffer = EventCollector(), EventBuffer(max_events=100)
     host = SimpleNamespace(bus=SimpleNamespace(clock=SimpleNamespace(now_us=lambda: 1)))
     sent: list[bytes] = []
 

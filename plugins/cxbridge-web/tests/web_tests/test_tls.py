@@ -128,7 +128,7 @@ def test_what_cannot_be_used_is_told_with_its_file(tmp_path):
         ((cut, key), cut, "this is not a certificate"),
         ((cert, junk), junk, "no private key in this file"),
         ((cert, cert), cert, "no private key in this file"),
-        ((old, old_key), old, f"has expired: it was good until {NOW - DAY:%Y-%m-%d %H:%M} UTC"),
+        ((old, old_key), old, f"has expired: it was valid until {NOW - DAY:%Y-%m-%d %H:%M} UTC"),
         ((other, key), key, f"not that of the certificate {other}"),
         ((locked, locked_key), locked_key, "is encrypted"),
     ):
