@@ -16,21 +16,20 @@ from cxbridge_explore.forking import HAS_FORK
 class Bounds:
     """The bounds of an exploration. The result is complete within them.
 
-    :param depth: the number of first choice points with unusual options; None for all.
+    :param depth: the number of choice points, counted from the start of a run, at which the world may choose
+        unusual options; None for all.
     """
 
-    faults: Annotated[int, typer.Option(metavar="K", help="How many faults a run may meet.")] = 1
+    faults: Annotated[int, typer.Option(metavar="K", help="The maximum number of faults in a run.")] = 1
     depth: Annotated[
         int | None,
         typer.Option(
             metavar="N",
-            help="Only at the first N choice points the world does other than usual; all by default.",
+            help="Choose unusual options only at the first N choice points of a run; by default at all.",
             show_default=False,
         ),
     ] = None
-    merge: Annotated[bool, typer.Option("--merge/--no-merge", help="Visit states that are equal once.")] = (
-        True
-    )
+    merge: Annotated[bool, typer.Option("--merge/--no-merge", help="Explore equal states only once.")] = True
 
     def check(self) -> None:
         """Raise `CxbridgeError` if a bound is invalid."""
@@ -41,22 +40,25 @@ class Bounds:
 
 @dataclass(frozen=True, kw_only=True)
 class ExecutionOptions:
-    """Options without influence on the result.
+    """Options of the execution, which do not influence the result.
 
-    :param fork: whether to fork runs; None to fork where the system can.
+    :param jobs: the number of parallel runs; None for one run per core.
+    :param fork: whether to fork runs; None to fork if the system can.
     :param patience_s: the limit of a run's processor time between two choices.
     :param coverage: whether to record the used parts of the agent.
     """
 
     jobs: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Runs at the same time; one a core by default.", show_default=False),
+        typer.Option(
+            metavar="N", help="The number of parallel runs; by default one per core.", show_default=False
+        ),
     ] = None
     fork: Annotated[
         bool | None,
         typer.Option(
             "--fork/--no-fork",
-            help="Fork a run at its choices, or begin each run at the beginning; fork where the system can.",
+            help="Fork runs at choices, or start each run from the beginning; by default fork if possible.",
             show_default=False,
         ),
     ] = None
@@ -65,14 +67,14 @@ class ExecutionOptions:
         typer.Option(
             "--patience",
             metavar="S",
-            help="Seconds of processor time that a run may take from one choice to the next.",
+            help="The limit of a run's processor time from one choice to the next, in seconds.",
         ),
     ] = 60.0
     coverage: bool = False
 
     @property
     def forks(self) -> bool:
-        """Whether runs are forked."""
+        """Whether to fork runs: as requested, or by default if the system can."""
         return HAS_FORK if self.fork is None else self.fork
 
     @property

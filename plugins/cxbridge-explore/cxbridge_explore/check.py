@@ -8,7 +8,7 @@ from typing import Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_explore.properties.builtin.table import builtin_properties
-from cxbridge_explore.properties.reading import FILE, joined, read_properties
+from cxbridge_explore.properties.reading import FILE, combine_properties, read_properties
 from cxbridge_explore.worldmodel.names import check_world_of
 from cxbridge_explore.worldmodel.reading import find_world, read_world
 from cxbridge_studio.check.agent import Agent, agents
@@ -26,14 +26,14 @@ PROPERTIES: Final = Code(
     Severity.ERROR,
     "a property is wrong",
     "The properties.yaml beside the scenario cannot be read, or a property in it has no known form, or "
-    "the name of another one. cxbridge explore does not play the scenario.",
+    "the name of another property. cxbridge explore does not play the scenario.",
 )
 
 CODES: Final = (WORLD, PROPERTIES)
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the first error of each file."""
+    """Yield the first error of the world and the first error of the properties."""
     folder = agent.context.paths.config_file.parent
     if (world := find_world(folder)) is not None:
         names = [name for name in agents(replace(agent.options, agent=None)) if name]
@@ -43,9 +43,9 @@ def check(agent: Agent) -> Iterator[Finding]:
             yield of_error(error, WORLD)
     if (properties := folder / FILE).is_file():
         try:
-            joined(read_properties(properties), builtin_properties())
+            combine_properties(read_properties(properties), builtin_properties())
         except CxbridgeError as error:
             finding = of_error(error, PROPERTIES)
-            if not finding.place.file:  # two properties of one name are an error without a place
+            if not finding.place.file:  # the error about two properties with the same name has no place
                 finding = replace(finding, place=replace(finding.place, file=str(properties)))
             yield finding

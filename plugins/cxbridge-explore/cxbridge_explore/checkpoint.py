@@ -1,4 +1,4 @@
-"""Checkpoint file of an interrupted exploration. A resumed exploration gives the same counts."""
+"""The checkpoint file of an interrupted exploration. A resumed exploration gives the same counts."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ class _Checkpoint(Struct, frozen=True, rename={"identity": "about"}):
     graph: SavedGraph
 
 
-ProgramIdentity = Mapping[str, str]  # texts that identify the explored program, by subject
+# The texts that identify the explored program, by subject: options, world, properties, files ...
+ProgramIdentity = Mapping[str, str]
 
 
 def identity_of(
@@ -79,13 +80,13 @@ def read_checkpoint(file: Path, graph: Graph, identity: ProgramIdentity) -> None
     except OSError as error:
         raise CxbridgeError(f"cannot be read: {error.strerror}", file=file) from error
     except (DecodeError, UnicodeDecodeError) as error:
-        raise CxbridgeError("is not an exploration that was interrupted", file=file) from error
+        raise CxbridgeError("is not the checkpoint of an exploration", file=file) from error
     different = [name for name in identity if checkpoint.identity.get(name) != identity[name]]
     if different:
         raise CxbridgeError(
-            f"is of another exploration: {', '.join(different)} differ",
+            f"belongs to another exploration: {', '.join(different)} differ",
             file=file,
-            hint="give the same options as before, with the same agent; or begin again without --resume",
+            hint="use the same options and the same agent as before, or start again without --resume",
         )
     graph.load(checkpoint.graph)
 
@@ -97,7 +98,7 @@ def _digest(options: RunOptions) -> str:
         return ""
     digest = hashlib.sha256()
     for file in sorted(folder.rglob("*")):
-        if file.is_file() and "__pycache__" not in file.parts:
+        if file.is_file() and "__pycache__" not in file.parts:  # a run writes Python's cache
             digest.update(f"{file.relative_to(folder)}\0".encode("utf-8", "surrogateescape"))
             digest.update(file.read_bytes())
     return digest.hexdigest()

@@ -1,7 +1,7 @@
 """Coordinates the processes of an exploration: owns the graph, and resumes or forks runs.
 
-The exploration is depth-first: of the runs that wait at a choice point, the latest continues, so that few
-wait. If a process dies, its edge stays open and another process replays the path to it.
+The exploration is depth-first: the run that reached its choice point last continues first, so that few runs
+wait. If a process dies, its edge stays open, and another process replays the path to the edge.
 """
 
 from __future__ import annotations
@@ -37,17 +37,17 @@ from cxbridge_explore.wire import (
 )
 from cxbridge_explore.worlds.points import DivergedError
 
-_POLL_S: Final = 0.25  # seconds between two checks of the processes
-_ATTEMPTS: Final = 3  # deaths of processes after which an edge counts as crashed
-_BACKLOG: Final = 128  # connections of children that wait to be accepted
-_CHUNK: Final = 65536  # bytes read at once
+_POLL_S: Final = 0.25  # time between two checks of the processes
+_MAX_DEATHS: Final = 3  # number of deaths of processes after which an edge counts as crashed
+_BACKLOG: Final = 128  # limit of connections that wait to be accepted
+_CHUNK_BYTES: Final = 65536  # limit of bytes that are read at once
 
 
 class _Peer:
     """A process of the exploration.
 
     :ivar edge: the open edge of its run; None while the run waits.
-    :ivar options: the edges of the choice point at which its run waits, the usual one first.
+    :ivar options: the unexplored edges of the choice point at which its run waits, the usual option first.
     """
 
     def __init__(self, connection: socket.socket) -> None:
@@ -68,14 +68,14 @@ class _Peer:
         self.mark()
 
     def release(self) -> Edge:
-        """Return the edge of the run, and take the run off it."""
+        """Return the edge of the run, and take the run off the edge."""
         edge, self.edge = self.edge, None
         if edge is None:
-            raise ValueError("a process that is on no edge has reached a choice point")
+            raise ValueError("a process without an edge has sent a report about its run")
         return edge
 
     def mark(self) -> None:
-        """Restart the measurement of its processor time."""
+        """Restart the measurement of the run's time since its last choice point."""
         self.mark_s, self.mark_cpu_s = time.monotonic(), forking.cpu_seconds(self.pid)
 
     def send(self, order: Order) -> None:
@@ -93,7 +93,7 @@ class Coordinator(Closing):
 
     def __init__(self, graph: Graph, execution: ExecutionOptions, serve: Callable[[str], object]) -> None:
         self.graph = graph
-        self.hidden: dict[str, None] = {}  # reasons why states were not compared
+        self.unmerged_reasons: dict[str, None] = {}  # reasons why states were not compared, in order
         # Processor time of all copies, without this process and the loader.
         self.cpu_seconds = 0.0
         self._execution, self._serve = execution, serve
@@ -134,7 +134,7 @@ class Coordinator(Closing):
         pid = forking.fork()
         if not pid:
             self._listening.close()
-            self._serve(self._address)
+            self._serve(self._address)  # never returns
             os._exit(1)
         self._loader_pid = pid
 
@@ -146,12 +146,13 @@ class Coordinator(Closing):
     # ---- active runs
 
     @property
-    def _running(self) -> int:
+    def _active_runs(self) -> int:
+        """The number of runs that are playing, and of ordered copies."""
         return sum((peer.edge is not None) + len(peer.ordered) for peer in self._peers.values())
 
     def _schedule(self) -> None:
         """Resume as many runs as the limit allows."""
-        for _ in range(self._execution.processes - self._running):
+        for _ in range(self._execution.processes - self._active_runs):
             if self._waiting_runs:  # the latest first, so that few runs wait
                 self._continue_run(self._waiting_runs[-1])
             elif self._pending_edges and self._is_ready and self._loader is not None:
@@ -167,15 +168,15 @@ class Coordinator(Closing):
             return
         self._waiting_runs.remove(peer)
         peer.take(edge)
-        peer.send(Continue(edge[1]))
+        _, option = edge
+        peer.send(Continue(option))
 
     def _start_run(self, loader: _Peer, edge: Edge) -> None:
         """Start a run from the beginning along the path to an edge."""
         path = self.graph.path_to(edge)
         choices = tuple((index, step.subject, step.option) for index, step in path.items())
-        number = edge[0]
-        free = 0 if number < 0 else self.graph.nodes[number].point.index + 1
-        self._order_copy(loader, edge, Play(edge, choices, free))
+        first_reported = self.graph.point_number(edge)
+        self._order_copy(loader, edge, Play(edge, choices, first_reported))
 
     @staticmethod
     def _order_copy(peer: _Peer, edge: Edge, order: Order) -> None:
@@ -187,11 +188,11 @@ class Coordinator(Closing):
 
     def _receive(self, peer: _Peer) -> None:
         try:
-            data = peer.connection.recv(_CHUNK)
+            data = peer.connection.recv(_CHUNK_BYTES)
         except OSError:
             data = b""
         for report in peer.reports.feed(data):
-            if peer.connection in self._peers:
+            if peer.connection in self._peers:  # a report may disconnect the process
                 self._handle(peer, report)
         if not data:
             self._handle_death(peer)
@@ -201,7 +202,7 @@ class Coordinator(Closing):
             case Hello():
                 self._greet(peer, report)
             case Reached():
-                self._reached(peer, report)
+                self._handle_choice_point(peer, report)
             case Ended():
                 peer.reported_cpu_s = report.cpu_s
                 self.graph.used.update(report.used)
@@ -209,7 +210,7 @@ class Coordinator(Closing):
                     raise CxbridgeError(report.leaf.reason)
                 if report.leaf.outcome == DIVERGED:
                     raise DivergedError(report.leaf.reason)
-                self.graph.ended(peer.release(), report.leaf)
+                self.graph.record_end(peer.release(), report.leaf)
             case Refused():
                 raise CxbridgeError(report.text)
 
@@ -228,12 +229,12 @@ class Coordinator(Closing):
                 parent.ordered.remove(hello.edge)
                 peer.take(hello.edge)
 
-    def _reached(self, peer: _Peer, report: Reached) -> None:
+    def _handle_choice_point(self, peer: _Peer, report: Reached) -> None:
         peer.reported_cpu_s = report.cpu_s
         self.graph.used.update(report.used)
-        if report.hidden:
-            self.hidden[report.hidden] = None
-        number = self.graph.reached(peer.release(), report.point, report.digest)
+        if report.unmerged_reason:
+            self.unmerged_reasons[report.unmerged_reason] = None
+        number = self.graph.record_choice_point(peer.release(), report.point, report.digest)
         if number is None:
             peer.send(Leave())
             return
@@ -265,12 +266,13 @@ class Coordinator(Closing):
             self._retry(peer.edge)
 
     def _retry(self, edge: Edge) -> None:
+        """Explore an edge again after the death of its process, up to a number of deaths."""
         self._attempts[edge] = self._attempts.get(edge, 0) + 1
-        if self._attempts[edge] < _ATTEMPTS:
+        if self._attempts[edge] < _MAX_DEATHS:
             self._pending_edges.append(edge)
         else:
-            reason = f"its process ended {_ATTEMPTS} times without a word"
-            self.graph.ended(edge, Leaf("crashed", reason, 0.0, is_given_up=True))
+            reason = f"its process ended {_MAX_DEATHS} times without a report"
+            self.graph.record_end(edge, Leaf("crashed", reason, 0.0, is_given_up=True))
 
     def _restart_loader(self) -> None:
         """Restart the loader if it has died."""
@@ -278,8 +280,8 @@ class Coordinator(Closing):
             return
         self._loader_pid = 0
         self._deaths += 1
-        if self._deaths >= _ATTEMPTS and not self.graph.nodes and not self.graph.leaves:
-            raise CxbridgeError("the process that loads the scenario ends each time without a word")
+        if self._deaths >= _MAX_DEATHS and not self.graph.nodes and not self.graph.leaves:
+            raise CxbridgeError("the process that loads the scenario ends each time without a report")
         self._load()
 
     def _kill_endless_runs(self) -> None:
@@ -296,10 +298,10 @@ class Coordinator(Closing):
             if peer.edge is None:
                 raise CxbridgeError(
                     f"the agent is not loaded within {patience_s:g} s of processor time",
-                    hint="a rule may never end: see cxbridge run; or give it more with --patience",
+                    hint="the rules may fire endlessly: check with cxbridge run, or raise --patience",
                 )
             reason = f"no end of a loop within {patience_s:g} s of processor time"
-            self.graph.ended(peer.edge, Leaf("timed out", reason, 0.0, is_given_up=True))
+            self.graph.record_end(peer.edge, Leaf("timed out", reason, 0.0, is_given_up=True))
             self._disconnect(peer)
 
     def close(self) -> None:

@@ -12,8 +12,8 @@ from cxbridge.file_access import write_file
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.counterexample_playing import NthChoice, NthChooser, PlayedRun, play, unusual_choices
 from cxbridge_explore.counterexample_pytest import identifier, pytest_text
-from cxbridge_explore.counterexample_shrinking import shrunk
-from cxbridge_explore.counterexample_words import in_words
+from cxbridge_explore.counterexample_shrinking import shrink
+from cxbridge_explore.counterexample_words import describe
 from cxbridge_explore.properties.monitor import Property
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import USUAL, Choice, ChoicePath, PathChooser
@@ -24,10 +24,11 @@ from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 class Counterexample:
     """A shortest run that violates a property.
 
+    :param property: the name of the violated property.
     :param message: the violation, in a sentence.
     :param choices: the unusual choices of the run.
-    :param test: a file with a test that fails like the run; None if a test cannot script the choices.
-    :param words: choices and violation, in a sentence.
+    :param test: the file of a test that fails like the run; None if a test cannot script the choices.
+    :param words: the choices and the violation, in a sentence.
     """
 
     property: str
@@ -62,7 +63,7 @@ def write_counterexample(
 
     :param properties: the watched properties.
     :param name: the violated property.
-    :param path: a path that violates it.
+    :param path: a path that violates the property.
     :param make: makes the program to run; only scenarios get a test.
     :raises CxbridgeError: if the path does not violate the property, or a file cannot be written.
     """
@@ -72,11 +73,13 @@ def write_counterexample(
         return play(options, violated, NthChooser(choices), world=world, make=make, briefly=True)
 
     first = play(options, violated, PathChooser(path), world=world, make=make, briefly=True)
-    shortest = shrunk(unusual_choices(first.choices), name, play_choices) if first.violation(name) else None
+    shortest = shrink(unusual_choices(first.choices), name, play_choices) if first.violation(name) else None
     violation = None if shortest is None else shortest.violation(name)
     if shortest is None or violation is None:
-        raise CxbridgeError(f"'{name}' is not violated on this path", hint="the agent may have changed since")
-    words = in_words(shortest, violation)
+        raise CxbridgeError(
+            f"'{name}' is not violated on this path", hint="the agent may have changed since the exploration"
+        )
+    words = describe(shortest, violation)
     stem = identifier(name)
     recording = folder / f"{stem}.mcap"
     chooser = NthChooser(unusual_choices(shortest.choices))
@@ -86,7 +89,7 @@ def write_counterexample(
         raise CxbridgeError(f"cannot be written: {error.strerror}", file=folder) from error
     play(options, violated, chooser, recording, world=world, make=make, briefly=True)
     file, test = folder / f"test_{stem}.py", None
-    if make is make_scenario:  # the fixture `cx` of a test makes no other programs
+    if make is make_scenario:  # the fixture `cx` of a test runs only scenarios
         test = _write_test(options, shortest, violated[0], words, file)
     unusual = tuple(choice for choice in shortest.choices if choice.option != USUAL)
     return Counterexample(name, violation.message, unusual, recording, test, words)

@@ -36,7 +36,7 @@ class NthChoice:
 def unusual_choices(choices: Sequence[Choice]) -> tuple[NthChoice, ...]:
     """Return the unusual choices of a run, independently of its other choices.
 
-    Without one of them, the run has other choice points, so that their indices in the run do not help.
+    If a choice is left out, the run has other choice points, so that indices do not identify them.
     """
     counts: dict[str, int] = {}
     unusual = []
@@ -61,14 +61,16 @@ class NthChooser:
         self._counts[point.subject] = nth + 1
         option = self._options.get((point.subject, nth))
         names = [candidate.name for candidate in point.options]
+        # without an earlier choice, the point may lack the option
         return names.index(option) if option in names else USUAL
 
 
 @dataclass(frozen=True, slots=True)
 class PlayedRun:
-    """A run that was played.
+    """The record of a played run.
 
-    :param results: the results of the skill calls.
+    :param results: the results of the skill calls, in order.
+    :param agents: the number of agents.
     :param on_board: whether a skill board executes the skills.
     """
 
@@ -81,7 +83,7 @@ class PlayedRun:
     on_board: bool
 
     def violation(self, name: str) -> Violation | None:
-        """Return the violation of a property, or None."""
+        """Return the violation of a property; None if the run does not violate it."""
         return next((violation for violation in self.violations if violation.property == name), None)
 
 
@@ -97,10 +99,10 @@ def play(
 ) -> PlayedRun:
     """Play a run to its end.
 
-    :param trace: the file to record to.
+    :param trace: the file of the recording; None to record nothing.
     :param world: the possible events; None for the file in the scenario's folder.
     :param make: makes the program to run.
-    :param briefly: stop at the first violation.
+    :param briefly: whether to stop at the first violation.
     :raises CxbridgeError: if the scenario is invalid, or the file cannot be written.
     """
     if trace is not None:

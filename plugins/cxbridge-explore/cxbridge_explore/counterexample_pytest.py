@@ -17,6 +17,7 @@ from cxbridge_explore.counterexample_playing import PlayedRun
 from cxbridge_explore.properties.monitor import Property
 from cxbridge_explore.worlds.points import USUAL, ChoiceKind
 
+# The options of a run that the fixture `cx` takes, too.
 _OPTIONS: Final = (
     "spec",
     "agent",
@@ -28,9 +29,10 @@ _OPTIONS: Final = (
     "skill_dirs",
     "config",
 )
-_SCRIPTABLE: Final = frozenset({ChoiceKind.SKILL, ChoiceKind.DURATION})
+_SCRIPTABLE_KINDS: Final = frozenset({ChoiceKind.SKILL, ChoiceKind.DURATION})
 _USUAL_S: Final = 1.0  # default duration of a scripted skill, in seconds
 
+_MAX_IDENTIFIER: Final = 60  # limit of characters
 _NOT_IN_NAMES: Final = re.compile(r"\W+")
 
 
@@ -41,8 +43,12 @@ def pytest_text(options: RunOptions, played: PlayedRun, violated: Property, word
     :raises CxbridgeError: if the fixture cannot script a choice.
     """
     if not violated.source:
-        raise CxbridgeError("a Python function cannot be written into a test")
-    lines = ['"""A counterexample that `cxbridge explore` has found: the agent lacks a property."""', "", ""]
+        raise CxbridgeError("a property that is a Python function cannot be written into a test")
+    lines = [
+        '"""A counterexample that `cxbridge explore` has found: the agent violates a property."""',
+        "",
+        "",
+    ]
     script = list(_script(played))
     if played.on_board and any(".does(usual" in line for line in script):
         lines += [
@@ -64,11 +70,14 @@ def pytest_text(options: RunOptions, played: PlayedRun, violated: Property, word
 
 
 def _script(played: PlayedRun) -> Iterator[str]:
-    """Yield the lines that script the results of skills."""
+    """Yield the lines that script the results of skills.
+
+    :raises CxbridgeError: if the fixture cannot script a choice.
+    """
     if played.agents > 1:
         raise CxbridgeError("a test runs only one agent")
     for choice in played.choices:
-        if choice.option != USUAL and choice.point.kind not in _SCRIPTABLE:
+        if choice.option != USUAL and choice.point.kind not in _SCRIPTABLE_KINDS:
             raise CxbridgeError(f"a test cannot script {choice.point.subject}")
     outcomes: dict[str, list[Outcome | None]] = {}
     for call, outcome in played.results:
@@ -82,10 +91,11 @@ def _script(played: PlayedRun) -> Iterator[str]:
 
 
 def _behaviours(outcomes: Sequence[Outcome | None], *, on_board: bool) -> Iterator[str]:
+    """Yield the calls that script the outcomes of a skill; None stands for the usual outcome."""
     for outcome, run in groupby(outcomes):
         times = f"times={len(list(run))}"
         seconds = _USUAL_S if outcome is None or outcome.seconds is None else outcome.seconds
-        if outcome is None:
+        if outcome is None:  # an executor of a skill board may have another usual result than success
             yield f".does(usual, {times})" if on_board else f".succeeds({times})"
         elif seconds >= FOREVER:
             yield f".hangs({times})"
@@ -106,7 +116,7 @@ def _option_arguments(options: RunOptions, folder: Path) -> Iterator[tuple[str, 
 
 
 def _plain(value: object, folder: Path) -> object:
-    """Return an option's value as a Python literal; paths are relative to a folder."""
+    """Return the value of an option as a value with a literal repr. Paths become relative to a folder."""
     if isinstance(value, Path):
         if not value.exists():
             return str(value)  # the name of a shipped scenario
@@ -120,10 +130,12 @@ def _plain(value: object, folder: Path) -> object:
 
 
 def identifier(name: str) -> str:
-    """Return the name of a property as a part of a file's or a function's name."""
-    return _NOT_IN_NAMES.sub("_", name).strip("_").lower()[:60].strip("_") or "property"
+    """Return the name of a property in a form that the name of a file or a function can contain."""
+    # a property without a name has its whole form as the name
+    return _NOT_IN_NAMES.sub("_", name).strip("_").lower()[:_MAX_IDENTIFIER].strip("_") or "property"
 
 
 def _docstring(words: str) -> str:
+    """Return a sentence escaped for a docstring."""
     text = " ".join(words.replace("\\", "\\\\").replace('"""', "'''").split())
     return f"{text} " if text.endswith('"') else text

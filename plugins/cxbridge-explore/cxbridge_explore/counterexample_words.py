@@ -4,31 +4,42 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import Final
+from typing import Final, NamedTuple
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge_explore.counterexample_playing import PlayedRun
 from cxbridge_explore.properties.monitor import Violation
 from cxbridge_explore.worlds.points import USUAL, Choice, ChoiceKind
 
+# The subject of a choice about a skill: `Skiller: deliver{wp='wp1'}`.
 _CALL: Final = re.compile(r"(?P<skiller>[^:]*): (?P<skill>[\w.]+)\{(?P<args>.*)\}\Z", re.DOTALL)
 _ORDINALS: Final = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")
 
 
-def skill_of(choice: Choice) -> tuple[str, str, str] | None:
-    """Return Skiller, skill and arguments of a choice about a skill; None for another choice."""
+class _ChosenSkill(NamedTuple):
+    """A skill whose result the world chose."""
+
+    skiller: str
+    skill: str
+    arguments: str
+
+
+def _skill_of(choice: Choice) -> _ChosenSkill | None:
+    """Return the skill of a choice about a skill; None for another choice."""
     match = _CALL.match(choice.point.subject) if choice.point.kind is ChoiceKind.SKILL else None
-    return None if match is None else (match["skiller"], match["skill"], match["args"])
+    return None if match is None else _ChosenSkill(match["skiller"], match["skill"], match["args"])
 
 
-def in_words(played: PlayedRun, violation: Violation) -> str:
+def describe(played: PlayedRun, violation: Violation) -> str:
     """Describe the unusual events of a run and the violation in a sentence."""
-    ordinals: dict[tuple[str, str], list[str]] = {}
-    for event, count, circumstances in _choices(played):
-        ordinals.setdefault((event, circumstances), []).append(count)
+    ordinals_of_events: dict[tuple[str, str], list[str]] = {}
+    for event, ordinal_number, circumstances in _unusual_events(played):
+        ordinals_of_events.setdefault((event, circumstances), []).append(ordinal_number)
     phrases = [
-        f"{event} the {_enumeration(counts)} time{circumstances}" if counts[0] else f"{event}{circumstances}"
-        for (event, circumstances), counts in ordinals.items()
+        f"{event} the {_enumeration(ordinals)} time{circumstances}"
+        if ordinals[0]
+        else f"{event}{circumstances}"
+        for (event, circumstances), ordinals in ordinals_of_events.items()
     ]
     events = ", and ".join(phrases) if phrases else "without any fault"
     return f"{events}: {violation.message} (at {violation.seconds:.2f} s)"
@@ -38,14 +49,15 @@ def _enumeration(words: list[str]) -> str:
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
-def _choices(played: PlayedRun) -> Iterator[tuple[str, str, str]]:
-    """Yield event, count, and place or time of each unusual choice."""
+def _unusual_events(played: PlayedRun) -> Iterator[tuple[str, str, str]]:
+    """Yield the event of each unusual choice, its ordinal number, or empty, and its circumstances."""
     counts: dict[str, int] = {}
-    skillers = {skill[0] for choice in played.choices if (skill := skill_of(choice)) is not None}
-    several = len(skillers) > 1
+    skillers = {skill.skiller for choice in played.choices if (skill := _skill_of(choice)) is not None}
+    has_several_skillers = len(skillers) > 1
     for choice in played.choices:
-        skill = skill_of(choice)
-        key = choice.point.subject if skill is None else "/".join(skill[: 2 if several else 1] + skill[1:2])
+        skill = _skill_of(choice)
+        # calls of a skill by one Skiller are counted together, whatever their arguments
+        key = choice.point.subject if skill is None else f"{skill.skiller}/{skill.skill}"
         counts[key] = counts.get(key, 0) + 1
         if choice.option == USUAL:
             continue
@@ -53,20 +65,20 @@ def _choices(played: PlayedRun) -> Iterator[tuple[str, str, str]]:
         if skill is None:
             yield f"{choice.point.subject} {name}", "", f" at {choice.point.seconds:.2f} s"
             continue
-        performer, called, args = skill
-        arguments = f" ({args})" if args else ""
-        skiller = f" on {performer}" if several else ""
+        arguments = f" ({skill.arguments})" if skill.arguments else ""
+        place = f" on {skill.skiller}" if has_several_skillers else ""
         yield (
-            f"{called}{arguments} {name}",
+            f"{skill.skill}{arguments} {name}",
             ordinal(counts[key]),
-            skiller + _concurrent_skills(played, choice, performer),
+            place + _concurrent_skills(played, choice, skill.skiller),
         )
 
 
 def _concurrent_skills(played: PlayedRun, choice: Choice, performer: str) -> str:
+    """Return a phrase about the skills that other Skillers execute at a choice; empty without such skills."""
     now = round(choice.point.seconds * MICROSECONDS)
-    skiller = performer.rpartition("/")[2]
     # The history has Skillers without the agent's name before the slash.
+    skiller = performer.rpartition("/")[2]
     concurrent_skills = sorted(
         {
             f"{call.skiller} executes {call.skill_string}"

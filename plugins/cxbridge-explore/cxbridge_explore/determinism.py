@@ -35,7 +35,7 @@ _SEED: Final = 1  # any fixed seed, the same for both runs
 
 
 class _MomentRecorder:
-    """Records the events of a run, and takes the usual options."""
+    """Records the events of a run; a chooser that takes the usual options."""
 
     def __init__(self) -> None:
         self.moments: list[Moment] = []
@@ -57,16 +57,16 @@ class _MomentRecorder:
 
 
 class UsualRun:
-    """A fault-free run in a child process, started at once.
+    """A fault-free run in a child process, which starts at once.
 
-    :param is_detailed: record all events, not only choice points and the end.
+    :param is_detailed: whether to record all events, not only choice points and the end.
     :param seed: the seed of Python's random numbers; None for a different seed each time.
     """
 
     def __init__(self, make: MakeRun, *, is_detailed: bool = False, seed: int | None = None) -> None:
         self._receiving, sending = multiprocessing.Pipe(duplex=False)
         arguments = sending, make, is_detailed, seed
-        self._process = _started(_play, arguments)
+        self._process = _start_process(_play, arguments)
         sending.close()
 
     def moments(self) -> list[Moment] | None:
@@ -84,8 +84,8 @@ class UsualRun:
         self._receiving.close()
 
 
-def _started(target: Callable[..., None], arguments: tuple[object, ...]) -> BaseProcess:
-    """Return a started child process. A fork need not load the program again."""
+def _start_process(target: Callable[..., None], arguments: tuple[object, ...]) -> BaseProcess:
+    """Start and return a child process. Except on Windows, a fork saves loading the program again."""
     process: BaseProcess
     if sys.platform != "win32":
         process = multiprocessing.get_context("fork").Process(target=target, args=arguments, daemon=True)
@@ -123,12 +123,12 @@ def usual_moments(graph: Graph) -> list[Moment] | None:
         number = graph.links[edge]
         node = graph.nodes[number]
         if node.edge != edge:
-            return None  # merged with a run that was not a usual one
+            return None  # merged with a run that has faults
         moments.append((round(node.point.seconds, 6), node.point.subject))
         edge = number, USUAL
     leaf = graph.leaves.get(edge)
     if leaf is None or leaf.is_given_up:
-        return None  # a second run may never end, either
+        return None  # a second run may never end either
     return [*moments, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")]
 
 
@@ -142,13 +142,13 @@ def explain_difference(make: MakeRun, divergence: DivergedError) -> CxbridgeErro
     if not difference:
         return CxbridgeError(
             f"the agent is not deterministic: {divergence.message}",
-            hint="look for what depends on the time of day, on random numbers or on other processes",
+            hint="find code that depends on the time of day, on random numbers or on other processes",
         )
     same_with_seed = not _difference(*_play_twice(make, _SEED))
     cause = (
         "random numbers without a seed: seed the generator, or draw from a world"
         if same_with_seed
-        else "most probably the time of day, or another process; take the time of the run's clock"
+        else "most probably the time of day, or another process: use the time of the run's clock"
     )
     return CxbridgeError(f"the agent is not deterministic: {difference}", hint=f"the cause: {cause}")
 

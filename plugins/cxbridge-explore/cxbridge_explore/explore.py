@@ -29,7 +29,7 @@ from cxbridge_explore.worlds.points import DivergedError
 from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 
 
-def explore(  # noqa: PLR0913 - each is an option of the command line, or shows the progress
+def explore(  # noqa: PLR0913 - the options of the command, and two callbacks for the progress
     options: RunOptions,
     bounds: Bounds,
     execution: ExecutionOptions,
@@ -46,25 +46,27 @@ def explore(  # noqa: PLR0913 - each is an option of the command line, or shows 
     The calling process must have no other threads, since it is forked.
 
     :param options: the options of ``cxbridge run``.
-    :param properties: the properties of every run; None for the built-in ones and those in the scenario's
-        folder.
+    :param properties: the properties of every run; None for the built-in properties and the properties in the
+        scenario's folder.
     :param world: the possible events; None for the file in the scenario's folder.
     :param make: makes the program to run.
     :param resume: the checkpoint of an interrupted exploration.
     :param show: called with a line of progress from time to time.
-    :param draw: called with the result so far, some seconds apart.
-    :raises CxbridgeError: if the scenario or an option is invalid.
+    :param draw: called every few seconds with the result so far.
+    :raises CxbridgeError: if the scenario or an option is invalid, or the agent is not deterministic.
     """
     options.check()
     properties = properties_of(options) if properties is None else properties
     bounds.check()
     execution.check()
-    explored = partial(ExploredRun, options, properties, world=world, make=make, coverage=execution.coverage)
+    make_explored_run = partial(
+        ExploredRun, options, properties, world=world, make=make, coverage=execution.coverage
+    )
     graph = Graph(bounds.faults, bounds.depth)
     if resume is not None:
         read_checkpoint(resume, graph, identity_of(options, bounds, properties, world, make))
     coordinator: Coordinator | None = None
-    hidden: tuple[str, ...] = ()
+    unmerged_reasons: tuple[str, ...] = ()
     started, cpu_s = time.perf_counter(), _cpu_seconds()
 
     def draw_so_far(explored_graph: Graph) -> None:
@@ -72,38 +74,38 @@ def explore(  # noqa: PLR0913 - each is an option of the command line, or shows 
             draw(ExploreResult(explored_graph, tuple(properties), (), 0.0, time.perf_counter() - started))
 
     progress = ProgressReporter(graph, show, None if draw is None else draw_so_far)
-    # The second usual run is played at the same time, in a process that is forked before any other.
-    with _signals() as received, closing(UsualRun(explored)) as usual:
+    # The second usual run is played at the same time, in a process that is forked before all other processes.
+    with _signals() as received, closing(UsualRun(make_explored_run)) as usual:
 
         def is_over() -> bool:
             progress.tick()
             return bool(received)
 
         def load(address: str) -> NoReturn:
-            serve(address, explored, merge=bounds.merge)
+            serve(address, make_explored_run, merge=bounds.merge)
 
         try:
             if execution.forks:
                 with Coordinator(graph, execution, load) as coordinator:
                     coordinator.explore(is_over)
             else:
-                hidden = explore_by_replay(explored, graph, is_over, merge=bounds.merge)
+                unmerged_reasons = explore_by_replay(make_explored_run, graph, is_over, merge=bounds.merge)
             if not received:
                 _check_determinism(graph, usual)
         except DivergedError as error:
-            raise explain_difference(explored, error) from None
+            raise explain_difference(make_explored_run, error) from None
     cpu_s = _cpu_seconds() - cpu_s
     if coordinator is not None:
-        hidden = tuple(coordinator.hidden)
+        unmerged_reasons = tuple(coordinator.unmerged_reasons)
         cpu_s += coordinator.cpu_seconds
-    return ExploreResult(graph, tuple(properties), hidden, cpu_s, time.perf_counter() - started)
+    return ExploreResult(graph, tuple(properties), unmerged_reasons, cpu_s, time.perf_counter() - started)
 
 
 def _check_determinism(graph: Graph, usual: UsualRun) -> None:
     """Compare the usual run of the exploration with another usual run."""
     explored = usual_moments(graph)
     if explored is not None and usual.moments() not in (None, explored):
-        raise DivergedError("the usual run went in two ways")
+        raise DivergedError("two usual runs differ")
 
 
 def _cpu_seconds() -> float:
@@ -118,7 +120,7 @@ def _signals() -> Iterator[list[int]]:
 
     def note(number: int, _frame: object) -> None:
         if received:
-            signal.default_int_handler(number, None)  # the second signal ends at once
+            signal.default_int_handler(number, None)  # the second signal ends the process at once
         received.append(number)
 
     outer_handlers = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}

@@ -1,6 +1,7 @@
-"""Processes that fork, and the control of their copies.
+"""Functions for processes that fork, and for their copies.
 
-Windows cannot fork, see :data:`HAS_FORK`. The assertions keep type checkers for Windows out of the functions.
+Windows cannot fork, see :data:`HAS_FORK`. The assertions tell type checkers that Windows never calls the
+functions.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ def fork() -> int:
 
 
 def has_ended(child: int) -> bool:
-    """Return whether a child has ended, without waiting, and release it."""
+    """Return whether a child has ended, without waiting. The system then forgets the child."""
     assert sys.platform != "win32"
     return os.waitpid(child, os.WNOHANG) != (0, 0)
 
@@ -45,7 +46,7 @@ def has_ended(child: int) -> bool:
 def kill(pid: int) -> None:
     """End a process at once (kill -9).
 
-    :raises ProcessLookupError: if it has ended.
+    :raises ProcessLookupError: if the process has ended.
     """
     assert sys.platform != "win32"
     os.kill(pid, signal.SIGKILL)
@@ -58,9 +59,9 @@ def local_socket() -> socket.socket:
 
 
 def let_signals_end() -> None:
-    """Restore the default handlers of signals that end a process, and ignore SIGINT."""
+    """Let SIGTERM and SIGHUP end this process, whatever handlers it inherits, and ignore SIGINT."""
     assert sys.platform != "win32"
-    signal.set_wakeup_fd(-1)  # the descriptor is shared with the original, whose handler would wake up
+    signal.set_wakeup_fd(-1)  # the descriptor is shared with the parent, whose handler would wake up
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
@@ -74,13 +75,13 @@ def cpu_seconds(pid: int) -> float:
     except OSError:
         return time.monotonic()
     ticks: int = os.sysconf("SC_CLK_TCK")
-    return (int(fields[11]) + int(fields[12])) / ticks
+    return (int(fields[11]) + int(fields[12])) / ticks  # utime and stime of proc(5)
 
 
 def limit_cpu_seconds(seconds: int | None) -> None:
     """Let the system end this process after some CPU seconds; None removes the limit."""
     assert sys.platform != "win32"
-    import resource  # noqa: PLC0415 - not every system has it
+    import resource  # noqa: PLC0415 - Windows lacks the module
 
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (hard if seconds is None else seconds, hard))

@@ -21,17 +21,18 @@ ROOT: Final = (-1, USUAL)  # edge on which each run starts
 # The outcome of a run with an invalid scenario; it ends the exploration.
 BAD_INPUT: Final = "bad input"
 
-# The outcome of a run that had other choice points than an earlier run on the same path.
+# The outcome of a run whose choice points differ from those of an earlier run on the same path.
 DIVERGED: Final = "diverged"
 
-Edge = tuple[int, int]  # number of a node, and the index of the option taken there
+# The number of a node, or -1 before the first node; and the index of the option that is taken there.
+Edge = tuple[int, int]
 
 
 class PointOption(Struct, frozen=True):
     """An option of a choice point.
 
-    :param name: its name in paths.
-    :param faults: the number of faults it uses up.
+    :param name: the name of the option in paths.
+    :param faults: the number of faults that the option uses up.
     """
 
     name: str
@@ -41,8 +42,8 @@ class PointOption(Struct, frozen=True):
 class Point(Struct, frozen=True, rename={"options": "ways"}):
     """A choice point as stored in the graph.
 
-    :param index: its number in the run, from 0.
-    :param seconds: the time of the run's clock.
+    :param index: the number of the choice point in its run, from 0.
+    :param seconds: the time by the run's clock.
     """
 
     index: int
@@ -59,8 +60,8 @@ class Leaf(Struct, frozen=True):
     :param reason: the reason, in a sentence.
     :param seconds: the duration by the run's clock.
     :param violations: the violated properties.
-    :param evaluated: names of the properties that the run could have violated.
-    :param is_given_up: whether the process was killed, or died without a report.
+    :param evaluated: the names of the properties that the run could have violated.
+    :param is_given_up: whether the process of the run was killed, or died without a report.
     """
 
     outcome: str
@@ -74,10 +75,10 @@ class Leaf(Struct, frozen=True):
 class GraphNode(Struct):
     """A choice point in a state.
 
-    :param point: as seen by the first run.
-    :param edge: the edge of the first run.
-    :param faults: the number of faults so far.
-    :param share: the part of the run tree below, if all options lead to equally many runs.
+    :param point: the choice point as the first run saw it.
+    :param edge: the edge on which the first run came.
+    :param faults: the number of faults of the first run so far.
+    :param share: the share of the run tree below the node, if all options lead to equally many runs.
     """
 
     point: Point
@@ -101,7 +102,7 @@ class Graph:
     """The explored graph.
 
     :param faults: the maximum number of faults in a run.
-    :param depth: the number of first choice points with unusual options; None for all.
+    :param depth: see :class:`~cxbridge_explore.bounds.Bounds`.
     """
 
     def __init__(self, faults: int, depth: int | None) -> None:
@@ -110,7 +111,7 @@ class Graph:
         self.links: dict[Edge, int] = {}  # target node of each edge that ends at a node
         self.open: dict[Edge, None] = {ROOT: None}  # unexplored edges, in the order of discovery
         self.merged = 0  # number of runs that reached a known state
-        self.used: set[Used] = set()  # parts of the agent used by the runs, if recorded
+        self.used: set[Used] = set()  # parts of the agent that the runs used, if recorded
         # Explored share of the run tree. Knuth's estimate: the options of a node lead to equally many runs.
         self.explored = 0.0
         self._faults = faults
@@ -136,20 +137,20 @@ class Graph:
         self.open = dict.fromkeys(saved.open)
         self._node_of_state = saved.node_of_state
         self.used = set(saved.used)
-        self.merged = len(self.links) - len(self.nodes)
+        self.merged = len(self.links) - len(self.nodes)  # one link per node is of its first run
         self.explored = 1.0 - sum(map(self._share, self.open))
 
     # ---- reports of runs
 
-    def reached(self, edge: Edge, point: Point, digest: bytes) -> int | None:
+    def record_choice_point(self, edge: Edge, point: Point, digest: bytes) -> int | None:
         """Record that the run on an open edge has reached a choice point.
 
-        :param digest: the digest of its state; empty to compare no states.
-        :returns: the new node, whose edges are now open; None if the state is known.
+        :param digest: the digest of the run's state; empty if the state cannot be compared.
+        :returns: the number of the new node, whose edges are now open; None if the state is known.
         """
         del self.open[edge]
         faults = self.faults_of(edge)
-        if digest:  # States are equal only if the bounds leave the same options.
+        if digest:  # states are equal only if the bounds leave the same options
             digest = b"%b %d %d" % (digest, faults, point.index if self._depth is not None else 0)
         equal_node = self._node_of_state.get(digest) if digest else None
         if equal_node is not None:
@@ -166,7 +167,7 @@ class Graph:
             self.open[number, option] = None
         return number
 
-    def ended(self, edge: Edge, leaf: Leaf) -> None:
+    def record_end(self, edge: Edge, leaf: Leaf) -> None:
         """Record the end of the run on an open edge."""
         del self.open[edge]
         self.leaves[edge] = leaf
@@ -177,14 +178,20 @@ class Graph:
     def faults_of(self, edge: Edge) -> int:
         """Return the number of faults of a run on an edge."""
         number, option = edge
-        if number < 0:
+        if edge == ROOT:
             return 0
         node = self.nodes[number]
         return node.faults + node.point.options[option].faults
 
+    def point_number(self, edge: Edge) -> int:
+        """Return the number of the first choice point after an edge, in a run on the edge."""
+        number, _ = edge
+        return 0 if edge == ROOT else self.nodes[number].point.index + 1
+
     def _share(self, edge: Edge) -> float:
-        number = edge[0]
-        return 1.0 if number < 0 else self.nodes[number].share / len(self.options(number))
+        """Return the share of the run tree below an edge."""
+        number, _ = edge
+        return 1.0 if edge == ROOT else self.nodes[number].share / len(self.options(number))
 
     def options(self, number: int) -> list[int]:
         """Return the options to explore at a node, the usual one first."""
@@ -199,7 +206,7 @@ class Graph:
         ]
 
     def cycles(self) -> list[int]:
-        """Return a node of each cycle, in which a run never ends."""
+        """Return a node of each cycle. A run in a cycle never ends."""
         # Kahn's algorithm, from the ends of the runs backwards.
         successors: dict[int, list[int]] = {}
         for (number, _), target in self.links.items():
@@ -210,18 +217,20 @@ class Graph:
             for target in targets:
                 predecessors.setdefault(target, set()).add(number)
         ends = [number for number in range(len(self.nodes)) if number not in open_successors]
-        while ends:  # Remove nodes that only lead to ends; the remaining nodes are on a cycle or lead to one.
+        while (
+            ends
+        ):  # remove nodes that only lead to ends; the remaining nodes are on a cycle or lead to a cycle
             for number in predecessors.get(ends.pop(), ()):
                 open_successors[number] -= 1
                 if not open_successors[number]:
                     ends.append(number)
         endless = {number for number, count in open_successors.items() if count and number >= 0}
-        return self._entries(endless, successors)
+        return self._first_nodes(endless, successors)
 
     @staticmethod
-    def _entries(endless: set[int], successors: dict[int, list[int]]) -> list[int]:
+    def _first_nodes(endless: set[int], successors: dict[int, list[int]]) -> list[int]:
         """Return the first node of each cycle."""
-        entries = []
+        first_nodes = []
         on_cycles: set[int] = set()
         for number in sorted(endless):
             reachable: set[int] = set()
@@ -231,18 +240,19 @@ class Graph:
                     if target in endless and target not in reachable:
                         reachable.add(target)
                         pending.append(target)
-            # A node that reaches itself is on a cycle; further nodes of that cycle are no further cycle.
+            # A node that reaches itself is on a cycle; the further nodes of that cycle are not reported.
             if number in reachable and not on_cycles & reachable:
-                entries.append(number)
+                first_nodes.append(number)
                 on_cycles |= reachable
-        return entries
+        return first_nodes
 
     def edges_to(self, edge: Edge) -> list[Edge]:
         """Return the edges from the first choice of a run to an edge."""
         path = []
         while edge != ROOT:
             path.append(edge)
-            edge = self.nodes[edge[0]].edge
+            number, _ = edge
+            edge = self.nodes[number].edge
         return path[::-1]
 
     def path_to(self, edge: Edge) -> ChoicePath:

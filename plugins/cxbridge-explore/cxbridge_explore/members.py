@@ -40,8 +40,8 @@ def explore(
     :param cx: the fixture.
     :param properties: names or forms of properties; by default those of the command.
     :param faults: the maximum number of faults in a run.
-    :param depth: the number of first choice points with unusual options; None for all.
-    :param world: the file of possible events; by default the one in the scenario's folder.
+    :param depth: see :class:`~cxbridge_explore.bounds.Bounds`.
+    :param world: the file of possible events; by default ``world.yaml`` in the scenario's folder.
     :param timeout: the limit of a run's clock in seconds.
     :param options: further options of the command, such as ``config`` and ``spec``.
     :raises AssertionError: if a property is violated.
@@ -51,7 +51,7 @@ def explore(
     result = explore_scenario(
         run_options,
         Bounds(faults=faults, depth=depth),
-        # A fork has none of the other threads, but keeps the locks that they hold.
+        # A copy lacks the other threads of this process, but keeps the locks that they hold.
         ExecutionOptions(fork=HAS_FORK and threading.active_count() == 1),
         properties=properties_of(run_options, properties),
         world=None if world is None else read_world(cx.find(world)),
@@ -62,9 +62,9 @@ def explore(
 
 
 def assert_properties(run: AgentRun, *properties: str | Property, timeout: float = 600.0) -> None:
-    """Run to the end and check properties on the way. Afterwards the agent is finalised.
+    """Run to the end while properties are checked, and finalise the agent.
 
-    :param properties: names of built-in properties, or forms; they are watched from now on.
+    :param properties: the names of built-in properties, or forms. The properties are watched from now on.
     :param timeout: the limit of the run's clock in seconds.
     :raises AssertionError: if a property is violated.
     """

@@ -24,8 +24,8 @@ class ExploredRun(JudgedRun):
     :param chooser: decides at each choice point.
     :param world: the possible events; None for the file in the scenario's folder.
     :param make: makes the program to run.
-    :param briefly: stop at the first violation.
-    :param coverage: record the used parts of the agent.
+    :param briefly: whether to stop at the first violation.
+    :param coverage: whether to record the used parts of the agent.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class ExploredRun(JudgedRun):
         self.world.watchers.append(self.properties)
 
     def used(self) -> tuple[Used, ...]:
-        """Return the newly used parts of the agent since the last call."""
+        """Return the parts of the agent that were used for the first time since the last call."""
         return () if self._use is None else self._use.new_parts()
 
     def play(self) -> tuple[RunResult, WorldResult]:
@@ -75,6 +75,7 @@ class ExploredRun(JudgedRun):
         )
 
     def _is_cut(self) -> bool:
+        """Return whether the run cannot continue, or need not: a violation suffices if it is brief."""
         is_violated = self.properties.check()
         return super()._is_cut() or (self._briefly and is_violated)
 
@@ -83,7 +84,7 @@ MakeRun = Callable[[Chooser], ExploredRun]  # makes a run with a chooser
 
 
 def failure(error: Exception) -> Leaf:
-    """Return the end of a run that raised an exception."""
+    """Return the leaf of a run that raised an exception."""
     if isinstance(error, DivergedError):
         return Leaf(DIVERGED, str(error), 0.0)
     if isinstance(error, CxbridgeError):

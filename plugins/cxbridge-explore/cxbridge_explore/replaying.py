@@ -1,4 +1,4 @@
-"""Explores without fork: each run starts from the beginning, one after the other."""
+"""Explores without fork: the runs are played one after the other, each from the beginning."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ class _ReportingChooser:
     """Takes the usual options, reports each choice point to the graph, and leaves its further options open.
 
     :param edge: the open edge to explore.
-    :param free: the number of the first choice point after the edge.
+    :param first_reported: the number of the first choice point after the edge.
     """
 
-    def __init__(self, graph: Graph, edge: Edge, free: int) -> None:
+    def __init__(self, graph: Graph, edge: Edge, first_reported: int) -> None:
         self.edge = edge
-        self.digest: Digest = lambda _: (b"", "")
-        self.hidden = ""
+        self.digest: Digest = lambda _: (b"", "")  # replaced as soon as the run is made
+        self.unmerged_reason = ""
         self._graph = graph
-        self._free = free
+        self._first_reported = first_reported
 
     def choose(self, index: int, point: ChoicePoint) -> int:
-        if index < self._free:
+        if index < self._first_reported:
             return USUAL
-        digest, self.hidden = self.digest(point)
-        number = self._graph.reached(self.edge, as_point(index, point), digest)
+        digest, self.unmerged_reason = self.digest(point)
+        number = self._graph.record_choice_point(self.edge, as_point(index, point), digest)
         if number is None:
             raise _MergedError
         self.edge = number, USUAL
@@ -49,30 +49,32 @@ def explore_by_replay(
     :param merge: whether to compare states.
     :returns: the reasons why states were not compared.
     """
-    hidden: dict[str, None] = {}
+    unmerged_reasons: dict[str, None] = {}
     while graph.open and not is_over():
         edge = next(reversed(graph.open))  # depth-first, as with processes
-        number = edge[0]
-        chooser = _ReportingChooser(graph, edge, 0 if number < 0 else graph.nodes[number].point.index + 1)
+        chooser = _ReportingChooser(graph, edge, graph.point_number(edge))
         # The chooser follows the path to the edge, and explores the usual options from there on.
         with make(PathChooser(graph.path_to(edge), chooser)) as run:
             chooser.digest = state_digest(run, merge=merge)
             leaf = _play(run)
             graph.used.update(run.used())
         if leaf is not None:
-            graph.ended(chooser.edge, leaf)
-        if chooser.hidden:
-            hidden[chooser.hidden] = None
-    return tuple(hidden)
+            graph.record_end(chooser.edge, leaf)
+        if chooser.unmerged_reason:
+            unmerged_reasons[chooser.unmerged_reason] = None
+    return tuple(unmerged_reasons)
 
 
 def _play(run: ExploredRun) -> Leaf | None:
-    """Play a run; None if it reached a known state."""
+    """Play a run and return its end; None if the run reached a known state.
+
+    :raises CxbridgeError: if the agent is broken, or the run diverges from its path.
+    """
     try:
         return run.leaf()
     except _MergedError:
         return None
     except CxbridgeError:
-        raise
+        raise  # ends the exploration
     except Exception as error:  # noqa: BLE001 - an agent's Python code may raise anything
         return failure(error)

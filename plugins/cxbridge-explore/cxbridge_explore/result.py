@@ -20,15 +20,15 @@ class ExploreResult:
     """The result of an exploration.
 
     :param properties: the properties of every run.
-    :param hidden: the reasons why states were not compared.
+    :param unmerged_reasons: the reasons why states were not compared.
     :param cpu_seconds: the processor time of all processes.
     :param wall_seconds: the real time.
-    :param counterexamples: by property.
+    :param counterexamples: the counterexamples by property.
     """
 
     graph: Graph
     properties: tuple[Property, ...]
-    hidden: tuple[str, ...]
+    unmerged_reasons: tuple[str, ...]
     cpu_seconds: float
     wall_seconds: float
     counterexamples: Mapping[str, Counterexample] = field(default_factory=dict)
@@ -40,10 +40,10 @@ class ExploreResult:
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """The number of runs by outcome."""
+        """The number of runs by outcome; the outcome of a run in a cycle is ``endless``."""
         counts = Counter(leaf.outcome for leaf in self.graph.leaves.values())
         counts.update({"endless": len(self.graph.cycles())})
-        return dict(sorted((+counts).items()))
+        return dict(sorted((+counts).items()))  # the plus drops an outcome without runs
 
     @property
     def violations(self) -> list[dict[str, Any]]:
@@ -59,10 +59,10 @@ class ExploreResult:
         for edge, leaf in graph.leaves.items():
             if leaf.is_given_up and any(property_.name == RUN_ENDS for property_ in self.properties):
                 row = {"property": RUN_ENDS, "message": leaf.reason, "seconds": leaf.seconds}
-                # It has no counterexample, since that run would not end either.
+                # No counterexample is written: a run that plays it again would not end either.
                 violations.setdefault(RUN_ENDS, self._violation(row, edge) | {"is_given_up": True})
         for number in graph.cycles():
-            node, message = graph.nodes[number], "the run comes to the same state again and again"
+            node, message = graph.nodes[number], "the run reaches the same state again and again"
             row = {"property": RUN_ENDS, "message": message, "seconds": node.point.seconds}
             violations.setdefault(RUN_ENDS, self._violation(row, node.edge))
         for name, example in self.counterexamples.items():
@@ -96,7 +96,7 @@ class ExploreResult:
             "outcomes": self.outcomes,
             "violations": self.violations,
             "vacuous": self.vacuous,
-            "not_merged": list(self.hidden),
+            "not_merged": list(self.unmerged_reasons),
             "cpu_seconds": round(self.cpu_seconds, 3),
             "wall_seconds": round(self.wall_seconds, 3),
         }
@@ -116,7 +116,7 @@ class ExploreResult:
             for name in ("recording", "test"):
                 if violation[name] is not None:
                     yield f"  {name}: {violation[name]}"
-        for text in self.hidden:
+        for text in self.unmerged_reasons:
             yield f"equal states were not merged: {text}"
         if self.vacuous:
             yield f"no run could have violated: {', '.join(self.vacuous)}"

@@ -26,17 +26,19 @@ if TYPE_CHECKING:
     from cxbridge_explore.playing import ExploredRun
     from cxbridge_explore.worlds.points import ChoicePoint
 
-# Features without hidden state: it is in facts or on the blackboard, or never changes.
+# The features without hidden state: their state is in facts or on the blackboard, or never changes.
 _STATELESS_FEATURES: Final = frozenset(
     {"blackboard", "config", "redefine-warning", "pddl-parser", "navgraph", "motor-switch"}
 )
 
 _GENERATED: Final = re.compile(r"gen\d+")
 _EPOCH_S: Final = VIRTUAL_EPOCH_US // MICROSECONDS
-# A number up to this many seconds after the epoch of the virtual clock is a time; runs are shorter.
-_LONGEST_S: Final = 10_000_000
+# A number counts as a time if it is at most this many seconds after the epoch of the virtual clock. No run is
+# longer.
+_MAX_RUN_S: Final = 10_000_000
 
 _MESSAGE_IDS: Final = frozenset({"msgid", "msg-id"})
+# The name after each opening parenthesis in CLIPS code, which includes the names of all called functions.
 _CALLED: Final = re.compile(r"\(([^\s()\"]+)")
 
 
@@ -44,7 +46,7 @@ _CALLED: Final = re.compile(r"\(([^\s()\"]+)")
 _REQUEST_AGAIN_S: Final = 3.0
 
 
-# Returns the digest of a state and an empty text; or an empty digest and the reason.
+# Returns the digest of the state at a choice point and an empty text; or an empty digest and the reason.
 Digest = Callable[["ChoicePoint"], tuple[bytes, str]]
 
 
@@ -57,7 +59,7 @@ def state_digest(run: ExploredRun, *, merge: bool) -> Digest:
 
 
 class HiddenStateError(Exception):
-    """A part of the run's state is hidden."""
+    """A part of the run's state is hidden, so that the state cannot be compared."""
 
 
 class StateReader:
@@ -113,7 +115,7 @@ class _Names:
         self._skills: dict[str, str] = {}
 
     def number_skill(self, skill: str, message: object) -> None:
-        """Record the id of a skill fact, which ends with its message id."""
+        """Record the id of a fact `skill`, which ends with the id of its message."""
         end = f"-{message}"
         if isinstance(message, int) and skill.endswith(end):
             number = self._messages.setdefault(message, len(self._messages))
@@ -128,7 +130,7 @@ class _Names:
                     slots["last-try"] = Symbol("long-ago")
 
     def plain(self, value: object) -> Hashable:
-        """Return a value in which differing times and names become equal."""
+        """Return a value with relative times, and with numbers in place of generated names."""
         if isinstance(value, str):
             value = self._skills.get(value, value)
             return _GENERATED.sub(self._rename, value) if "gen" in value else str(value)
@@ -141,7 +143,7 @@ class _Names:
         return repr(value)
 
     def _sequence(self, values: tuple[object, ...] | list[object]) -> Hashable:
-        """Return the values of a sequence; a pair of seconds and microseconds is one time."""
+        """Return the values of a sequence. A pair of seconds and microseconds becomes one time."""
         items: list[Hashable] = []
         number = 0
         while number < len(values):
@@ -156,7 +158,7 @@ class _Names:
 
     @staticmethod
     def _is_time(value: float) -> bool:
-        return 0 <= value - _EPOCH_S < _LONGEST_S
+        return 0 <= value - _EPOCH_S < _MAX_RUN_S
 
     def slots(self, values: Mapping[str, object]) -> Hashable:
         """Return the slots of a fact, or the fields of an interface."""
@@ -172,6 +174,10 @@ class _Names:
 
 
 def _agent_state(agent: Run, names: _Names) -> Hashable:
+    """Return the state of an agent and its blackboard.
+
+    :raises HiddenStateError: if rules fire, a planner works, or messages wait.
+    """
     env, goals = agent.executive.env, agent.executive.goals
     if env.is_firing or env.agenda_size_at_least(1):
         raise HiddenStateError("a choice was made while rules fired")
@@ -185,7 +191,7 @@ def _agent_state(agent: Run, names: _Names) -> Hashable:
             names.blur_last_try(slots, _REQUEST_AGAIN_S)
     return (
         tuple((template, names.slots(slots)) for _, template, slots in facts),
-        _globals(env, names),
+        _global_values(env, names),
         (env.quit_requested, env.is_ended, bool(env.faults), agent.executive.skills.running),
         # these decide the verdict on the run
         (bool(goals.outcomes), goals.outcomes.total() > goals.outcomes["COMPLETED"]),
@@ -193,7 +199,7 @@ def _agent_state(agent: Run, names: _Names) -> Hashable:
     )
 
 
-def _globals(env: ClipsEnvironment, names: _Names) -> Hashable:
+def _global_values(env: ClipsEnvironment, names: _Names) -> Hashable:
     variables = map(decode, map(lib.DefglobalName, _walk(env, lib.GetNextDefglobal)))
     return tuple((name, names.plain(env.eval(f"?*{name}*"))) for name in variables)
 
@@ -210,6 +216,10 @@ def _walk(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> 
 
 
 def _board_state(board: LocalBlackBoard, names: _Names) -> Hashable:
+    """Return the state of the interfaces.
+
+    :raises HiddenStateError: if messages wait for their handling.
+    """
     interfaces = []
     for memory in board.memories():
         info, instances = memory.info(), memory.instances()
@@ -257,6 +267,7 @@ def _drawing_functions(env: ClipsEnvironment) -> set[str]:
         called = set(_CALLED.findall("" if text == NULL else decode(text)))
         calls[decode(lib.DeffunctionName(function))] = called
     drawing = {"random", "seed"}
+    # add the callers of drawing functions until none is left
     while callers := {name for name, called in calls.items() if called & drawing} - drawing:
         drawing |= callers
     return drawing

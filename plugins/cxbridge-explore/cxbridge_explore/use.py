@@ -1,4 +1,4 @@
-"""The parts of their agents that runs use: rules, modes and outcomes of goals, actions, skills."""
+"""The parts of agents that runs use: rules, modes and outcomes of goals, actions, skills."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 from cxbridge.events import Event, EventBus, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
 from cxbridge.run.agent import Run
 
-# Kind of a part, its name, and the mode or outcome of a goal. The kinds are the names of the counts in
+# The kind of a part, its name, and the mode or outcome of a goal. The kinds are the names of the counts in
 # `cxbridge_studio.explain.coverage.model.RecordedUse`.
 Used = tuple[str, str, str]
 
@@ -18,7 +18,7 @@ _EVENTS: Final = (RuleFired, GoalTransition, PlanActionTransition, SkillStatus)
 class UseWatch:
     """Records the parts of an agent that a run uses. A forked process keeps the record.
 
-    :param agents: agents that are not started yet.
+    :param agents: the agents, which are not started yet.
     """
 
     def __init__(self, bus: EventBus, agents: Iterable[Run]) -> None:
@@ -29,7 +29,7 @@ class UseWatch:
             agent.executive.env.watcher.rules.set((), on=True)
 
     def new_parts(self) -> tuple[Used, ...]:
-        """Return the parts used for the first time since the last call."""
+        """Return the parts that were used for the first time since the last call."""
         parts = tuple(self._new_parts)
         self._new_parts.clear()
         return parts

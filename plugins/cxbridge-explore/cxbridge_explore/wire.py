@@ -1,8 +1,8 @@
 """The messages between the processes of an exploration, as frames over a Unix socket.
 
 A process reports to the coordinator and obeys its orders. A run that reaches a choice point sends
-:class:`Reached`, and then gets orders: :class:`Fork` for each option but the last, :class:`Continue` for the
-last one; or :class:`Leave` if the state is known.
+:class:`Reached`, and then gets orders: :class:`Fork` for each option except the last option, and
+:class:`Continue` for the last option; or :class:`Leave` if the state is known.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _LENGTH = struct.Struct("!I")
 class Hello(Struct, frozen=True, tag=True):
     """A process has started for an edge; without an edge, it has loaded the scenario.
 
-    :param pid: 0 if it is sent before the fork.
+    :param pid: the id of the process; 0 in the message that is sent before the fork.
     """
 
     pid: int
@@ -33,15 +33,15 @@ class Hello(Struct, frozen=True, tag=True):
 class Reached(Struct, frozen=True, tag=True):
     """The run has reached a choice point.
 
-    :param digest: the digest of its state; empty if states are not compared.
-    :param hidden: the reason for an empty digest.
+    :param digest: the digest of the state; empty if states are not compared.
+    :param unmerged_reason: the reason for an empty digest.
     :param cpu_s: the processor time of this process.
     :param used: the parts of the agent used since the last report.
     """
 
     point: Point
     digest: bytes
-    hidden: str
+    unmerged_reason: str
     cpu_s: float
     used: tuple[Used, ...] = ()
 
@@ -70,13 +70,14 @@ class Refused(Struct, frozen=True, tag=True):
 class Play(Struct, frozen=True, tag=True):
     """Start a run that follows a path to an edge.
 
-    :param choices: index, subject and option of each choice.
-    :param free: the number of the first choice point to report; earlier points take the usual option.
+    :param choices: the index, the subject and the option of each unusual choice.
+    :param first_reported: the number of the first choice point to report; at earlier points outside of the
+        path, the usual option is taken.
     """
 
     edge: tuple[int, int]
     choices: tuple[tuple[int, str, str], ...]
-    free: int
+    first_reported: int
 
 
 class Fork(Struct, frozen=True, tag=True):
@@ -92,7 +93,7 @@ class Continue(Struct, frozen=True, tag=True):
 
 
 class Leave(Struct, frozen=True, tag=True):
-    """Exit: no option is left."""
+    """Exit, since the state is known."""
 
 
 Report = Hello | Reached | Ended | Refused
@@ -104,7 +105,7 @@ _orders: Decoder[Order] = Decoder(Order)
 
 
 def frame(message: Report | Order) -> bytes:
-    """Return a message with its length before it."""
+    """Return the bytes of a message, preceded by their number."""
     data = _encoder.encode(message)
     return _LENGTH.pack(len(data)) + data
 
@@ -131,7 +132,10 @@ class Link:
         return _orders.decode(self._exactly(size))
 
     def _exactly(self, size: int) -> bytes:
-        """Return the next bytes; a socket may return fewer at once."""
+        """Return the next ``size`` bytes, which may arrive in several pieces.
+
+        :raises EOFError: if the coordinator is gone.
+        """
         data = b""
         while len(data) < size:
             chunk = self._socket.recv(size - len(data))

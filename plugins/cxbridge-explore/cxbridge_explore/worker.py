@@ -20,12 +20,13 @@ from cxbridge_explore.use import Used
 from cxbridge_explore.wire import Continue, Ended, Fork, Hello, Link, Order, Play, Reached, Refused
 from cxbridge_explore.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
 
-# New objects between two garbage collections in a copy: a collection touches shared pages.
+# The number of new objects before a garbage collection in a copy. Collections are rare, since they touch the
+# pages that the copy shares with its parent.
 _GENERATION_SIZE = 50_000
 
 
 class Process:
-    """The current process: its connection, and its forked copies.
+    """The current process: its connection to the coordinator, and its forked copies.
 
     :param address: the path of the coordinator's socket.
     """
@@ -67,22 +68,22 @@ class Process:
 class ForkingChooser:
     """A chooser that reports each choice point to the coordinator, and forks on its orders.
 
-    :param free: the number of the first open choice point; earlier points take the usual option.
-    :param digest: returns the digest of a state, or an empty digest and the reason.
+    :param first_reported: see :class:`~cxbridge_explore.wire.Play`.
+    :param digest: returns the digest of a state, or an empty digest with the reason.
     :param used: returns the parts of the agent used since the last call.
     """
 
     def __init__(
-        self, process: Process, free: int, digest: Digest, used: Callable[[], tuple[Used, ...]]
+        self, process: Process, first_reported: int, digest: Digest, used: Callable[[], tuple[Used, ...]]
     ) -> None:
         self._process = process
-        self._free = free
+        self._first_reported = first_reported
         self._digest = digest
         self._used = used
 
     def choose(self, index: int, point: ChoicePoint) -> int:
         """Return the ordered option; exit if no option is left."""
-        if index < self._free:
+        if index < self._first_reported:
             return USUAL
         try:
             self._process.link.send(
@@ -93,11 +94,13 @@ class ForkingChooser:
             exit_process(1)  # the coordinator is gone
 
     def _obey(self) -> int:
+        """Obey orders until the run of this process has an option to take."""
         while True:
             match self._process.link.receive():
                 case Fork(edge):
                     if self._process.copy(edge):
-                        return edge[1]
+                        _, option = edge
+                        return option
                 case Continue(option):
                     return option
                 case _:
@@ -132,7 +135,7 @@ def serve(address: str, make: MakeRun, *, merge: bool) -> NoReturn:
 
     :param merge: whether to compare states.
     """
-    forking.let_signals_end()  # Ctrl-C also reaches the coordinator, which ends this process.
+    forking.let_signals_end()  # the coordinator, which Ctrl-C reaches too, ends this process
     random.seed()  # A different seed in each process reveals agents that use random numbers without a seed.
     try:
         process = Process(address)
@@ -156,7 +159,7 @@ def _serve(process: Process, make: MakeRun, *, merge: bool) -> NoReturn:
         exit_process()
     digest = state_digest(run, merge=merge)
     gc.collect()
-    gc.freeze()
+    gc.freeze()  # no collection touches the pages that the copies share with this process
     gc.set_threshold(_GENERATION_SIZE, 10, 10)
     process.link.send(Hello(os.getpid()))
     while True:
@@ -164,7 +167,7 @@ def _serve(process: Process, make: MakeRun, *, merge: bool) -> NoReturn:
         if not isinstance(order, Play):
             exit_process()
         if process.copy(order.edge):
-            deferred.chooser = ForkingChooser(process, order.free, digest, run.used)
+            deferred.chooser = ForkingChooser(process, order.first_reported, digest, run.used)
             _play(process, run, deferred, order)
 
 

@@ -36,7 +36,7 @@ class _Agent(ScenarioOptions, SourceOptions, BrokenOptions):
     """Options that select the agent."""
 
     timeout: Annotated[
-        float, typer.Option(help="Seconds of a run's clock until it is given up.", show_default=True)
+        float, typer.Option(help="The time limit of a run, in seconds of its clock.", show_default=True)
     ] = 600.0
 
 
@@ -48,7 +48,7 @@ class _Judging:
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="The world, i.e. possible outcomes and times; by default the scenario's world.yaml.",
+            help="The world: the possible outcomes and times; by default the scenario's world.yaml.",
             show_default=False,
         ),
     ] = None
@@ -57,22 +57,24 @@ class _Judging:
         typer.Option(
             "--property",
             metavar="NAME|FORM",
-            help="Watch this property, e.g. 'never (goal (mode FAILED))'. Repeatable; by default those that "
-            "are built in, and those of properties.yaml in the scenario's folder.",
+            help="Watch this property, e.g. 'never (goal (mode FAILED))'. Repeatable; by default the "
+            "built-in properties and the properties of properties.yaml in the scenario's folder.",
         ),
     ] = ()
     out: Annotated[
-        Path, typer.Option(metavar="FOLDER", help="Where the recording and the test of each violation go.")
+        Path,
+        typer.Option(metavar="FOLDER", help="The folder for the recording and the test of each violation."),
     ] = Path("out/explore")
     coverage: Annotated[
-        bool, typer.Option("--coverage", help="Say which rules, goals and actions no run has reached.")
+        bool, typer.Option("--coverage", help="Print the rules, goals and actions that no run has reached.")
     ] = False
     html: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Write a page, live while it explores: a map of the runs, what faults lead to, and what no "
-            "run has reached. Its bars open pages of the runs, in a folder next to it.",
+            help="Write a page, updated during the exploration: a map of the runs, the effects of faults, "
+            "and the parts of the agent that no run has reached. Its bars open pages of the runs, in a "
+            "folder next to it.",
             show_default=False,
         ),
     ] = None
@@ -109,9 +111,9 @@ def explore(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Run a scenario in every way that its world can go, with at most K faults.
+    """Run a scenario in every way that its world allows, with at most K faults.
 
-    Exit status: 0 no property is violated; 1 some are; 2 bad input; 3 not complete.
+    Exit status: 0 no property is violated; 1 a property is violated; 2 bad input; 3 not complete.
 
     Example: cxbridge explore test-scenario --faults 2
     """
@@ -158,7 +160,7 @@ def explore(
 
 
 def _draw(file: Path, command: str, result: ExploreResult) -> None:
-    """Write the page of an exploration that continues."""
+    """Write the page of an exploration that is still running."""
     from cxbridge_explore.map.page import write_page
 
     write_page(result, None, file, command, is_live=True)
@@ -207,7 +209,7 @@ def _with_counterexamples(
     counterexamples = {}
     for violation in result.violations:
         if violation.get("is_given_up"):
-            continue
+            continue  # the run would not end this time either
         name = violation["property"]
         # A counterexample plays more runs, which take seconds if rules fire endlessly.
         say(f"{name} is violated: {violation['message']}; its counterexample follows", err=True, flush=True)
@@ -234,6 +236,6 @@ def _write_checkpoint(result: ExploreResult, identity: ProgramIdentity, file: Pa
     try:
         write_checkpoint(file, result.graph, identity)
     except OSError as error:
-        complain(f"{file}: the exploration cannot be kept: {error.strerror}")
+        complain(f"{file}: the checkpoint cannot be written: {error.strerror}")
     else:
-        say(f"cxbridge: interrupted; go on with --resume {file}", err=True)
+        say(f"cxbridge: interrupted; continue with --resume {file}", err=True)

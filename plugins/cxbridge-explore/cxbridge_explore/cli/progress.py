@@ -1,4 +1,4 @@
-"""A bar that shows how far a long piece of work is."""
+"""A progress bar for long work."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cxbridge.printing import terminal_of
 
 @contextmanager
 def progress(name: str, total: int) -> Iterator[Callable[[], None]]:
-    """Show the progress, on a terminal; yields the function to call after each step."""
+    """Show a progress bar if standard error is a terminal. Yields the function to call after each step."""
     if not sys.stderr.isatty():
         yield lambda: None
         return

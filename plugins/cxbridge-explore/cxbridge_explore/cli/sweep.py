@@ -1,4 +1,4 @@
-"""``cxbridge sweep``: plays thousands of runs in drawn worlds."""
+"""``cxbridge sweep``: plays thousands of runs in random worlds."""
 
 from __future__ import annotations
 
@@ -41,11 +41,13 @@ class _AgentOptions(ScenarioOptions, SourceOptions):
 class _SweepOptions:
     """Options of the runs and the engine."""
 
-    runs: Annotated[int, typer.Option(min=1, help="How many runs.")] = 1000
+    runs: Annotated[int, typer.Option(min=1, help="The number of runs.")] = 1000
     seed: Annotated[int, typer.Option(help="The seed of the first run; later runs count up from it.")] = 0
     against: Annotated[
         Path | None,
-        typer.Option(metavar="SCENARIO", help="A second agent, in the same worlds.", show_default=False),
+        typer.Option(
+            metavar="SCENARIO", help="A second agent, which plays in the same worlds.", show_default=False
+        ),
     ] = None
     world: Annotated[
         Path | None,
@@ -55,21 +57,27 @@ class _SweepOptions:
             show_default=False,
         ),
     ] = None
-    timeout: Annotated[float, typer.Option(min=0, help="Seconds of its clock that a run may take.")] = 600.0
+    timeout: Annotated[
+        float, typer.Option(min=0, help="The time limit of a run, in seconds of its clock.")
+    ] = 600.0
     jobs: Annotated[
-        int, typer.Option(min=0, help="Processes on this machine; 0: as many as it has processors.")
+        int, typer.Option(min=0, help="The number of processes on this machine; 0: one per processor.")
     ] = 0
     resume: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Keep the result of each run in this file, and skip the runs that it has already.",
+            help="Store the result of each run in this file, and skip the runs that the file already has.",
             show_default=False,
         ),
     ] = None
-    engine: Annotated[str, typer.Option(metavar="local|dask://HOST:PORT", help="Who plays the runs.")] = (
-        _LOCAL
-    )
+    engine: Annotated[
+        str,
+        typer.Option(
+            metavar="local|dask://HOST:PORT",
+            help="The place where the runs are played: this machine or a Dask cluster.",
+        ),
+    ] = _LOCAL
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -77,10 +85,14 @@ class _SweepOutputs:
     """Options of the result."""
 
     csv: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a row for each run.", show_default=False)
+        Path | None,
+        typer.Option(metavar="FILE", help="Write a CSV file with a row for each run.", show_default=False),
     ] = None
     parquet: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The same as Parquet.", show_default=False)
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write a Parquet file with a row for each run.", show_default=False
+        ),
     ] = None
     page: Annotated[
         Path | None,
@@ -90,12 +102,13 @@ class _SweepOutputs:
 
 
 @option_groups
-def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> int:
-    """Play a scenario many times, each in a world drawn by its seed: which skills fail, how long they take.
+def sweep(agent: _AgentOptions, settings: _SweepOptions, outputs: _SweepOutputs) -> int:
+    """Play a scenario many times, each time in a random world: which skills fail, how long they take.
 
-    One seed is one world: the same run every time. With --against, a second agent meets the same worlds.
+    The seed determines the world, so a run can be repeated. With --against, a second agent plays in the same
+    worlds.
 
-    Exit status: 0 played; 1 no run of an agent came to its end; 2 bad input.
+    Exit status: 0 played; 1 no run of an agent reached its end; 2 bad input.
 
     Example: cxbridge sweep scenarios/courier --runs 10000 --html out/sweep.html
     """
@@ -103,19 +116,19 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
     from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
 
     check_folders(outputs.csv, outputs.parquet, outputs.page)
-    jobs = _jobs(agent, play)
+    jobs = _jobs(agent, settings)
     started = time.perf_counter()
-    seeds = range(play.seed, play.seed + play.runs)
+    seeds = range(settings.seed, settings.seed + settings.runs)
     with ExitStack() as stack:
-        file = None if play.resume is None else stack.enter_context(RowFile(play.resume))
-        engine = _engine(play, stack)
+        file = None if settings.resume is None else stack.enter_context(RowFile(settings.resume))
+        engine = _engine(settings, stack)
         sweeps = {name: _play(engine, name, job, seeds, file) for name, job in jobs.items()}
     wall_seconds = round(time.perf_counter() - started, 3)
     _write_files(sweeps, outputs)
     first, *others = sweeps.values()
     report: dict[str, Any] = {
         **SweepSummary(first).as_dict(),
-        "seed": play.seed,
+        "seed": settings.seed,
         "wall_seconds": wall_seconds,
     }
     comparison = None
@@ -129,44 +142,48 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
     else:
         _print_outcomes(report)
         if comparison is not None:
-            say(f"against {play.against}:")
+            say(f"against {settings.against}:")
             _print_outcomes(report["against"])
             _print_comparison(comparison)
     # The figures of an agent whose runs never end are meaningless, and a script must not use them.
     endless = [name for name, rows in sweeps.items() if not any(row.came_to_its_end for row in rows)]
     for name in endless:
-        say(f"{name}: no run came to its end, so the sweep says nothing of the agent", err=True)
+        say(f"{name}: no run reached its end, so the sweep says nothing about the agent", err=True)
     return 1 if endless else 0
 
 
-def _jobs(agent: _AgentOptions, play: _SweepOptions) -> dict[str, SweepJob]:
+def _jobs(agent: _AgentOptions, settings: _SweepOptions) -> dict[str, SweepJob]:
     """Return a job for each agent, by its name."""
     from cxbridge.run.options import RunOptions
     from cxbridge_explore.sweep.rows import SweepJob
 
-    # Without Skillers: the world decides how skills end.
-    options = RunOptions(**vars(agent), skiller="none", timeout=play.timeout)
-    jobs = {str(agent.scenario or agent.spec or "agent"): SweepJob(options, play.world)}
-    if play.against is not None:
-        jobs[str(play.against)] = SweepJob(dataclasses.replace(options, scenario=play.against), play.world)
+    # without Skillers, since the world decides how skills end
+    options = RunOptions(**vars(agent), skiller="none", timeout=settings.timeout)
+    jobs = {str(agent.scenario or agent.spec or "agent"): SweepJob(options, settings.world)}
+    if settings.against is not None:
+        jobs[str(settings.against)] = SweepJob(
+            dataclasses.replace(options, scenario=settings.against), settings.world
+        )
         if len(jobs) == 1:
-            raise CxbridgeError(f"--against names the same agent: {play.against}", hint="name another one")
+            raise CxbridgeError(
+                f"--against names the same agent: {settings.against}", hint="name another agent"
+            )
     for job in jobs.values():
         job.options.check()
     return jobs
 
 
-def _engine(play: _SweepOptions, stack: ExitStack) -> Engine:
+def _engine(settings: _SweepOptions, stack: ExitStack) -> Engine:
     """Return the engine that the options select; the stack closes it."""
     from cxbridge_explore.sweep.engine import LocalEngine
 
-    if play.engine == _LOCAL:
-        return LocalEngine(play.jobs or os.cpu_count() or 1)
-    if play.engine.startswith(_DASK):
+    if settings.engine == _LOCAL:
+        return LocalEngine(settings.jobs or os.cpu_count() or 1)
+    if settings.engine.startswith(_DASK):
         from cxbridge_explore.sweep.dask_engine import DaskEngine
 
-        return stack.enter_context(DaskEngine(play.engine.removeprefix(_DASK)))
-    raise CxbridgeError(f"--engine cannot be '{play.engine}'", hint=f"use {_LOCAL} or {_DASK}HOST:PORT")
+        return stack.enter_context(DaskEngine(settings.engine.removeprefix(_DASK)))
+    raise CxbridgeError(f"--engine cannot be '{settings.engine}'", hint=f"use {_LOCAL} or {_DASK}HOST:PORT")
 
 
 def _play(
@@ -174,7 +191,7 @@ def _play(
 ) -> list[RunRow]:
     """Return the rows of an agent, in the order of seeds.
 
-    :param file: provides earlier rows and keeps new ones; None to keep none.
+    :param file: provides the rows of earlier runs, and stores new rows; None to store none.
     """
     earlier_rows = {} if file is None else file.rows_of(name)
     rows = {seed: earlier_rows[seed] for seed in seeds if seed in earlier_rows}

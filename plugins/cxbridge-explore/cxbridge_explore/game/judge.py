@@ -19,6 +19,7 @@ PRODUCTION: Final = "PRODUCTION"  # phase in which points are awarded
 class GameState(NamedTuple):
     """The state of a game.
 
+    :param phase: the phase of the game, such as :data:`PRODUCTION`.
     :param machines: the state of each machine.
     """
 
@@ -40,7 +41,7 @@ class Judge(Protocol):
 
 
 class GameWatch:
-    """Records start and end of the production phase, and the changing states of machines."""
+    """Records the start and the end of the production, and the changing states of machines."""
 
     def __init__(self, judge: Judge, clock: Clock) -> None:
         self._judge, self._clock = judge, clock
@@ -65,7 +66,7 @@ class GameWatch:
                 changes.append((now_us, state))
 
     def seconds_at(self, time_us: int) -> float:
-        """Return a time of the run as seconds of the production; before the production, of the run."""
+        """Return the seconds since the start of the production, or of the run before the production."""
         begin_us = self._start_us if self._begin_us is None else self._begin_us
         return round((time_us - begin_us) / MICROSECONDS, 3)
 

@@ -23,14 +23,14 @@ class Game(Protocol):
 
     @property
     def run(self) -> RunOptions:
-        """The options of the run, with its agent and recordings."""
+        """The options of the run, such as its agent and recordings."""
 
     @property
     def quiet(self) -> Collection[str]:
         """The components whose log lines are shown only with ``--verbose``."""
 
     def of_agent(self, agent: Path) -> Self:
-        """Return the same game with the agent of ``--against``.
+        """Return the same game with another agent, that of ``--against``.
 
         :raises CxbridgeError: if the options of that agent contradict each other.
         """
@@ -62,7 +62,7 @@ class PlayedGame(Protocol):
     def game(self, run: RunOptions, *, minutes: float | None, world: Path | None, several: bool) -> Game:
         """Return the game.
 
-        :param run: the agent and its recordings.
+        :param run: the options of the run, such as its agent and recordings.
         :param minutes: the duration of the production; None for the game's default.
         :param world: the file of possible failures.
         :param several: whether several games are played.
@@ -99,12 +99,12 @@ def chosen_game(groups: Sequence[T]) -> T | None:
     """Return the group of options that selects a game, or None.
 
     :param groups: the groups with a given option.
-    :raises CxbridgeError: if several groups select a game, or options lack the game they belong to.
+    :raises CxbridgeError: if several groups select a game, or options are given without their game.
     """
     chosen = [group for group in groups if group.is_chosen]
     if len(chosen) > 1:
         names = " and ".join(type(group).__name__ for group in chosen)
-        raise CxbridgeError(f"the options name two games: {names}", hint="leave the options of one")
+        raise CxbridgeError(f"the options name two games: {names}", hint="leave out the options of one game")
     if not chosen:
         for group in groups:
             group.refuse()

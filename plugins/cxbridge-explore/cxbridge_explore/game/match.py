@@ -15,7 +15,7 @@ from cxbridge_explore.game.score import GameResult
 from cxbridge_explore.sweep.statistics import CONFIDENCE, Interval, mean_interval, quantiles
 from cxbridge_explore.sweep.summary import largest_differences
 
-_SHOWN_SEEDS: Final = 10  # seeds with the largest differences that are listed
+_MAX_SEEDS: Final = 10  # limit of listed seeds
 
 
 def play_games(
@@ -39,11 +39,11 @@ def play_games(
                 advance()
         except BrokenProcessPool:
             raise CxbridgeError(
-                "a process that played a game has died", hint="play fewer at once: --jobs 1"
+                "a process that played a game has died", hint="play fewer games at once: --jobs 1"
             ) from None
         finally:
             pool.shutdown(cancel_futures=True)
-    # The games ended in any order.
+    # The games ended in no particular order.
     return {name: {seed: by_seed[seed] for seed in seeds} for name, by_seed in results.items()}
 
 
@@ -51,7 +51,7 @@ def play_games(
 class GamesSummary:
     """The games of one agent.
 
-    :param results: by seed; at least one.
+    :param results: the results by seed; at least one.
     """
 
     results: Mapping[int, GameResult]
@@ -75,8 +75,8 @@ class GamesSummary:
 class Match:
     """The games of two agents on the same seeds.
 
-    :param first: results of the first agent by seed.
-    :param second: results of the second agent by seed.
+    :param first: the results of the first agent by seed.
+    :param second: the results of the second agent by seed.
     """
 
     first: Mapping[int, GameResult]
@@ -91,8 +91,8 @@ class Match:
         return {seed: float(self.second[seed].points - result.points) for seed, result in self.first.items()}
 
     def most_different_games(self) -> Iterator[tuple[int, int, int]]:
-        """Yield the seeds with the largest differences, with both agents' points."""
-        for seed in largest_differences(self._differences())[:_SHOWN_SEEDS]:
+        """Yield the seeds with the largest differences, with the points of both agents."""
+        for seed in largest_differences(self._differences())[:_MAX_SEEDS]:
             yield seed, self.first[seed].points, self.second[seed].points
 
     @property

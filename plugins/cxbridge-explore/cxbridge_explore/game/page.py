@@ -16,7 +16,7 @@ from cxbridge_explore.game.timeline import Span
 def write_page(result: GameResult, file: Path, command: str) -> None:
     """Write the page.
 
-    :param command: the command that makes the page again.
+    :param command: the command that reproduces the page, to show on the page.
     :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
     write_document(file, "game", f"Game of seed {result.seed}", as_document(result, command))
@@ -36,7 +36,10 @@ def as_document(result: GameResult, command: str) -> dict[str, Any]:
 
 
 def second_of(award: Award, seconds: float) -> float:
-    """Return the second of the production for points; points of other phases count at its start or end."""
+    """Return the second of the production at which points are shown.
+
+    Points of other phases are shown at the start or the end of the production.
+    """
     return min(award.game_time, seconds) if award.phase in (PRODUCTION, POST_GAME) else 0.0
 
 

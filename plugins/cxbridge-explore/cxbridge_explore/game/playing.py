@@ -43,7 +43,9 @@ def play_game(
 ) -> GameResult:
     """Play a game.
 
+    :param options: the options of the run.
     :param seed: the seed of failures.
+    :param judge: reports the state and the score.
     :param console: a sink for log lines.
     :param attach: called with each agent before the game.
     :raises KeyboardInterrupt: if a signal has ended the game; the recording is complete up to that point.
@@ -63,7 +65,7 @@ def play_game(
         watch = GameWatch(judge, assembly.clock)
         recorder = start_recording(assembly, options)
         stack.callback(recorder.close)
-        stack.callback(assembly.finalize)  # before the recorder closes, so that it is recorded
+        stack.callback(assembly.finalize)  # before the recorder closes, so that the shutdown is recorded
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
         assembly.loop.add(Hook.POST_LOOP, watch.record)
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)

@@ -22,7 +22,7 @@ ORDER: Final = "OrderInterface"
 # Type of a machine's interface, defined by the scenario: it has the fields `busy` and `piece`.
 MACHINE: Final = "MachineInterface"
 
-# States of a machine: empty; working; holding a finished product.
+# The states of a machine: empty, working, or holding a finished product.
 FREE: Final = "free"
 BUSY: Final = "busy"
 FULL: Final = "full"
@@ -56,11 +56,11 @@ class PublishedGame:
         :raises CxbridgeError: if no referee writes to a blackboard.
         """
         for agent in agents:
-            boards = [info for info in agent.board.list(GAME) if info.has_writer]
-            if boards:
-                written = [info for info in agent.board.list(ORDER) if info.has_writer]
-                orders = [_values_of(agent.board, info) for info in written]
-                return _score(_values_of(agent.board, boards[0]), orders)
+            games = [info for info in agent.board.list(GAME) if info.has_writer]
+            if games:
+                written_orders = [info for info in agent.board.list(ORDER) if info.has_writer]
+                orders = [_values_of(agent.board, info) for info in written_orders]
+                return _score(_values_of(agent.board, games[0]), orders)
         raise CxbridgeError(f"no referee writes a {GAME}", hint="see docs/games.md")
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
     from cxbridge.run.agent import Run
 
-# Configuration values with the paths of the referee's own values.
+# The configuration values that contain the paths of the referee's own values.
 SEED: Final = "/game/seed"
 MINUTES: Final = "/game/minutes"
 
@@ -34,7 +34,7 @@ class ScenarioGame:
     """A game of a scenario.
 
     :param run: the scenario, its configuration and recordings.
-    :param minutes: the duration of the production; None for the scenario's.
+    :param minutes: the duration of the production; None for the duration in the scenario.
     :param world: the file of possible failures; None for the scenario's ``world.yaml``, or no failures.
     """
 
@@ -63,7 +63,7 @@ class ScenarioGame:
         """
         file = self.world or find_world(source_of(self.run).config_file().parent)
         world = NOTHING_FAILS if file is None else read_world(file)
-        # Options of a run lay only files over its configuration.
+        # A run takes changes of its configuration only from files.
         with tempfile.TemporaryDirectory(prefix="cxbridge-game-") as folder:
             overlay = Path(folder) / "game.yaml"
             overlay.write_text(yaml.safe_dump(self._values(seed)))
@@ -85,12 +85,16 @@ def _overlays(options: RunOptions) -> tuple[Path, ...]:
 
 
 def _path(config: Configuration, file: Path, name: str) -> str:
+    """Return the path of the referee's own value, which the configuration names.
+
+    :raises CxbridgeError: if the configuration lacks the name or the value.
+    """
     path = config.get_str(name, default=None)
     if path is None:
         raise CxbridgeError(
             f"this scenario is not a game: its configuration has no {name}",
             file=file,
-            hint="it names the value that the referee takes it from: see docs/games.md",
+            hint="set it to the path of the referee's own value: see docs/games.md",
         )
     if not config.exists(path):
         raise CxbridgeError(f"{name} names '{path}', which the configuration does not have", file=file)

@@ -16,7 +16,8 @@ class Delivery:
     """A delivered product.
 
     :param complexity: the amount or kind of work, in the game's words.
-    :param game_time: seconds of the production.
+    :param order: the number of the order.
+    :param game_time: the time in seconds since the start of the production.
     """
 
     order: int
@@ -29,7 +30,7 @@ class Delivery:
 class Award:
     """Points that a team was awarded or has lost.
 
-    :param game_time: seconds of the phase.
+    :param game_time: the time in seconds since the start of the phase.
     :param category: the reason without names and numbers.
     """
 
@@ -45,8 +46,9 @@ class Award:
 class ProductOrder:
     """An ordered product.
 
-    :param begin: the first second of the production for a delivery in time.
-    :param end: the last such second.
+    :param order: the number of the order.
+    :param begin: the start of the delivery window, in seconds since the start of the production.
+    :param end: the end of the delivery window.
     """
 
     order: int
@@ -59,8 +61,8 @@ class ProductOrder:
 class Score:
     """The score of a game.
 
-    :param points: by team.
-    :param game_time: seconds of the phase.
+    :param points: the points by team.
+    :param game_time: the time in seconds since the start of the phase.
     :param orders: the announced orders.
     """
 
@@ -73,7 +75,7 @@ class Score:
 
     @property
     def categories(self) -> dict[str, dict[str, int]]:
-        """The points by team and category, in the order of first award."""
+        """The points by team and category, in the order of the first award."""
         points_by_category: dict[str, dict[str, int]] = {team: {} for team in self.points}
         for award in self.awards:
             points = points_by_category.setdefault(award.team, {})
@@ -100,9 +102,9 @@ class Score:
 class RobotWork:
     """The work of a robot, or another executor of skills, in a game.
 
-    :param busy_seconds: the time with skills.
-    :param idle_seconds: the time of the production without skills.
-    :param failed: the number of failures by error.
+    :param busy_seconds: the time in which skills were executed.
+    :param idle_seconds: the time of the production in which no skill was executed.
+    :param failed: the number of failed skills by error.
     """
 
     busy_seconds: float
@@ -115,9 +117,9 @@ class GameResult:
     """The result of a game.
 
     :param is_over: whether the game is finished.
-    :param wall_seconds: real time.
-    :param faults: errors of cxbridge.
-    :param undefined: constructs of the agent that CLIPS refused, with place and reason.
+    :param wall_seconds: the real time of the game.
+    :param faults: the errors of cxbridge itself.
+    :param undefined: the constructs of the agent that CLIPS rejected, with place and reason.
     :param timeline: the intervals of robots and machines.
     :param simtest: the result of the agent's own tests, ``SUCCEEDED`` or ``FAILED``; empty without tests.
     """
@@ -134,7 +136,7 @@ class GameResult:
 
     @property
     def points(self) -> int:
-        """The points of the playing team; its opponent is idle."""
+        """The points of the playing team, the maximum, since the opponent is idle."""
         return max(self.score.points.values(), default=0)
 
     @property

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field, replace
 class Span:
     """An interval of a skill, or of a state of a machine.
 
-    :param begin: seconds of the production; negative before it.
+    :param begin: the start in seconds since the start of the production; negative before the production.
+    :param end: the end, likewise.
     :param text: the skill or the state.
     :param status: the status of the skill as in :mod:`cxbridge.history.model`; empty for a state.
     :param error: the error of a failed skill.
@@ -28,8 +29,8 @@ class Timeline:
     """The intervals of robots and machines.
 
     :param seconds: the duration of the production.
-    :param skills: by robot, in order; including the time before the production.
-    :param machines: by machine, in order; during the production.
+    :param skills: the skills of each robot in order, including the time before the production.
+    :param machines: the states of each machine in order, during the production.
     """
 
     seconds: float = 0.0
@@ -38,7 +39,7 @@ class Timeline:
 
     @property
     def machine_use(self) -> dict[str, dict[str, float]]:
-        """The seconds of each machine in each state, longest first."""
+        """The seconds that each machine was in each state, the longest first."""
         seconds_by_state: dict[str, dict[str, float]] = {}
         for name, spans in self.machines.items():
             seconds: dict[str, float] = {}

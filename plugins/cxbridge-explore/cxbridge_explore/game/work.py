@@ -25,7 +25,7 @@ class WorkCount:
     :param start_us: the start of the run.
     """
 
-    events = (SkillStatus, InterfaceMessage, InterfaceWrite)  # event types to subscribe to
+    events = (SkillStatus, InterfaceMessage, InterfaceWrite)  # types of events to subscribe to
 
     def __init__(self, start_us: int) -> None:
         self._history = RunHistory(start_us=start_us)
@@ -38,7 +38,7 @@ class WorkCount:
     ) -> dict[str, tuple[Span, ...]]:
         """Return the skills of each robot.
 
-        :param robots: robots by the names of Skillers and executors.
+        :param robots: the robots by the names of their Skillers and executors.
         :param end_us: the end of the run.
         :param seconds_at: converts a time to seconds of the production.
         """
@@ -46,7 +46,7 @@ class WorkCount:
         end, start_us = clock.at(end_us), clock.first_us or 0
         spans_of_robots: dict[str, list[Span]] = {name: [] for name in sorted(set(robots.values()))}
         for call in self._history.calls:
-            name = _name(call)
+            name = _performer(call)
             robot = robots.get(name, name)
             begin_s = seconds_at(start_us + call.begin.time)
             end_s = seconds_at(start_us + (call.end.time if call.end else end))
@@ -78,15 +78,15 @@ def work_of(timeline: Timeline) -> dict[str, RobotWork]:
     return work_of_robots
 
 
-def _name(call: SkillExecution) -> str:
-    """Return the executor's name; of several agents with one Skiller each, the agent's name."""
+def _performer(call: SkillExecution) -> str:
+    """Return the name of the executor; for agents with one Skiller each, the name of the agent."""
     if call.env in ("", ENVIRONMENT):
         return call.skiller
     return call.env if call.skiller == DEFAULT_SKILLER else f"{call.env}/{call.skiller}"
 
 
 def _skill(call: SkillExecution, robot: str) -> str:
-    """Return the executed skill without an executor's feedback."""
+    """Return the executed skill without the feedback that an executor appends to it."""
     return (
         call.skill_string if call.env else call.skill_string.partition(": ")[0].removesuffix(f" of {robot}")
     )

@@ -14,9 +14,9 @@ from cxbridge_studio.explain.coverage.report import short_names
 
 
 def explored_coverage(options: RunOptions, used: Iterable[Used]) -> Coverage:
-    """Return the coverage of an agent. Its counts are 0 or 1."""
+    """Return the coverage of an agent by an exploration. A count is 1 for a used part, otherwise 0."""
     agent, use = AgentSources(), RecordedUse()
-    for source in scenario_sources(options):  # from the files: an exploration has no recording
+    for source in scenario_sources(options):  # from the files, since an exploration has no recording
         agent.add_source(source, core=False)
     for kind, name, detail in used:
         counts = getattr(use, kind)
@@ -51,7 +51,7 @@ def as_dict(coverage: Coverage) -> dict[str, Any]:
 
 
 def never_fired(coverage: Coverage) -> Iterable[tuple[str, int, str]]:
-    """Yield the rules without a firing: short name of the file, line, name."""
+    """Yield the rules that never fired: the short name of the file, the line, the name of the rule."""
     names = short_names(coverage.files)
     for name, file in zip(names, coverage.files, strict=True):
         for rule, count in file.rules:

@@ -27,11 +27,11 @@ def write_page(
 ) -> None:
     """Write the page.
 
-    :param coverage: None while it is unknown.
-    :param command: the command that makes the page again.
+    :param coverage: the coverage of the agent; None while it is unknown.
+    :param command: the command that reproduces the page, to show on the page.
     :param pages: the addresses of the pages of runs, by row.
-    :param stories: ``story`` and ``address`` of the counterexample of each violated property.
-    :param is_live: whether the exploration is still running, so that the page reloads itself.
+    :param stories: the ``story`` and the ``address`` of the counterexample of each violated property.
+    :param is_live: whether the exploration is still running; then the page reloads itself.
     :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
     document = as_document(result, coverage, command)
@@ -67,6 +67,6 @@ def _properties(result: ExploreResult) -> Iterator[dict[str, str]]:
             message = violation.get("words") or violation["message"]
             yield {"name": name, "verdict": "violated", "message": message}
         elif name in result.vacuous:
-            yield {"name": name, "verdict": "vacuous", "message": "no run could have violated it"}
+            yield {"name": name, "verdict": "vacuous", "message": "no run could have violated the property"}
         else:
             yield {"name": name, "verdict": "holds", "message": ""}

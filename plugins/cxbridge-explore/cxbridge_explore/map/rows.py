@@ -12,14 +12,14 @@ MERGED, OPEN = "merged", "open"
 
 @dataclass(slots=True)
 class MapRow:
-    """A run from its branch on.
+    """A run, from the point where it branches off another run.
 
     :param choice: the chosen option in words; empty for the usual run.
     :param begin_s: the time of the branch, by the run's clock.
     :param end_s: the time of the end.
     :param outcome: the outcome; ``merged`` if the run reached a known state, ``open`` if it is unexplored.
     :param reason: the reason in a sentence.
-    :param parent: the number of the row it branches off; None for the usual run.
+    :param parent: the number of the row from which the run branches off; None for the usual run.
     :param path: all unusual choices of the run, in words.
     :param edge: the last edge of the run.
     """
@@ -48,7 +48,7 @@ def run_rows(graph: Graph) -> list[MapRow]:
         number = len(rows)
         row = _begin_row(graph, edge, parent, rows)
         rows.append(row)
-        # A node that another run reached first ends the row: the run was merged there.
+        # A node that another run reached first ends the row, since the run was merged there.
         while edge in graph.links and graph.nodes[graph.links[edge]].edge == edge:
             node = graph.links[edge]
             unusual_options = [option for option in graph.options(node) if option != USUAL]
@@ -77,6 +77,6 @@ def _end_row(graph: Graph, edge: Edge, row: MapRow) -> None:
     elif edge in graph.links:
         point = graph.nodes[graph.links[edge]].point
         row.end_s, row.outcome = point.seconds, MERGED
-        row.reason = f"from {point.subject} on as another run"
-    else:
+        row.reason = f"continues like another run from {point.subject} on"
+    else:  # an open edge
         row.end_s = row.begin_s

@@ -1,4 +1,4 @@
-"""Pages of the runs of an exploration: a run is played again, its page opens at the last unusual choice."""
+"""Pages of the runs of an exploration: a run is played again; its page opens at the last unusual choice."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import PathChooser, read_path
 from cxbridge_explore.worlds.run import MakeAssembly
 
-# Runs that get a page: the runs that violate a property, then the runs with the fewest faults. Each is played
-# again, which takes a second.
-MOST_PAGES: Final = 25
+# The limit of runs that get a page: first the runs that violate a property, then the runs with the fewest
+# faults. Each run is played again, which takes a second.
+MAX_PAGES: Final = 25
 
 
 def write_run_pages(
@@ -39,8 +39,9 @@ def write_run_pages(
     """Play runs again and write a page of each, in a folder next to the page of the exploration.
 
     :param page: the page of the exploration.
-    :returns: by row the address of the run at its last unusual choice, as seen from the page.
-    :raises CxbridgeError: if a run cannot be played, or a page not written.
+    :returns: the address of each run at its last unusual choice, relative to the page, by the number of its
+        row.
+    :raises CxbridgeError: if a run cannot be played or a page cannot be written.
     """
     folder = page.with_suffix(".runs")
     folder.mkdir(exist_ok=True)
@@ -48,7 +49,7 @@ def write_run_pages(
     ended = [number for number, row in enumerate(rows) if row.outcome not in {MERGED, OPEN}]
     ended.sort(key=lambda number: (not rows[number].violations, rows[number].faults, number))
     addresses: dict[int, str] = {}
-    for number in sorted(ended[:MOST_PAGES]):
+    for number in sorted(ended[:MAX_PAGES]):
         row = rows[number]
         path = read_path(graph.choices_to(row.edge))
         with TemporaryDirectory(prefix="cxbridge-run-") as scratch:
@@ -63,7 +64,7 @@ def write_run_pages(
 
 
 def violation_stories(counterexamples: Mapping[str, Counterexample], page: Path) -> dict[str, dict[str, str]]:
-    """Return the story of each counterexample in a sentence, and the address of its page.
+    """Write a page of each counterexample; return its story in a sentence and the address of its page.
 
     :param page: the page of the exploration.
     """
@@ -79,7 +80,7 @@ def violation_stories(counterexamples: Mapping[str, Counterexample], page: Path)
 
 
 def _headline(example: Counterexample) -> str:
-    """Return the first sentence of the story of a counterexample; empty when no plug-in explains runs."""
+    """Return the first sentence of the story of a counterexample; empty if no plug-in explains runs."""
     try:
         headline: str = explainer(open_run(example.recording))("run", "")["data"]["headline"]
     except CxbridgeError:

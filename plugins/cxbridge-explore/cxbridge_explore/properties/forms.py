@@ -24,7 +24,7 @@ FORMS: Final = (
 
 _WORDS: Final = ("never", "always", "eventually", "after")
 _NAME: Final = re.compile(r"\s*([\w-]+)\s*:")
-_NO_PATTERN: Final = frozenset({"test", "declare"})
+_NO_PATTERN: Final = frozenset({"test", "declare"})  # elements that match no fact
 
 
 @dataclass(slots=True)
@@ -42,13 +42,17 @@ class _Reader:
         return ""
 
     def pattern(self, after: str) -> ConditionPattern:
-        """Read conditional elements with at least one pattern."""
+        """Read conditional elements, which must include a pattern.
+
+        :param after: the word before the elements, for error messages.
+        """
         nodes: list[SyntaxNode] = []
         while self.nodes and self.nodes[0].items is not None:
             nodes.append(self.nodes.pop(0))
         if not any(node.head and node.head not in _NO_PATTERN for node in nodes):
             raise self.mark.error(
-                f"'{after}' needs a pattern: {self.text}", "a pattern is in parentheses: (goal (mode FAILED))"
+                f"'{after}' needs a pattern: {self.text}",
+                "write a pattern in parentheses: (goal (mode FAILED))",
             )
         return ConditionPattern(tuple(nodes), self.mark)
 
@@ -66,13 +70,14 @@ class _Reader:
         if word or self.nodes:
             rest = word or self.nodes[0].text
             raise self.mark.error(
-                f"'{rest}' does not belong into a property: {self.text}",
+                f"'{rest}' does not belong in a property: {self.text}",
                 did_you_mean(rest, ("within", "then"), f"properties are: {'; '.join(FORMS)}"),
             )
         return limit
 
 
 def _seconds(text: str) -> float | None:
+    """Return a time limit; None if the text is not a positive finite number."""
     try:
         seconds = float(text)
     except ValueError:
@@ -86,6 +91,7 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
     Unknown deftemplates are reported later, when the property is watched.
 
     :param mark: the position for error messages.
+    :raises ConfigError: if the text is not a property.
     """
     mark = mark or Mark()
     match = _NAME.match(text)

@@ -9,15 +9,15 @@ from cxbridge.events import Event, LogLine
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge_explore.properties.monitor import Monitor, Property, RunEnd, Scene
 
-# Called with the events at the end of a run; returns the violation in a sentence, or None.
+# Called at the end of a run with its events; returns the violation in a sentence, or None.
 EventFunction = Callable[[Sequence[Event]], str | None]
 
 
 def property_of(function: EventFunction, *event_types: type[Event], name: str = "") -> Property:
-    """Make a property from a function. Runs watched by it are never merged.
+    """Return a property that a function checks. Runs with such a property are never merged.
 
     :param event_types: the types of events to collect; by default transitions and log lines.
-    :param name: the name of the property; by default the function's.
+    :param name: the name of the property; by default the name of the function.
     """
     types = event_types or (*TRANSITION_TYPES, LogLine)
     text = (function.__doc__ or "").strip().partition("\n")[0]

@@ -47,10 +47,10 @@ class Violation:
 
     :param property: the name of the property.
     :param message: the violation, in a sentence.
-    :param seconds: since the start of the run, by its clock.
-    :param goal: the id of the goal concerned, or empty.
-    :param action: the plan-action concerned, as ``NAME ARGUMENT...``, or empty.
-    :param skill: the skill concerned, or empty.
+    :param seconds: the time since the start of the run, by its clock.
+    :param goal: the id of the goal that is concerned, or empty.
+    :param action: the plan-action that is concerned, as ``NAME ARGUMENT...``, or empty.
+    :param skill: the skill that is concerned, or empty.
     """
 
     property: str
@@ -62,12 +62,12 @@ class Violation:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the violation as JSON values, without empty fields."""
-        about = {"goal": self.goal, "action": self.action, "skill": self.skill}
+        concerned = {"goal": self.goal, "action": self.action, "skill": self.skill}
         return {
             "property": self.property,
             "message": self.message,
             "seconds": round(self.seconds, 6),
-            **{key: value for key, value in about.items() if value},
+            **{key: value for key, value in concerned.items() if value},
         }
 
 
@@ -76,7 +76,7 @@ class Scene:
 
     :param name: the name of the property.
     :param clock: the run's clock; the run starts now.
-    :param agents: the facts of the living agents; changes while agents are killed and restarted.
+    :param agents: the facts of the living agents. The mapping changes when agents are killed and restarted.
     """
 
     def __init__(self, name: str, clock: Clock, agents: Mapping[Run, FactTables]) -> None:
@@ -152,10 +152,10 @@ class Monitor:
 class Property:
     """A property that must hold in every run.
 
-    :param name: unique among the properties of a run.
-    :param make: makes its monitor for a run.
+    :param name: the name, unique among the properties of a run.
+    :param make: makes the monitor of the property for a run.
     :param text: the description.
-    :param source: the text that can be parsed again; may be empty.
+    :param source: the text form that can be parsed again; empty for a Python function.
     """
 
     name: str

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
 _GROUPS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
 _ABSENCE: Final = frozenset({"not", "forall"})
-_NAME: Final = "cx-property-"
-_LOADED: Final = "(executive-initialized)"
+_NAME: Final = "cx-property-"  # prefix of the names of rules and functions
+_LOADED: Final = "(executive-initialized)"  # matches the fact of a loaded agent
 _NEVER: Final = "(executive-initialized nowhere)"  # matches no fact
-_numbers = count(1)  # the names of rules and functions are unique in the process
+_numbers = count(1)  # numbers that make the names unique in the process
 
 Values = tuple[str, ...]  # values of a pattern's variables, as CLIPS prints them
 
@@ -36,7 +36,7 @@ Values = tuple[str, ...]  # values of a pattern's variables, as CLIPS prints the
 class ConditionPattern:
     """Conditional elements of CLIPS.
 
-    :param mark: their place in the source.
+    :param mark: the place of the elements in the source.
     """
 
     elements: tuple[SyntaxNode, ...]
@@ -49,7 +49,7 @@ class ConditionPattern:
 
     @property
     def requires_absence(self) -> bool:
-        """Whether the pattern requires the absence of facts. A modify retracts a fact for a moment."""
+        """Whether the pattern requires the absence of facts."""
         return any(node.head in _ABSENCE for element in self.elements for node in element.walk())
 
     @property
@@ -64,7 +64,7 @@ class ConditionPattern:
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """The variables that are bound by a match, in order."""
+        """The variables that a match binds, in order."""
         # Variables within `not`, `forall`, `exists` and `or` have no value outside of them.
         outer = [node for node in self.elements if node.head not in ("not", "forall", "exists", "or")]
         words = (word.text for node in outer for word in node.walk() if word.items is None)
@@ -84,7 +84,7 @@ def _fact_patterns(nodes: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
 def check_names(pattern: ConditionPattern, env: ClipsEnvironment) -> None:
     """Check the deftemplates and slots of a pattern.
 
-    :raises ConfigError: if the environment lacks one.
+    :raises ConfigError: if the environment lacks a deftemplate or a slot.
     """
     for fact in pattern.fact_patterns:
         if not env.has_template(fact.head):
@@ -154,8 +154,12 @@ class Probe:
         return f"(test ({' '.join((function, *self._variables))}))"
 
     def _build(self, name: str, condition: str) -> None:
+        """Define a rule.
+
+        :raises ConfigError: if CLIPS rejects the pattern.
+        """
         try:
             self._env.build_unrecorded(f"(defrule {name} {condition} =>)")
         except ClipsError as error:
-            text = f"CLIPS does not take the pattern {self._pattern.text}"
+            text = f"CLIPS rejects the pattern {self._pattern.text}"
             raise self._pattern.mark.error(text, error.message) from None

@@ -16,7 +16,9 @@ from cxbridge_explore.properties.monitor import Property
 
 FILE: Final = "properties.yaml"
 
-_EXPECTED: Final = f"it is a list; an entry is one of: {'; '.join(FORMS)}; it may have a name: 'NAME: FORM'"
+_EXPECTED: Final = (
+    f"write a list; an entry is one of: {'; '.join(FORMS)}; an entry may have a name: 'NAME: FORM'"
+)
 
 
 def read_properties(file: Path) -> list[Property]:
@@ -68,8 +70,8 @@ def properties_beside(scenario: Path | None) -> list[Property]:
     return read_properties(file) if file.is_file() else []
 
 
-def joined(*groups: Iterable[Property]) -> tuple[Property, ...]:
-    """Combine groups of properties.
+def combine_properties(*groups: Iterable[Property]) -> tuple[Property, ...]:
+    """Return the properties of all groups in one tuple.
 
     :raises ConfigError: if two properties have the same name.
     """

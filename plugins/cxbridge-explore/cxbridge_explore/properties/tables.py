@@ -29,7 +29,7 @@ class FactTables:
 
     @property
     def name(self) -> str:
-        """The name of the environment: the agent's."""
+        """The name of the environment, which is the name of the agent."""
         return self.env.name
 
     @property
@@ -65,7 +65,7 @@ class FactTables:
         return rows
 
     def texts(self, template: str) -> Sequence[Mapping[str, str]]:
-        """Return the facts of a deftemplate with values as CLIPS prints them."""
+        """Return the facts of a deftemplate, with the values as CLIPS prints them."""
         rows = self._texts.get(template)
         if rows is None:
             rows = [{name: show(value) for name, value in slots.items()} for slots in self.facts(template)]

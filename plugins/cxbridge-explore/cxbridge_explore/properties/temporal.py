@@ -1,8 +1,8 @@
 """Temporal properties of patterns: ``never``, ``always``, ``eventually`` and ``after``.
 
-A pattern without ``not`` and ``forall`` is matched at each moment, also between two rules. A pattern with
-them is matched after each loop: a rule that modifies a fact retracts it for a moment, and that is not an
-absence.
+A pattern without ``not`` and ``forall`` is matched at each moment, also between two firings of rules. A
+pattern with ``not`` or ``forall`` is matched after each loop, because a rule that modifies a fact retracts
+the fact for a moment, which is not an absence.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from cxbridge_explore.properties.tables import FactTables
 class _WatchedPattern:
     """A pattern of a property.
 
-    :param variables: the variables whose values tell its matches apart.
+    :param variables: the variables whose values distinguish the matches.
     :param matched: called at each match, unless the pattern requires an absence; None to call nothing.
     """
 
@@ -133,7 +133,7 @@ class Always(PatternMonitor):
 class Eventually(PatternMonitor):
     """A pattern matches at some moment in some agent.
 
-    :param within_s: the limit since the start of the run; None for its end.
+    :param within_s: the time limit since the start of the run; None for the end of the run.
     """
 
     def __init__(self, scene: Scene, pattern: ConditionPattern, within_s: float | None) -> None:
@@ -167,10 +167,10 @@ class Eventually(PatternMonitor):
 class After(PatternMonitor):
     """After a match of one pattern, another pattern matches at the same time or later.
 
-    Variables with the same name have the same values in both. A modified fact that still matches is a new
-    match.
+    Variables with the same name have the same values in both patterns. A modified fact that still matches is
+    a new match.
 
-    :param within_s: the limit since the first match; None for the end of the run.
+    :param within_s: the time limit since the first match; None for the end of the run.
     """
 
     def __init__(
@@ -184,7 +184,7 @@ class After(PatternMonitor):
         )
         self._first, self._second = first, second
         self._within_s = within_s
-        # The first matches that still lack a second one: agent and shared values, with the seconds.
+        # The seconds of each first match that still lacks a second match, by agent and shared values.
         self._open: dict[tuple[str, Values], float] = {}
         self._has_new_match: set[str] = set()  # agents in which the first pattern matched in this loop
         self._earlier_matches: dict[str, set[Values]] = {}  # by agent, for a first pattern with an absence
@@ -243,6 +243,6 @@ class After(PatternMonitor):
 
 
 def _bindings(variables: tuple[str, ...], values: Values) -> str:
-    """Return the values of variables as the end of a message."""
+    """Return the values of variables as the last part of a message."""
     text = ", ".join(f"{name} = {value}" for name, value in zip(variables, values, strict=True))
     return f": {text}" if text else ""

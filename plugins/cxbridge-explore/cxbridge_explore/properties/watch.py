@@ -18,9 +18,10 @@ if TYPE_CHECKING:
 class PropertyWatch:
     """Checks the properties of a run. Create it before the agents are loaded.
 
-    A violated property is not checked any further: its first violation is the verdict.
+    A violated property is not checked any further, since its first violation is the verdict.
 
-    :param properties: with different names.
+    :param properties: the properties, with different names.
+    :param agents: the agents at the start of the run.
     :param clock: the run's clock; the run starts now.
     """
 

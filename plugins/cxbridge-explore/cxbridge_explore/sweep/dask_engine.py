@@ -9,13 +9,13 @@ from typing import Any, Final
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
 from cxbridge.extras import install_command
-from cxbridge_explore.sweep.engine import MOST_DEATHS, NotLoadedError, WorkerDiedError
+from cxbridge_explore.sweep.engine import MAX_DEATHS, NotLoadedError, WorkerDiedError
 from cxbridge_explore.sweep.parcel import pack, play_parcel
 from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 
 # Seeds per task. Dask's scheduler takes up to a millisecond per task, and a run about 80 ms.
 _CHUNK: Final = 32
-_TIMEOUT_S: Final = 30  # seconds to connect to the scheduler
+_TIMEOUT_S: Final = 30  # limit for connecting to the scheduler
 
 
 class DaskEngine(Closing):
@@ -39,11 +39,11 @@ class DaskEngine(Closing):
             self._client: Any = self._dask.Client(f"tcp://{address}", timeout=_TIMEOUT_S)
         except (OSError, ValueError) as error:
             raise CxbridgeError(
-                f"no Dask scheduler answers at {address}: {error}", hint="start one: dask scheduler"
+                f"no Dask scheduler answers at {address}: {error}", hint="start a scheduler: dask scheduler"
             ) from error
 
     def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield the row of each seed, in the order of the ends of runs."""
+        """Yield the row of each seed, in the order in which the runs end."""
         parcel = self._client.scatter(pack(job), broadcast=True)
         chunks = [list(seeds[start : start + _CHUNK]) for start in range(0, len(seeds), _CHUNK)]
         pending = {self._submit(parcel, chunk): chunk for chunk in chunks}
@@ -66,6 +66,7 @@ class DaskEngine(Closing):
         if error is None:
             rows: list[RunRow] = future.result()
             return rows
+        # a scenario that does not load kills each worker, so this is an error of the sweep, not of a seed
         is_death = isinstance(error, self._dask.scheduler.KilledWorker | WorkerDiedError)
         if is_death and not isinstance(error, NotLoadedError):
             return [RunRow(chunk[0], CRASHED, str(error))] if len(chunk) == 1 else []
@@ -73,7 +74,7 @@ class DaskEngine(Closing):
 
     def _submit(self, parcel: Any, chunk: list[int]) -> Any:
         # A pure task with the same arguments would return the result of its first attempt.
-        return self._client.submit(play_parcel, parcel, list(chunk), retries=MOST_DEATHS, pure=False)
+        return self._client.submit(play_parcel, parcel, list(chunk), retries=MAX_DEATHS, pure=False)
 
     def close(self) -> None:
         """Disconnect from the scheduler; unfinished work is dropped."""

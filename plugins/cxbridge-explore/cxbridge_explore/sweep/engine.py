@@ -17,11 +17,11 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.spawning import python_command
 from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 
-MOST_DEATHS: Final = 3  # number of worker deaths after which a seed counts as crashed
+MAX_DEATHS: Final = 3  # number of worker deaths after which a seed counts as crashed
 
 _LOADING: Final = None  # key for deaths of workers before their first seed
 
-# Seeds per chunk: few, so that a dead worker loses little and all workers finish together.
+# The limit of seeds per chunk. Small chunks let all workers finish at about the same time.
 _CHUNK: Final = 16
 
 
@@ -29,7 +29,7 @@ class Engine(Protocol):
     """Plays the runs of a sweep."""
 
     def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield the row of each seed, in the order of the ends of runs."""
+        """Yield the row of each seed, in the order in which the runs end."""
 
 
 class WorkerDiedError(CxbridgeError):
@@ -44,7 +44,7 @@ class WorkerProcess(Closing):
     """A process that plays runs, see :mod:`cxbridge_explore.sweep.worker`. Used by one thread.
 
     :param job: the common part of all runs.
-    :param folder: the working directory; None for that of this process.
+    :param folder: the working directory; None for the working directory of this process.
     """
 
     def __init__(self, job: SweepJob, folder: Path | None = None) -> None:
@@ -73,7 +73,7 @@ class WorkerProcess(Closing):
             try:
                 message = pickle.load(self._process.stdout)  # noqa: S301 - from our own child
             except (EOFError, pickle.UnpicklingError):
-                raise self._death() from None
+                raise self._death_error() from None
             if isinstance(message, CxbridgeError):
                 raise message
             if message is None:
@@ -82,13 +82,13 @@ class WorkerProcess(Closing):
                 row_count += 1
                 yield message
 
-    def _death(self) -> WorkerDiedError:
+    def _death_error(self) -> WorkerDiedError:
         status = self._process.wait()
         ending = f"signal {-status}" if status < 0 else f"exit status {status}"
         if self._is_loaded:
             return WorkerDiedError(f"worker {self.pid} ended with {ending}")
         return NotLoadedError(
-            f"the scenario does not come to its first skill: its process ended with {ending}",
+            f"the scenario does not reach its first skill: its process ended with {ending}",
             hint="play it once with: cxbridge run",
         )
 
@@ -124,7 +124,7 @@ class LocalEngine:
         self._jobs = jobs
 
     def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield the row of each seed, in the order of the ends of runs."""
+        """Yield the row of each seed, in the order in which the runs end."""
         batch = _Batch(job, seeds, self._jobs)
         threads = [threading.Thread(target=batch.work) for _ in range(min(self._jobs, len(seeds)))]
         with ExitStack() as stack:
@@ -196,10 +196,10 @@ class _Batch:
 
     def _requeue(self, error: WorkerDiedError, seeds: list[int]) -> None:
         """Return the remaining seeds of a dead worker to the queue."""
-        # A worker plays its seeds in order, so the first remaining one killed it.
+        # A worker plays its seeds in order, so the first remaining seed killed the worker.
         cause = _LOADING if isinstance(error, NotLoadedError) else seeds[0]
         self._deaths[cause] += 1
-        if self._deaths[cause] >= MOST_DEATHS:
+        if self._deaths[cause] >= MAX_DEATHS:
             if cause is _LOADING:
                 raise error
             self.results.put(RunRow(seeds.pop(0), CRASHED, error.message))

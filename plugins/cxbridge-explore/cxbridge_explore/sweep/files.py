@@ -27,7 +27,7 @@ def write_csv(sweeps: Sweeps, file: Path) -> None:
 
     :raises CxbridgeError: if the file cannot be written.
     """
-    with replacing(file) as fresh, fresh.open("w", encoding="utf-8", newline="") as output:
+    with replacing(file) as new_file, new_file.open("w", encoding="utf-8", newline="") as output:
         writer = csv.DictWriter(output, COLUMNS, lineterminator="\n")
         writer.writeheader()
         writer.writerows(_records(sweeps))
@@ -39,19 +39,19 @@ def write_parquet(sweeps: Sweeps, file: Path) -> None:
     :raises CxbridgeError: if pyarrow is not installed, or the file cannot be written.
     """
     try:
-        import pyarrow as pa  # noqa: PLC0415 - an extra
-        from pyarrow import parquet  # noqa: PLC0415 - an extra
+        import pyarrow as pa  # noqa: PLC0415 - pyarrow may be missing
+        from pyarrow import parquet  # noqa: PLC0415 - pyarrow may be missing
     except ModuleNotFoundError:
         raise CxbridgeError(
             "Parquet needs the package 'pyarrow'",
             hint=f"{install_command('parquet', 'cxbridge-explore')}, or use --csv",
         ) from None
-    with replacing(file) as fresh:
-        parquet.write_table(pa.Table.from_pylist(_records(sweeps)), fresh)
+    with replacing(file) as new_file:
+        parquet.write_table(pa.Table.from_pylist(_records(sweeps)), new_file)
 
 
 def _records(sweeps: Sweeps) -> list[dict[str, Any]]:
-    """Return a record with a value for each column from each row."""
+    """Return a record of each row, with a value for each column."""
     return [
         {
             "agent": agent,
@@ -65,9 +65,9 @@ def _records(sweeps: Sweeps) -> list[dict[str, Any]]:
 
 
 def write_page(sweeps: Sweeps, file: Path, command: str) -> None:
-    """Write the page about one agent, or about two on the same seeds.
+    """Write the page about one agent, or about two agents with the same seeds.
 
-    :param command: the command that makes the page again.
+    :param command: the command that reproduces the page, to show on the page.
     :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
     by_seed = [{row.seed: row for row in rows} for rows in sweeps.values()]

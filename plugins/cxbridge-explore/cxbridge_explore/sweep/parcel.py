@@ -24,15 +24,15 @@ from cxbridge.run.source import source_of
 from cxbridge_explore.sweep.engine import WorkerDiedError, WorkerProcess
 from cxbridge_explore.sweep.rows import RunRow, SweepJob
 
-MOST_BYTES: Final = 64 * 1024 * 1024  # limit of an agent's files before compression
+MAX_BYTES: Final = 64 * 1024 * 1024  # limit of an agent's files before compression
 
-# Names in a parcel: the folder with the agent's files, the working directory of the runs; and the job.
+# The names in a parcel: the folder with the agent's files, which is the working directory, and the job.
 _AGENT: Final = "agent"
 _JOB: Final = "job"
 
 _SKIPPED: Final = frozenset({"__pycache__", ".git", ".venv", "node_modules"})
-# Options whose folders are too large to pack: they must exist at the same path everywhere.
-_ELSEWHERE: Final = frozenset({"fawkes_dir", "overlays"})
+# Options whose folders are too large to pack: they must exist at the same path on each machine.
+_UNPACKED_OPTIONS: Final = frozenset({"fawkes_dir", "overlays"})
 
 # The processes of this machine by digest of the parcel and thread: a process serves one thread.
 _PROCESSES: dict[tuple[bytes, int], WorkerProcess] = {}
@@ -52,14 +52,14 @@ def pack(job: SweepJob) -> bytes:
         changes: dict[str, Any] = {}
         for field in fields(options):
             value = getattr(options, field.name)
-            if field.name in _ELSEWHERE:
+            if field.name in _UNPACKED_OPTIONS:
                 continue
             if isinstance(value, Path):
                 changes[field.name] = packer.add(value)
             elif isinstance(value, tuple) and any(isinstance(item, Path) for item in value):
                 changes[field.name] = tuple(packer.add(item) for item in value)
         world = None if job.world is None else packer.add(job.world)
-        archive.writestr(f"{_AGENT}/.here", b"")  # the folder exists even if the agent has no files
+        archive.writestr(f"{_AGENT}/.here", b"")  # creates the folder even if the agent has no files
         archive.writestr(_JOB, pickle.dumps(replace(job, options=replace(options, **changes), world=world)))
     return buffer.getvalue()
 
@@ -76,7 +76,7 @@ class _Packer:
         """Add a file or a folder, and return its path in the folder of the agent."""
         source = path.resolve()
         if source not in self._targets:
-            # Folders of one name may lie in different places, so each has a numbered parent.
+            # Folders in different places may have the same name, so each has a numbered parent.
             target = self._targets[source] = Path(str(len(self._targets)), source.name)
             for file in _files(source):
                 self._write(source, Path(_AGENT, target, file.relative_to(source)), file)
@@ -88,9 +88,9 @@ class _Packer:
         except OSError as error:
             raise CxbridgeError(f"cannot be read: {error.strerror}", file=file) from error
         self._size += len(data)
-        if self._size > MOST_BYTES:
+        if self._size > MAX_BYTES:
             raise CxbridgeError(
-                f"the agent has more than {MOST_BYTES >> 20} MiB of files; it cannot travel", file=source
+                f"the agent has more than {MAX_BYTES >> 20} MiB of files, too many for a cluster", file=source
             )
         # Without the file's time, equal files give equal parcels, and machines unpack each once.
         self._archive.writestr(zipfile.ZipInfo(name.as_posix()), data, zipfile.ZIP_DEFLATED)

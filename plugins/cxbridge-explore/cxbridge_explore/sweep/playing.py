@@ -20,7 +20,7 @@ class GoalTally:
     """Counts the outcomes of goals by class; a sink of events."""
 
     def __init__(self) -> None:
-        self._ends: dict[str, tuple[str, str]] = {}
+        self._ends: dict[str, tuple[str, str]] = {}  # class and last outcome, by the id of the goal
 
     def __call__(self, event: Event) -> None:
         if isinstance(event, GoalTransition) and event.outcome not in ("", "UNKNOWN"):
@@ -35,6 +35,11 @@ class GoalTally:
 
 
 def play(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
+    """Play a run and return its row.
+
+    :param seed: the seed in the row; the chooser draws the world.
+    :raises CxbridgeError: if the scenario or the world is invalid.
+    """
     started = time.process_time()
     tally = GoalTally()
     world = None if job.world is None else read_world(job.world)

@@ -14,6 +14,8 @@ from cxbridge_explore.sweep.rows import RunRow
 
 
 class _Line(msgspec.Struct, frozen=True):
+    """A line of the file."""
+
     agent: str
     row: RunRow
 
@@ -24,8 +26,8 @@ _DECODER = msgspec.json.Decoder(_Line)
 class RowFile(Closing):
     """A file of rows, one JSON line each. New rows are appended.
 
-    :param file: created if missing.
-    :raises CxbridgeError: if the file has other lines, or cannot be used.
+    :param file: the path; a missing file is created.
+    :raises CxbridgeError: if a line is not a row, or the file cannot be read or written.
     """
 
     def __init__(self, file: Path) -> None:
@@ -45,17 +47,17 @@ class RowFile(Closing):
             if not line.endswith(b"\n"):
                 break  # the writer was killed in the middle of the line
             try:
-                row = _DECODER.decode(line)
+                decoded = _DECODER.decode(line)
             except msgspec.MsgspecError as error:
                 raise CxbridgeError(
                     f"is not a row of a sweep: {error}", file=self._file, line=number
                 ) from None
-            self._rows.setdefault(row.agent, {})[row.row.seed] = row.row
+            self._rows.setdefault(decoded.agent, {})[decoded.row.seed] = decoded.row
             complete_bytes += len(line)
         return complete_bytes
 
     def rows_of(self, agent: str) -> dict[int, RunRow]:
-        """Return the rows from before the interruption, by seed."""
+        """Return the rows that the file had when it was opened, by seed."""
         return self._rows.get(agent, {})
 
     def add(self, agent: str, row: RunRow) -> None:

@@ -18,7 +18,7 @@ class SweepJob:
     """The common part of all runs of a sweep.
 
     :param options: the options of ``cxbridge run``.
-    :param world: the file of the world; None for the one in the scenario's folder, or the usual world.
+    :param world: the file of the world; None for the file in the scenario's folder, or the default world.
     :param cpu_seconds: the processor time after which a run counts as crashed.
     """
 
@@ -33,14 +33,14 @@ class RunRow:
 
     :param seed: the seed of its world.
     :param outcome: the word printed by ``cxbridge run``, or :data:`CRASHED`.
-    :param reason: in a sentence.
-    :param makespan: seconds of the run's clock.
+    :param reason: the reason, in a sentence.
+    :param makespan: the duration of the run, in seconds of its clock.
     :param calls: the number of skill calls.
     :param retries: the number of repeated calls.
     :param faults: the number of unusual choices that count as a fault.
-    :param goals: number of goals by class and outcome.
+    :param goals: the number of goals by class and outcome.
     :param choices: the unusual choices as JSON values.
-    :param cpu_seconds: processor time.
+    :param cpu_seconds: the processor time of the run.
     """
 
     seed: int

@@ -11,16 +11,18 @@ from typing import Final
 
 CONFIDENCE: Final = 0.95
 _NORMAL_QUANTILE: Final = statistics.NormalDist().inv_cdf(1 - (1 - CONFIDENCE) / 2)  # 1.96
-_SUBSETS: Final = 1999  # number of sampled subsets: of 2000, one more than this, 2.5 % is a whole number
+# The number of sampled subsets: their means bound 2000 intervals, of which 2.5 % is a whole number.
+_SUBSETS: Final = 1999
 _ROUNDING: Final = 1e-9  # 2000 * (1 - 0.95) / 2 is slightly less than 50 in floating point
-_FEW: Final = 200  # with fewer values, the normal approximation of the mean is too coarse
+# The normal approximation of the mean is too coarse for samples up to this size.
+_MAX_SMALL: Final = 200
 
 
 _QUANTILES: Final = {"p05": 0.05, "p25": 0.25, "median": 0.5, "p75": 0.75, "p95": 0.95}
 
 
 def quantiles(values: Sequence[float]) -> dict[str, float] | None:
-    """Return minimum, quantiles, maximum and mean of a sample by name; None without values."""
+    """Return the minimum, quantiles, maximum and mean of a sample by name; None without values."""
     if not values:
         return None
     ordered = sorted(values)
@@ -75,7 +77,7 @@ class Interval:
 def proportion(count: int, total: int) -> Interval:
     """Return the share of successes with Wilson's score interval.
 
-    :param total: at least 1.
+    :param total: the size of the sample; at least 1.
     """
     z = _NORMAL_QUANTILE
     share = count / total
@@ -92,10 +94,10 @@ def mean_interval(values: Sequence[float]) -> Interval:
     exactly if the permutation test of signs does. Five values or fewer have no interval, even if they are
     equal.
 
-    :param values: at least one.
+    :param values: the sample; at least one value.
     """
     mean = math.fsum(values) / len(values)
-    if len(values) > _FEW:
+    if len(values) > _MAX_SMALL:
         half = _NORMAL_QUANTILE * statistics.stdev(values) / math.sqrt(len(values))
         return Interval(mean, mean - half, mean + half)
     means = sorted(_subset_means(values))

@@ -10,14 +10,14 @@ from typing import Any, Final
 from cxbridge_explore.sweep.rows import RunRow
 from cxbridge_explore.sweep.statistics import Interval, mean_interval, proportion, quantiles
 
-_SHOWN_SEEDS: Final = 10  # seeds that are listed for an outcome, or as the largest differences
+_MAX_SEEDS: Final = 10  # limit of listed seeds of an outcome, or with the largest differences
 
 
 @dataclass(frozen=True, slots=True)
 class SweepSummary:
     """The summary of a sweep.
 
-    :param rows: in the order of seeds; at least one.
+    :param rows: the rows in the order of seeds; at least one row.
     """
 
     rows: Sequence[RunRow]
@@ -48,7 +48,7 @@ class SweepSummary:
 
     def seeds_of(self, outcome: str) -> list[int]:
         """Return the first seeds of an outcome."""
-        return [row.seed for row in self.rows if row.outcome == outcome][:_SHOWN_SEEDS]
+        return [row.seed for row in self.rows if row.outcome == outcome][:_MAX_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
         return {
@@ -68,7 +68,7 @@ class SweepSummary:
 def largest_differences(differences: Mapping[int, float]) -> list[int]:
     """Return the seeds with a difference, the largest first.
 
-    :param differences: by seed.
+    :param differences: the differences by seed.
     """
     seeds = [seed for seed, difference in differences.items() if difference]
     return sorted(seeds, key=lambda seed: (-abs(differences[seed]), seed))
@@ -78,8 +78,8 @@ def largest_differences(differences: Mapping[int, float]) -> list[int]:
 class AgentComparison:
     """The comparison of two agents in the same worlds.
 
-    :param first: rows of the first agent by seed.
-    :param second: rows of the second agent, for the same seeds.
+    :param first: the rows of the first agent by seed.
+    :param second: the rows of the second agent, for the same seeds.
     """
 
     first: Mapping[int, RunRow]
@@ -106,11 +106,11 @@ class AgentComparison:
         }
 
     def most_different_seeds(self) -> list[int]:
-        """Return the seeds with the largest differences: other outcomes first, then makespans."""
+        """Return the most different seeds: first the seeds with different outcomes, then by makespan."""
         other_outcomes = [
             seed for seed, row in self.first.items() if row.outcome != self.second[seed].outcome
         ]
-        return [*other_outcomes, *largest_differences(self._differences())][:_SHOWN_SEEDS]
+        return [*other_outcomes, *largest_differences(self._differences())][:_MAX_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
         makespan = self.makespan

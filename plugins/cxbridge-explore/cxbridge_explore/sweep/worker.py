@@ -1,8 +1,8 @@
 """A process that plays runs: it loads the scenario once and forks for each seed.
 
-It exchanges pickled objects with its parent over standard input and output. It receives a SweepJob, then
-lists of seeds. It sends None after loading the scenario, then a row for each seed in order, or a
-:class:`~cxbridge.errors.CxbridgeError` and ends.
+The process exchanges pickled objects with its parent over standard input and output. It receives a SweepJob,
+then lists of seeds. It sends None after loading the scenario, then a row for each seed in order; or it sends
+a :class:`~cxbridge.errors.CxbridgeError` and ends.
 """
 
 from __future__ import annotations
@@ -82,9 +82,9 @@ class SeedForkChooser:
                 os.close(reading)
                 self._become(seed, writing)
                 return
-            # Without this end in the serving process, the end of the child is the end of the pipe.
+            # The pipe ends with the child only if the serving process has closed the writing end.
             os.close(writing)
-            self._parent.send(_received_row(reading, child, seed))
+            self._parent.send(_receive_row(reading, child, seed))
         os._exit(0)
 
     def _become(self, seed: int, row_end: int) -> None:
@@ -103,7 +103,7 @@ class SeedForkChooser:
         os._exit(0)  # without cleanup: the resources are shared with the serving process
 
 
-def _received_row(reading: int, child: int, seed: int) -> RunRow:
+def _receive_row(reading: int, child: int, seed: int) -> RunRow:
     """Return the row of a child, or a row about its death."""
     with os.fdopen(reading, "rb") as pipe:
         data = pipe.read()
@@ -132,7 +132,7 @@ def serve(parent: ParentConnection) -> None:
 def _serve_forking(parent: ParentConnection) -> None:
     """Play all seeds by forking; return after the last seed."""
     chooser = SeedForkChooser(parent)
-    # An agent that never comes to its first choice must not block the sweep.
+    # An agent that never reaches its first choice must not block the sweep.
     forking.limit_cpu_seconds(parent.job.cpu_seconds)
     row = play(parent.job, 0, chooser)
     if chooser.seed is not None:

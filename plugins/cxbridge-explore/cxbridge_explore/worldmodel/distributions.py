@@ -12,7 +12,7 @@ from typing import Final, assert_never
 # Drawn seconds are rounded to milliseconds, so that a path can contain them as text.
 DIGITS: Final = 3
 
-_TAIL: Final = 0.05  # an unbounded distribution has no least value; its 5 % quantile stands in
+_TAIL: Final = 0.05  # an unbounded distribution has no minimum; the 5 % quantile stands in for it
 
 
 class Shape(StrEnum):
@@ -41,10 +41,10 @@ class Distribution:
     """A distribution of seconds.
 
     :param parameters: the parameters of the shape.
-    :param least: the lower bound; smaller values become it.
-    :param most: the upper bound; larger values become it.
-    :param listed: the values that represent the distribution in an exploration, the usual one first; empty
-        for median, minimum and maximum.
+    :param least: the lower bound; smaller values are raised to the bound.
+    :param most: the upper bound; larger values are lowered to the bound.
+    :param listed: the values that represent the distribution in an exploration, the usual value first; empty
+        for the median, the minimum and the maximum.
     """
 
     shape: Shape
@@ -60,7 +60,7 @@ class Distribution:
     def quantile(self, share: float) -> float:
         """Return a quantile.
 
-        :param share: from 0 to 1; excluding the ends of an unbounded distribution.
+        :param share: the share of smaller values, from 0 to 1; for an unbounded distribution without 0 and 1.
         """
         return round(min(max(self._unbounded(share), self.least), self.most), DIGITS)
 
@@ -95,12 +95,12 @@ class Distribution:
         return self.listed[0] if self.listed else self.quantile(0.5)
 
     @property
-    def least_usual(self) -> float:
+    def low_quantile(self) -> float:
         """The minimum, or the 5 % quantile of a distribution with tails."""
         return self.quantile(0.0 if self._is_bounded else _TAIL)
 
     @property
-    def most_usual(self) -> float:
+    def high_quantile(self) -> float:
         """The maximum, or the 95 % quantile of a distribution with tails."""
         return self.quantile(1.0 if self._is_bounded else 1 - _TAIL)
 
@@ -110,8 +110,8 @@ class Distribution:
 
     @property
     def representatives(self) -> tuple[float, ...]:
-        """The values that represent the distribution in an exploration, the usual one first."""
-        values = self.listed or (self.median, self.least_usual, self.most_usual)
+        """The values that represent the distribution in an exploration, the usual value first."""
+        values = self.listed or (self.median, self.low_quantile, self.high_quantile)
         return tuple(dict.fromkeys(values))
 
 

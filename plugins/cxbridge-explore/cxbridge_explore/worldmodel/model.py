@@ -16,20 +16,21 @@ from cxbridge_explore.worldmodel.distributions import Distribution
 
 WORLD_FILE: Final = "world.yaml"
 
-LIKELY: Final = 0.1  # default probability of an event
+DEFAULT_PROBABILITY: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class SkillFailure:
     """A failure of a skill.
 
-    :param name: its name in paths.
-    :param after: seconds until the failure; None for the usual duration of the skill.
+    :param name: the name of the failure in paths.
+    :param error: the error text of the skill.
+    :param after: the seconds until the failure; None for the usual duration of the skill.
     """
 
     name: str = "fails"
     error: str = ""
-    probability: float = LIKELY
+    probability: float = DEFAULT_PROBABILITY
     after: Distribution | None = None
 
 
@@ -37,8 +38,9 @@ class SkillFailure:
 class SkillModel:
     """The possible results of skill calls.
 
-    :param pattern: the calls; the name ``*`` matches all.
-    :param duration: None for the duration in the scenario: the executor's, a static estimate, or one second.
+    :param pattern: the matching calls; the name ``*`` matches all calls.
+    :param duration: the duration; None for the duration in the scenario: that of the executor, a static
+        estimate, or one second.
     :param hangs: the probability that the skill never ends.
     :param mute: the probability that an executor does not report its progress.
     """
@@ -51,7 +53,7 @@ class SkillModel:
     mark: Mark = field(default=Mark(), compare=False)
 
     def matches(self, call: SkillStringCall) -> bool:
-        """Return whether the model is about a call."""
+        """Return whether the model describes a call."""
         return self.pattern.name == "*" or self.pattern.matches(call)
 
 
@@ -59,7 +61,8 @@ class SkillModel:
 class Times:
     """Moments of decisions, in seconds since the start of the run.
 
-    :param every: the period; 0 for each loop.
+    :param every: the period; 0 for a decision in each loop.
+    :param begin: the first moment.
     :param until: the last moment.
     """
 
@@ -70,13 +73,13 @@ class Times:
 
 @dataclass(frozen=True, slots=True)
 class SensedValue:
-    """A field of an interface with a decided value.
+    """A field of an interface whose value the world decides.
 
-    :param uid: ``TYPE::ID`` of the interface, which the world writes.
+    :param uid: the ``TYPE::ID`` of the interface, which the world writes.
     :param name: the name of the field.
-    :param values: with their probabilities, the usual one first.
-    :param at: seconds of the decisions; a value stays until the next decision.
-    :param after: names of skills whose ends also cause a decision.
+    :param values: the values with their probabilities, the usual value first.
+    :param at: the seconds of the decisions; a value stays until the next decision.
+    :param after: the names of skills whose ends also cause a decision.
     """
 
     uid: str
@@ -91,8 +94,8 @@ class SensedValue:
 class MessageFault:
     """Lost or delayed messages to writers of interfaces.
 
-    :param uid: the interface; may contain shell patterns.
-    :param type: the type of the message; ``*`` matches all.
+    :param uid: the ``TYPE::ID`` of the interface, which may be a shell pattern.
+    :param type: the type of the message; ``*`` matches all messages.
     :param lost: the probability of a loss.
     :param late: the probability of a delay.
     :param delay: the delay in seconds.
@@ -110,13 +113,13 @@ class MessageFault:
 class Absence:
     """A Skiller or an executor that may vanish.
 
-    :param name: the Skiller's name, or the id of the executor's interface.
+    :param name: the name of the Skiller, or the id of the executor's interface.
     :param times: the moments of decisions; None for the start of each skill.
-    :param back: seconds until it returns; None for never.
+    :param back: the seconds until the return; None for no return.
     """
 
     name: str
-    probability: float = LIKELY
+    probability: float = DEFAULT_PROBABILITY
     times: Times | None = None
     back: float | None = None
     mark: Mark = field(default=Mark(), compare=False)
@@ -126,12 +129,12 @@ class Absence:
 class Kill:
     """An agent of a team that may be killed, as by ``kill -9``.
 
-    :param agent: its name; ``*`` matches all.
-    :param back: seconds until its restart; None for never.
+    :param agent: the name of the agent; ``*`` matches all agents.
+    :param back: the seconds until the restart; None for no restart.
     """
 
     agent: str = "*"
-    probability: float = LIKELY
+    probability: float = DEFAULT_PROBABILITY
     times: Times = field(default_factory=Times)
     back: float | None = None
     mark: Mark = field(default=Mark(), compare=False)
@@ -157,10 +160,10 @@ class PlannerModel:
 class WorldModel:
     """The possible events of a run.
 
-    :param skills: the first match of a call counts.
-    :param otherwise: for calls without a match.
+    :param skills: the models of skill calls; the first match of a call counts.
+    :param otherwise: the model of calls without a match.
     :param order: the moments when the order of the agents' turns is decided; None for the configured order.
-    :param planner: None for planners without faults.
+    :param planner: the faults of planners; None for planners without faults.
     """
 
     skills: tuple[SkillModel, ...] = ()

@@ -19,7 +19,10 @@ _SKILL: Final = re.compile(r"\w+")
 
 
 def check_world(world: WorldModel, run: Run | Team) -> None:
-    """Check the names in a world against the scenario of a run."""
+    """Check the names in a world against the scenario of a run.
+
+    :raises ConfigError: if the scenario lacks a name.
+    """
     names = [agent.name for agent in run.agents] if isinstance(run, Team) else []
     check_world_of(world, list(run.agents), names)
 
@@ -30,24 +33,25 @@ def check_world_of(
     """Check the names in a world against a scenario.
 
     :param names: the names of the agents; empty for a single agent.
-    :param as_written: read the skills of executors from text, without importing them.
+    :param as_written: whether to read the skills of executors from their text, without importing them.
+    :raises ConfigError: if the scenario lacks a name.
     """
-    # A name that nothing has would never take effect, and the result would look better than it is.
+    # An event with a misspelt name would never occur, and the result would look better than it is.
     for agent in agents:
         _check_agent(world, agent, known_skills(agent, as_written=as_written))
     for kill in world.kills if names else ():
         _check_name("agent", kill.agent, (*names, "*"), kill.mark)
     if not names and (world.kills or world.order):
         mark = world.kills[0].mark if world.kills else Mark()
-        change = "kill one" if world.kills else "let them take turns in another order"
+        change = "kill an agent" if world.kills else "change the order of turns"
         hint = "see docs/several-agents.md"
         raise mark.error(f"the scenario has one agent: the world cannot {change}", hint)
 
 
 def _check_agent(world: WorldModel, agent: Run, skills: Collection[str]) -> None:
-    """Check the names of an agent's parts.
+    """Check the names of skills, interfaces and Skillers in a world against an agent.
 
-    :param skills: empty if they are unknown.
+    :param skills: the known skills; empty if they are unknown.
     """
     for skill in world.skills if skills else ():
         _check_name("skill", skill.pattern.name, (*skills, "*"), skill.mark)
@@ -104,7 +108,7 @@ def _check_interface(uid: str, agent: Run, mark: Mark) -> None:
     except CxbridgeError as error:
         raise mark.error(error.message, error.hint) from None
     except ValueError:
-        raise mark.error(f"'{uid}' is no TYPE::ID", "e.g. BatteryInterface::Robot") from None
+        raise mark.error(f"'{uid}' is not a TYPE::ID", "e.g. BatteryInterface::Robot") from None
 
 
 def _check_sensed(sensed: SensedValue, agent: Run) -> None:

@@ -8,7 +8,7 @@ from typing import Final
 from cxbridge.config import Configuration
 from cxbridge.skiller.simulation.estimators import SkillPattern, read_pattern
 from cxbridge_explore.worldmodel.model import (
-    LIKELY,
+    DEFAULT_PROBABILITY,
     WORLD_FILE,
     Absence,
     Kill,
@@ -21,6 +21,7 @@ from cxbridge_explore.worldmodel.model import (
 )
 from cxbridge_explore.worldmodel.section import Section
 
+# The allowed keys of each section.
 _WORLD: Final = ("skills", "otherwise", "sensed", "messages", "skillers", "killed", "order", "planner")
 _OTHERWISE: Final = ("fails", "duration", "hangs", "mute")
 _SKILL: Final = ("name", "args", *_OTHERWISE)
@@ -74,7 +75,7 @@ def _skill(skill: Section, pattern: SkillPattern) -> SkillModel:
     names = [failure.name for failure in failures]
     # The name is the option in a path, so it must tell the failures of a skill apart.
     if twice := {name for name in names if names.count(name) > 1}:
-        raise skill.error(f"has {', '.join(sorted(twice))} twice", "give each its own error")
+        raise skill.error(f"has {', '.join(sorted(twice))} twice", "give each failure a different error")
     mute = skill.probability("mute", 0.0)
     return SkillModel(pattern, failures, skill.duration("duration"), hangs, mute, skill.mark)
 
@@ -88,17 +89,17 @@ def _failure(failure: Section, *, is_only: bool) -> SkillFailure:
 def _sensed(sensed: Section) -> SensedValue:
     texts = sensed.texts("values")
     if len(texts) == 1 or len(set(texts)) < len(texts) or not texts:
-        raise sensed.error("must be different values, two at least", "[75.0, 3.0]", "values")
-    weights = [1 - LIKELY, *[LIKELY] * (len(texts) - 1)]
+        raise sensed.error("must be at least two different values", "[75.0, 3.0]", "values")
+    weights = [1 - DEFAULT_PROBABILITY, *[DEFAULT_PROBABILITY] * (len(texts) - 1)]
     if "probabilities" in sensed:
         weights = sensed.numbers("probabilities")
     if len(weights) != len(texts) or not all(0 <= weight <= 1 for weight in weights) or not sum(weights):
-        hint = f"{len(texts)} probabilities, one for each of the values, from 0 to 1"
+        hint = f"give {len(texts)} probabilities from 0 to 1, one for each value"
         raise sensed.error("do not fit the values", hint, "probabilities")
     times = sensed.numbers("at") if "at" in sensed else []
     for seconds in times:
         if not seconds >= 0:
-            raise sensed.error(f"is {seconds:g}", "seconds since the run began", "at")
+            raise sensed.error(f"is {seconds:g}", "give the seconds since the start of the run", "at")
     skills = tuple(sensed.texts("after"))
     return SensedValue(
         sensed.text("interface"),
@@ -111,7 +112,7 @@ def _sensed(sensed: Section) -> SensedValue:
 
 
 def _message(message: Section) -> MessageFault:
-    lost = message.probability("lost", 0.0 if "late" in message else LIKELY)
+    lost = message.probability("lost", 0.0 if "late" in message else DEFAULT_PROBABILITY)
     late = message.probability("late", 0.0)
     message.check_total([lost, late])
     delay = message.seconds("delay", 1.0)

@@ -10,9 +10,9 @@ from cxbridge.config.documents import Mark
 from cxbridge.errors import ConfigError
 from cxbridge.suggestions import did_you_mean
 from cxbridge_explore.worldmodel.distributions import PARAMETERS, Distribution, Shape
-from cxbridge_explore.worldmodel.model import LIKELY, Times
+from cxbridge_explore.worldmodel.model import DEFAULT_PROBABILITY, Times
 
-LONGEST_S: Final = 1e9  # about 30 years
+MAX_S: Final = 1e9  # about 30 years
 _REPRESENTATIVES: Final = ("median", "min", "max")
 _SHAPES: Final = tuple(shape.value for shape in Shape if shape is not Shape.CONSTANT)
 _BOUNDS: Final = ("min", "max", "explore")
@@ -101,7 +101,7 @@ class Section:
             return self._document.get_floats(path)
         return [self._document.get_float(path)]
 
-    def probability(self, key: str, default: float = LIKELY) -> float:
+    def probability(self, key: str, default: float = DEFAULT_PROBABILITY) -> float:
         """Return a probability.
 
         :raises ConfigError: if it is not from 0 to 1.
@@ -130,8 +130,8 @@ class Section:
 
         :raises ConfigError: if it is negative or too large.
         """
-        if not 0 <= value <= LONGEST_S:
-            raise self.error(f"is {value:g}", f"seconds, from 0 to {LONGEST_S:g}", key)
+        if not 0 <= value <= MAX_S:
+            raise self.error(f"is {value:g}", f"seconds, from 0 to {MAX_S:g}", key)
         return value
 
     def times(self, key: str, every: float = 0.0) -> Times:
@@ -160,7 +160,7 @@ class Section:
         shapes = [name for name in _SHAPES if name in section]
         if len(shapes) != 1:
             raise self.error(f"names {len(shapes)} distributions", f"one of: {', '.join(_SHAPES)}", key)
-        least, most = section.seconds("min"), section.seconds("max", LONGEST_S)
+        least, most = section.seconds("min"), section.seconds("max", MAX_S)
         if most < least:
             raise section.error(f"is {most:g}, less than the minimum {least:g}", key="max")
         shape = Shape(shapes[0])
@@ -176,7 +176,9 @@ def _parameters(section: Section, shape: Shape) -> tuple[float, ...]:
     if names is not None and len(values) != len(names):
         raise section.error(f"has {len(values)} parameters", f"it takes: {', '.join(names)}", shape)
     if shape is Shape.UNIFORM and values[0] > values[1]:
-        raise section.error(f"goes from {values[0]:g} down to {values[1]:g}", "write the least first", shape)
+        raise section.error(
+            f"goes from {values[0]:g} down to {values[1]:g}", "write the smaller value first", shape
+        )
     return tuple(section.checked_seconds(shape, value) for value in values)
 
 
@@ -184,7 +186,7 @@ def _representatives(section: Section, distribution: Distribution) -> tuple[floa
     """Return the seconds of ``explore``, which represent a distribution in an exploration."""
     if "explore" not in section:
         return ()
-    quantiles = (distribution.median, distribution.least_usual, distribution.most_usual)
+    quantiles = (distribution.median, distribution.low_quantile, distribution.high_quantile)
     seconds_by_name = dict(zip(_REPRESENTATIVES, quantiles, strict=True))
     names, listed = ", ".join(_REPRESENTATIVES), []
     for text in section.texts("explore"):

@@ -16,7 +16,7 @@ from cxbridge_explore.worlds.run import MakeAssembly, WorldResult, WorldRun, mak
 
 
 class JudgedRun(Closing):
-    """A run that is played once. A context manager.
+    """A run that is played once, with the same verdict as of ``cxbridge run``. A context manager.
 
     :param options: the options of ``cxbridge run``.
     :param chooser: decides at each choice point.

@@ -45,7 +45,7 @@ class _FailedCall(PlanCall):
 
     def __init__(self, service: PlanningService, request: PlanRequest, status: PlanStatus) -> None:
         super().__init__(service, request)
-        self._result = PlanResult(status, request.planner, message="the world has decided so")
+        self._result = PlanResult(status, request.planner, message="the world has chosen this result")
 
     @property
     def result(self) -> PlanResult | None:

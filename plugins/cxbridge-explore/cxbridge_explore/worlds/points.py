@@ -1,7 +1,7 @@
-"""Choice points: the moments of a run at which the world decides the next event, and who decides.
+"""Choice points, at which the world decides the next event of a run, and the choosers, which decide.
 
 A run reaches its choice points in the same order whenever it is played, so the choices of a run are its path:
-:class:`PathChooser` plays a path again, :class:`RandomChooser` draws one from a seed.
+:class:`PathChooser` plays a path again, :class:`RandomChooser` draws a path from a seed.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ USUAL: Final = 0  # index of the option without a fault
 
 class ChoiceKind(StrEnum):
     SKILL = "skill"  # the result of a skill call
-    DURATION = "duration"
-    FEEDBACK = "feedback"
+    DURATION = "duration"  # of a skill
+    FEEDBACK = "feedback"  # whether an executor reports its progress
     SENSED = "sensed"  # a value of an interface
     MESSAGE = "message"  # lost or delayed
     SKILLER = "skiller"  # a Skiller or an executor vanishes or returns
-    PLANNER = "planner"
+    PLANNER = "planner"  # the result of a planner call
     ORDER = "order"  # the turns of agents or activations
     KILL = "kill"  # an agent of a team is killed
 
@@ -36,9 +36,9 @@ class Option:
     """An event that the world can choose.
 
     :param name: the name in paths, such as ``fails``; unique within its choice point.
-    :param faults: the number of faults it uses up in an exploration.
+    :param faults: the number of faults that the option uses up in an exploration.
     :param weight: the probability relative to the other options.
-    :param value: depends on the kind of choice.
+    :param value: the data of the option, whose type depends on the kind of choice.
     """
 
     name: str
@@ -65,18 +65,18 @@ class Draw(Protocol):
         """Draw an option."""
 
     def read(self, name: str) -> Option | None:
-        """Return the option of this name; None if the range has no such option."""
+        """Return the option with this name; None if the range has no such option."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChoicePoint:
     """A moment at which the world decides.
 
-    :param subject: the specific subject, such as ``Skiller: deliver{wp='wp1'}``. Runs with equal choices
-        before have equal subjects.
-    :param seconds: since the start of the run, by its clock.
-    :param options: at least two, or one with ``draw``; the usual one first.
-    :param draw: makes further options, represented by the listed ones; or None.
+    :param subject: the subject of the decision, such as ``Skiller: deliver{wp='wp1'}``. Runs with equal
+        earlier choices have equal subjects.
+    :param seconds: the time since the start of the run, by its clock.
+    :param options: the listed options: at least two, or one with ``draw``; the usual option first.
+    :param draw: makes further options, which the listed options represent; None without further options.
     """
 
     kind: ChoiceKind
@@ -231,7 +231,9 @@ class RunChoices:
         point = ChoicePoint(kind, subject, self.seconds, options, draw)
         index = len(self.choices)
         chosen = self._chooser.choose(index, point)
-        if isinstance(chosen, Option):  # A drawn option joins the listed ones, so that a path can name it.
+        if isinstance(
+            chosen, Option
+        ):  # a drawn option is added to the listed options, so that a path can name it
             point = replace(point, options=(*options, chosen))
             chosen = len(options)
         choice = Choice(index, point, chosen)

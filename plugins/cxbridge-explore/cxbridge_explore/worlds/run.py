@@ -65,7 +65,7 @@ def world_beside(options: RunOptions) -> WorldModel:
 class WorldRun(Closing):
     """A run in a chosen world. A context manager. No thread is alive while the chooser decides.
 
-    :param options: the options of ``cxbridge run``, without their executors of skills.
+    :param options: the options of ``cxbridge run``; the world replaces the executors of skills.
     :param chooser: decides at each choice point.
     :param world: the possible events; None for the file in the scenario's folder.
     :param make: makes the program to run.
@@ -103,7 +103,7 @@ class WorldRun(Closing):
         planner = self._world.planner
         if planner is None:
             return NOTHING
-        from cxbridge_explore.worlds.planning import ChosenPlanning  # noqa: PLC0415 - only agents that plan pay
+        from cxbridge_explore.worlds.planning import ChosenPlanning  # noqa: PLC0415 - only worlds with faults of planners need it
 
         return Additions(planning=partial(ChosenPlanning, planner, lambda: self._choices))
 
@@ -142,10 +142,10 @@ class WorldRun(Closing):
         return self._choices.seconds
 
     def state(self) -> tuple[Hashable, ...] | None:
-        """Return the state on which the Skillers' next events depend, besides interfaces; times from now.
+        """Return the state on which the next events of Skillers depend, besides interfaces.
 
-        None means unknown: executors of a skill board have hidden progress, and a configured world has more
-        pending events than those of Skillers.
+        Times are relative to now. None means unknown: executors of a skill board have hidden progress, and a
+        configured world has more pending events than those of Skillers.
         """
         agents = self.assembly.agents
         if self._world != WorldModel() or any(agent.skill_board is not None for agent in agents):
@@ -204,7 +204,7 @@ class AgentWorld(Closing):
     """The world of one agent.
 
     :param agent: an agent that is not started yet.
-    :param prefix: the prefix of the subjects of its choices.
+    :param prefix: starts the subject of each choice, e.g. ``robot1/``; empty for a single agent.
     """
 
     def __init__(self, world: WorldModel, agent: Run, choices: RunChoices, prefix: str) -> None:

@@ -29,7 +29,7 @@ class SensedChoices:
     """Writes chosen values to a field of an interface.
 
     :param interface: the interface, open for writing.
-    :param prefix: the prefix of its subjects.
+    :param prefix: starts the subject of each choice, e.g. ``robot1/``.
     :raises ConfigError: if a value does not fit the field.
     """
 
@@ -76,7 +76,7 @@ class SensedChoices:
 class MessageChoices(Listener, Closing):
     """Drops or delays messages to the writer of an interface.
 
-    :param prefix: the prefix of its subjects.
+    :param prefix: starts the subject of each choice, e.g. ``robot1/``.
     """
 
     def __init__(

@@ -22,6 +22,7 @@ from cxbridge_explore.worldmodel.distributions import Distribution, text_of
 from cxbridge_explore.worldmodel.model import SkillFailure, SkillModel, WorldModel
 from cxbridge_explore.worlds.points import ChoiceKind, Option, RunChoices, fault, with_faults
 
+DEFAULT_S: Final = 1.0  # duration of a skill without an estimate
 _TAKES: Final = re.compile(r"takes\(([\d.]+)\)")
 
 
@@ -32,33 +33,33 @@ class DurationDraw:
     distribution: Distribution
 
     def draw(self, rng: random.Random) -> Option:
-        return takes(self.distribution.draw(rng))
+        return duration_option(self.distribution.draw(rng))
 
     def read(self, name: str) -> Option | None:
         match = _TAKES.fullmatch(name)
-        return None if match is None else takes(float(match[1]))
+        return None if match is None else duration_option(float(match[1]))
 
 
 class SkillResult(NamedTuple):
     """The result of a skill call.
 
-    :param outcome: None for the usual result.
+    :param outcome: the chosen outcome; None for the usual result.
     """
 
     call: Call
     outcome: Outcome | None
 
 
-def takes(seconds: float, faults: int = 0) -> Option:
-    """Return the option of a duration. Its name has the seconds, so that a path can repeat a draw."""
+def duration_option(seconds: float, faults: int = 0) -> Option:
+    """Return the option of a duration. Its name has the seconds, so that a path can repeat the duration."""
     return Option(f"takes({text_of(seconds)})", faults=faults, value=seconds)
 
 
 class SkillChoices:
     """Decides the results of an agent's skills.
 
-    :param agent: an agent without components.
-    :param prefix: the prefix of its subjects.
+    :param agent: an agent that is not started yet and has no Skillers.
+    :param prefix: starts the subject of each choice, e.g. ``robot1/``.
     :param on_call: called with the name of the Skiller, or of the skill board's agent, that begins a call.
     """
 
@@ -109,19 +110,21 @@ class SkillChoices:
         return Outcome(seconds, Status.S_FAILED, failure.error)
 
     def _seconds(self, duration: Distribution, subject: str) -> float:
+        """Return the chosen seconds of a duration."""
         first, *further_values = duration.representatives
         if not further_values:
             return first
-        options = (takes(first), *(takes(value, 1) for value in further_values))
+        # another duration than the usual one counts as a fault, which bounds the exploration
+        options = (duration_option(first), *(duration_option(value, 1) for value in further_values))
         draw = DurationDraw(duration)
         seconds: float = self._choices.choose(ChoiceKind.DURATION, subject, options, draw).value
         return seconds
 
     def _usual_seconds(self, call: SkillStringCall) -> float:
-        """Return the seconds to a failure of a call without a duration in the world."""
+        """Return the seconds until the failure of a call whose duration the world does not give."""
         decisions = (decider.decide(call) for decider in self._usual)
         seconds = next((outcome.seconds for outcome in decisions if outcome is not None), None)
-        return 1.0 if seconds is None else seconds
+        return DEFAULT_S if seconds is None else seconds
 
     def _subject(self, skiller: str, call: SkillStringCall) -> str:
         args = ", ".join(f"{key}={value!r}" for key, value in call.args.items())

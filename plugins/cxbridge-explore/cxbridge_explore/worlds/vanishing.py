@@ -20,10 +20,10 @@ class Schedule:
         self._next = times.begin
 
     def is_due(self, seconds: float) -> bool:
-        """Return whether a decision is due; True once for each moment."""
+        """Return whether a decision is due, once for each moment."""
         if not self._next <= seconds <= self._times.until:
             return False
-        # A loop of the executive may be longer than the period; missed moments are not made up for.
+        # A loop of the executive may be longer than the period; missed moments are skipped.
         while self._times.every and self._next <= seconds:
             self._next += self._times.every
         return True
@@ -32,7 +32,7 @@ class Schedule:
 class AbsenceChoices:
     """Lets a Skiller or an executor vanish and return.
 
-    :param prefix: the prefix of its subjects.
+    :param prefix: starts the subject of each choice, e.g. ``robot1/``.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class AbsenceChoices:
             self._has_begun_call = True
 
     def apply(self) -> None:
-        """Choose if a decision is due, and let it return when its time has come."""
+        """Decide on the absence if a decision is due, and end an absence whose time is over."""
         has_begun_call, self._has_begun_call = self._has_begun_call, False
         seconds = self._choices.seconds
         if self._is_absent:
@@ -137,7 +137,7 @@ class OrderChoices:
         names = [agent.name for agent in self._team.agents]
         if len(names) == 1 or not self._schedule.is_due(self._choices.seconds):
             return
-        # The first permutation is the present order, the usual option.
+        # The first permutation is the current order, which is the usual option.
         options = tuple(
             Option(", ".join(order), faults=int(number > 0), value=order)
             for number, order in enumerate(permutations(names))

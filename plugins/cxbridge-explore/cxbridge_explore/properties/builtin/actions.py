@@ -25,7 +25,7 @@ Literal = tuple[bool, Atom]  # an atom that an effect makes true or false
 class ObservedAction:
     """A plan-action as observed by a monitor.
 
-    :param arguments: values by parameter.
+    :param arguments: the values by parameter.
     """
 
     key: ActionKey
@@ -34,7 +34,7 @@ class ObservedAction:
 
     @property
     def text(self) -> str:
-        """Name and arguments."""
+        """The name and the arguments, separated by spaces."""
         return " ".join((self.name, *self.arguments.values()))
 
     @property
@@ -65,16 +65,16 @@ class ActionMonitor(Monitor):
             key = tables.name, slots["goal-id"], slots["plan-id"], slots["id"]
             state, earlier = slots["state"], self._states.get(key)
         except KeyError:
-            return  # an agent's own template of this name
+            return  # the agent has another deftemplate of this name
         if state == earlier:  # each modification of another slot asserts the fact again
             return
         self._states[key] = state
         if state in _STARTED and earlier not in _STARTED:
-            self.started(tables, self._action(tables, key, slots))
+            self.on_start(tables, self._action(tables, key, slots))
         elif state == "FINAL":
-            self.done(tables, self._action(tables, key, slots))
+            self.on_end(tables, self._action(tables, key, slots))
         elif state in _WAITING:
-            self.waits(key)
+            self.on_wait(key)
 
     @staticmethod
     def _action(tables: FactTables, key: ActionKey, slots: Mapping[str, str]) -> ObservedAction:
@@ -87,20 +87,20 @@ class ActionMonitor(Monitor):
         return ObservedAction(key, name, dict(zip(names, values, strict=False)))
 
     @abstractmethod
-    def started(self, tables: FactTables, action: ObservedAction) -> None:
+    def on_start(self, tables: FactTables, action: ObservedAction) -> None:
         """Handle the start of an action."""
 
-    def waits(self, key: ActionKey) -> None:
-        """Handle an action that waits for its start: a new one, or one that the agent retries."""
+    def on_wait(self, key: ActionKey) -> None:
+        """Handle an action that waits for its start: a new action, or an action that the agent retries."""
 
-    def done(self, tables: FactTables, action: ObservedAction) -> None:
+    def on_end(self, tables: FactTables, action: ObservedAction) -> None:
         """Handle the end of an action, after its effects were applied."""
 
 
 class PreconditionsHold(ActionMonitor):
     """No action starts with a false precondition."""
 
-    def started(self, tables: FactTables, action: ObservedAction) -> None:
+    def on_start(self, tables: FactTables, action: ObservedAction) -> None:
         if not any(formula["part-of"] == action.name for formula in tables.texts("pddl-formula")):
             return
         self.is_evaluated = True
@@ -156,7 +156,10 @@ class ExecutedOnce(ActionMonitor):
             )
 
     def _undo_literal(self, positive: bool, _template: str, slots: Mapping[str, str]) -> None:
-        """Forget the actions with an effect that a changed fact undoes."""
+        """Forget the executed actions with an effect that a changed fact undoes.
+
+        :param positive: whether the undone effect makes the atom true.
+        """
         atom = (slots["name"], *fields(slots["param-values"]))
         self._undo({(positive, atom)})
 
@@ -164,10 +167,10 @@ class ExecutedOnce(ActionMonitor):
         for key in [key for key in self._achieved if not literals.isdisjoint(key[1])]:
             del self._achieved[key]
 
-    def waits(self, key: ActionKey) -> None:
+    def on_wait(self, key: ActionKey) -> None:
         self._calls.pop(key, None)
 
-    def started(self, tables: FactTables, action: ObservedAction) -> None:
+    def on_start(self, tables: FactTables, action: ObservedAction) -> None:
         """Report an action whose effects were achieved and not undone."""
         effects = self._effects(tables, action)
         if not effects:
@@ -177,12 +180,12 @@ class ExecutedOnce(ActionMonitor):
         if achiever is not None:
             self.scene.report(
                 f"{action.text} of {action.goal} starts, but {achiever} has been executed, "
-                "and its effects are there",
+                "and its effects still hold",
                 goal=action.goal,
                 action=action.text,
             )
 
-    def done(self, tables: FactTables, action: ObservedAction) -> None:
+    def on_end(self, tables: FactTables, action: ObservedAction) -> None:
         """Record the achieved effects."""
         effects = self._effects(tables, action)
         if effects:
@@ -191,7 +194,7 @@ class ExecutedOnce(ActionMonitor):
 
     @staticmethod
     def _purpose(effects: frozenset[Literal]) -> frozenset[Literal]:
-        """Return the atoms that an action makes true, or else those it makes false."""
+        """Return the atoms that an action makes true; without such atoms, the atoms made false."""
         return frozenset(literal for literal in effects if literal[0]) or effects
 
     @staticmethod

@@ -7,7 +7,7 @@ from typing import Final
 from cxbridge.events import Event, InterfaceMessage, Level, LogLine
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
 
-# Prefix of CLIPS' message with the rule of an error; the message before it has the error.
+# The prefix of CLIPS' message with the rule of an error. The message before has the error itself.
 _HALTED: Final = "[PRCCODE4]"
 
 _SKILLER: Final = "SkillerInterface"

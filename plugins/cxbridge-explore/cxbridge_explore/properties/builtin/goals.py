@@ -1,4 +1,4 @@
-"""Properties of goals: each is retracted in the end, and none rests without a reason."""
+"""Properties of goals: each goal is retracted in the end, and no goal rests without a reason."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ def _is_maintained(goal: Slots) -> bool:
 
 
 def _may_be_removed(goal: Slots) -> bool:
+    """Return whether an agent may retract the fact of a goal."""
     # A goal that a rule asserts without an id is replaced by a copy with an id.
     return bool(goal["mode"] == _RETRACTED or (goal["id"] == "nil" and goal["mode"] == "FORMULATED"))
 
@@ -77,7 +78,7 @@ class GoalsRetracted(Monitor):
                 if not any(_may_be_removed(each) for each in _with_parents(goal, last_slots)):
                     name, mode = goal["id"], goal["mode"]
                     self.scene.report(f"goal {name} is gone, it was {mode}", goal=name)
-            # Only now: the parents of a removed goal may be removed in the same loop.
+            # Forget the goals only now, since the parents of a removed goal may be removed in the same loop.
             for goal in removed:
                 del last_slots[goal["id"]]
 
@@ -104,7 +105,7 @@ class NoIdleRest(Monitor):
     def __init__(self, scene: Scene, limit_s: float = DEFAULT_REST_S) -> None:
         super().__init__(scene)
         self._limit_s = limit_s
-        # The goals that wait for nothing, by agent and id: their mode, and the seconds since when.
+        # The mode of each goal that waits for nothing, and the second since which it rests; by agent and id.
         self._rests: dict[tuple[str, str], tuple[str, float]] = {}
 
     def left(self, tables: FactTables) -> None:
@@ -127,13 +128,13 @@ class NoIdleRest(Monitor):
                 )
 
     def _resting(self, tables: FactTables) -> Iterator[tuple[str, str]]:
-        """Yield id and mode of the goals that wait for nothing."""
+        """Yield the id and the mode of each goal that waits for nothing."""
         goals = _goals(tables)
         busy = {str(slots["goal-id"]) for slots in tables.facts(_CALL) if slots["status"] == "RUNNING"}
         actions = tables.facts(_ACTION)
         working = {str(slots["goal-id"]) for slots in actions if slots["state"] in _AT_WORK}
         busy |= working
-        if working:  # It may wait for a busy Skiller, or for the effect of another action.
+        if working:  # a pending action may wait for a busy Skiller, or for the effect of another action
             busy |= {str(slots["goal-id"]) for slots in actions if slots["state"] == "PENDING"}
         parents = {str(goal["parent"]) for goal in goals.values() if goal["mode"] != _RETRACTED}
         has_locks = any(slots["state"] == "LOCKED" for slots in tables.facts("mutex"))

@@ -1,4 +1,4 @@
-"""Properties of resources: each has at most one holder, and none outlives its goal."""
+"""Properties of resources: each resource has at most one holder, and no resource outlives its goal."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _IDENTITY: Final = ("cx", "identity")
 
 
 def _acquired(tables: FactTables) -> Iterator[tuple[str, str]]:
-    """Yield the acquired resources, each with its goal."""
+    """Yield each acquired resource and the id of its goal."""
     for slots in tables.facts(_GOAL):
         for resource in slots["acquired-resources"]:
             yield str(resource), str(slots["id"])
 
 
 class OneHolder(Monitor):
-    """No resource has two holders at a time, in one agent or in several."""
+    """No resource has two holders at a time, be they goals of one agent or of several agents."""
 
     templates = (_GOAL,)
 
@@ -37,7 +37,7 @@ class OneHolder(Monitor):
                 first_holder = holders.setdefault(resource, holder)
                 if first_holder != holder:
                     self.scene.report(
-                        f"{first_holder} and {holder} have both got the resource {resource}", goal=goal
+                        f"{first_holder} and {holder} both hold the resource {resource}", goal=goal
                     )
 
 
@@ -62,7 +62,7 @@ class NoLostResource(Monitor):
     def end(self, end: RunEnd) -> None:
         """Report locks that are still held."""
         for tables in self.scene.tables:
-            # Agents share the mutexes of the robot memory, so each has facts about the locks of all.
+            # Agents share the mutexes of the robot memory, so an agent has facts about the locks of all.
             identities = {
                 str(slots["value"]) for slots in tables.facts("wm-fact") if slots["key"] == _IDENTITY
             }
@@ -73,4 +73,4 @@ class NoLostResource(Monitor):
                     and slots["state"] == "LOCKED"
                     and slots["locked-by"] in identities
                 ):
-                    self.scene.report(f"{slots['locked-by']} has not given back the lock {slots['name']}")
+                    self.scene.report(f"{slots['locked-by']} has not released the lock {slots['name']}")

@@ -21,13 +21,13 @@ def builtin_properties(rest_s: float = DEFAULT_REST_S) -> tuple[Property, ...]:
     :param rest_s: the limit in seconds for a goal that waits for nothing.
     """
     rows: tuple[tuple[str, Callable[[Scene], Monitor], str], ...] = (
-        (RUN_ENDS, RunEnds, "the run comes to its end"),
+        (RUN_ENDS, RunEnds, "the run reaches its end"),
         ("no-errors", NoErrors, "no rule has a run-time error"),
         ("goals-retracted", GoalsRetracted, "each goal is RETRACTED in the end"),
         (
             "no-idle-rest",
             partial(NoIdleRest, limit_s=rest_s),
-            f"no goal rests in a mode for more than {rest_s:g} s without something that it waits for",
+            f"no goal rests in a mode for more than {rest_s:g} s without waiting for something",
         ),
         ("no-lost-resource", NoLostResource, "no resource outlives its goal"),
         ("one-holder", OneHolder, "no resource has two holders"),

@@ -124,7 +124,7 @@ TWICE = (
                 asserting("(goal (id ONE) (class NOBODYS) (mode DISPATCHED) (acquired-resources tap))"),
                 asserting("(goal (id TWO) (class NOBODYS) (mode DISPATCHED) (acquired-resources sink tap))"),
             ],
-            "ONE and TWO have both got the resource tap$",
+            "ONE and TWO both hold the resource tap$",
             {},
             id="two holders",
         ),

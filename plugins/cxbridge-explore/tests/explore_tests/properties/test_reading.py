@@ -12,7 +12,7 @@ from cxbridge.events import Event, FactChange, GoalTransition, PlanActionTransit
 from cxbridge_explore.properties.forms import read_property
 from cxbridge_explore.properties.functions import property_of
 from cxbridge_explore.properties.monitor import Property
-from cxbridge_explore.properties.reading import joined, properties_beside, read_properties
+from cxbridge_explore.properties.reading import combine_properties, properties_beside, read_properties
 from cxbridge_explore.worlds.run import WorldRun
 from explore_tests.properties.runs import BUILTIN, shipped, watched
 
@@ -44,7 +44,7 @@ def test_an_error_in_a_run_names_the_line(tmp_path: Path):
 
 def test_two_of_a_name():
     with pytest.raises(ConfigError, match="two properties 'run-ends'"):
-        joined(BUILTIN, [read_property("run-ends: never (goal)")])
+        combine_properties(BUILTIN, [read_property("run-ends: never (goal)")])
 
 
 def goodbye_comes_last(events: Sequence[Event]) -> str | None:

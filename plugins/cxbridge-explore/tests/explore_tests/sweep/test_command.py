@@ -63,7 +63,7 @@ def test_a_sweep_without_a_run_that_came_to_its_end_says_so(capsys):
     assert "timed out: 2 of 2" in out
     assert (status, err) == (
         1,
-        f"{SCENARIO}: no run came to its end, so the sweep says nothing of the agent\n",
+        f"{SCENARIO}: no run reached its end, so the sweep says nothing about the agent\n",
     )
 
 

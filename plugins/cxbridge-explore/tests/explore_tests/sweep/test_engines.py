@@ -59,7 +59,7 @@ def test_workers_that_are_killed_lose_nothing(expected, monkeypatch):
         pids.append(self.pid)
 
     monkeypatch.setattr(WorkerProcess, "__init__", noted)
-    monkeypatch.setattr(engine_module, "MOST_DEATHS", 100)
+    monkeypatch.setattr(engine_module, "MAX_DEATHS", 100)
     rows = []
     for row in LocalEngine(2).rows(JOB, SEEDS):
         rows.append(timeless(row))
@@ -77,7 +77,7 @@ def test_a_run_that_never_ends_has_crashed_and_the_others_go_on(tmp_path):
 
 def test_a_scenario_that_never_comes_to_a_skill_is_an_error(tmp_path):
     job = SweepJob(spinning(tmp_path, "(time $?)"), cpu_seconds=1)
-    with pytest.raises(CxbridgeError, match="does not come to its first skill"):
+    with pytest.raises(CxbridgeError, match="does not reach its first skill"):
         list(LocalEngine(1).rows(job, SEEDS))
 
 

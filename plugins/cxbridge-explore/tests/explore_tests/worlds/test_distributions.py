@@ -23,7 +23,7 @@ from cxbridge_explore.worlds.points import (
     Step,
     read_path,
 )
-from cxbridge_explore.worlds.skills import DurationDraw, takes
+from cxbridge_explore.worlds.skills import DurationDraw, duration_option
 
 seconds = st.floats(0, 100)
 distributions = st.builds(
@@ -40,7 +40,7 @@ distributions = st.builds(
 def test_what_is_drawn_is_within_the_bounds(distribution, seed):
     drawn = distribution.draw(random.Random(seed))
     assert distribution.least - 0.001 <= drawn <= distribution.most + 0.001
-    assert distribution.least_usual <= distribution.median <= distribution.most_usual
+    assert distribution.low_quantile <= distribution.median <= distribution.high_quantile
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_the_draws_have_the_median_of_their_distribution(shape, parameters, expe
 def duration(chooser: Chooser) -> Choice:
     """Let a chooser decide the duration of a skill."""
     distribution = Distribution(Shape.UNIFORM, (2.0, 4.0))
-    options = tuple(takes(each) for each in distribution.representatives)
+    options = tuple(duration_option(each) for each in distribution.representatives)
     choices = RunChoices(chooser, VirtualClock())
     choices.choose(ChoiceKind.DURATION, "a: b{}", options, DurationDraw(distribution))
     return choices.choices[0]

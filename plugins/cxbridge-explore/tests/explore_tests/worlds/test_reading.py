@@ -113,7 +113,7 @@ def test_the_file_is_beside_the_scenario(tmp_path):
         ("order: 1", 1, "must be a map"),
         ("order: {from: 3, until: 2}", 1, "ends at 2, before 3"),
         ("killed: [{agent: a, back: -1}]", 1, "back is -1"),
-        ("sensed: [{interface: A, field: b, values: [1]}]", 1, "two at least"),
+        ("sensed: [{interface: A, field: b, values: [1]}]", 1, "at least two different values"),
         ("sensed: [{interface: A, field: b, values: [1, 2], probabilities: [1]}]", 1, "do not fit"),
         ("messages: [{interface: A, lost: 0.6, late: 0.6}]", 1, "1.2 together"),
     ],
