@@ -54,15 +54,15 @@ def game(
     *,
     as_json: AsJson = False,
 ) -> int:
-    """Play a game on the virtual clock, and print the score; play many with --games or --against.
+    """Play a game on the virtual clock, and print the score; play many games with --games or --against.
 
-    A game is a scenario with a referee that publishes GameInterface, or a game of a plug-in. The orders, and
-    what fails, are drawn by the seed: the same seed is the same game. With cxbridge-rcll, --refbox-dir plays
-    the RoboCup Logistics League, judged by the referee's own rules in the same process; with --referee a
-    referee box that runs judges one game of the league in real time, with its own draws.
+    A game is a scenario with a referee that publishes GameInterface, or a game of a plug-in. The seed
+    determines the orders and the failures, so the same seed gives the same game. With cxbridge-rcll, --refbox-dir plays
+    the RoboCup Logistics League, judged by the referee's own rules in the same process; with --referee, a
+    running referee box judges one game of the league in real time, with its own draws.
 
-    Exit status: 0 each game came to its end; 1 the agent's own tests failed; 2 bad input; 3 a game did not
-    come to its end; 4 a fault of a run itself.
+    Exit status: 0 each game reached its end; 1 the agent's own tests failed; 2 bad input; 3 a game did not
+    reach its end; 4 a fault of a run itself.
 
     Example: cxbridge game workshop --games 20 --against workshop-2
     """
@@ -75,11 +75,9 @@ def game(
         log = _GameLog(console, first.quiet)
         return _report_one(first.play(play.seed, log, log.attach), play.html, as_json=as_json)
     if options.trace or options.log or options.bblog:
-        raise CxbridgeError(
-            "many games cannot be recorded to one file", hint="play the one of a seed: --seed N"
-        )
+        raise CxbridgeError("many games cannot be recorded to one file", hint="play a single game: --seed N")
     if play.html is not None:
-        raise CxbridgeError("--html shows one game", hint="play the one of a seed: --seed N")
+        raise CxbridgeError("--html shows one game", hint="play a single game: --seed N")
     return _play_many(_games(first, against), play, as_json=as_json)
 
 
@@ -104,7 +102,7 @@ def _games(first: Game, against: Path | None) -> dict[str, Game]:
     if against is not None:
         games[str(against)] = first.of_agent(against)
         if len(games) == 1:
-            raise CxbridgeError(f"--against names the same agent: {against}", hint="name another one")
+            raise CxbridgeError(f"--against names the same agent: {against}", hint="name another agent")
     return games
 
 
@@ -141,7 +139,7 @@ def _play_many(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -
 
 def _status(results: Mapping[int, GameResult]) -> int:
     """Print undefined constructs and faults, and return the exit status."""
-    # The games have one agent, so each of them has the same undefined constructs.
+    # The games have the same agent, so the same constructs are undefined in each game.
     undefined = dict.fromkeys(construct for result in results.values() for construct in result.undefined)
     for construct in undefined:
         complain(f"{construct}; what it does never happens")

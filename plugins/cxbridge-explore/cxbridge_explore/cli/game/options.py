@@ -25,25 +25,27 @@ class PlayOptions:
 
     second: Annotated[
         Path | None,
-        typer.Argument(metavar="[SCENARIO2]", help="As --against SCENARIO2.", show_default=False),
+        typer.Argument(metavar="[SCENARIO2]", help="The same as --against SCENARIO2.", show_default=False),
     ] = None
     against: Annotated[
         Path | None,
         typer.Option(
             metavar="SCENARIO",
-            help="A second agent, on the same seeds. In a game of a plug-in: a folder that is laid over the "
-            "first one's.",
+            help="A second agent, which plays with the same seeds. In a game of a plug-in: a folder that is "
+            "laid over the folder of the first agent.",
             show_default=False,
         ),
     ] = None
-    games: Annotated[int, typer.Option(min=1, metavar="N", help="How many games, each with a seed.")] = 1
+    games: Annotated[
+        int, typer.Option(min=1, metavar="N", help="The number of games, each with a different seed.")
+    ] = 1
     seed: Annotated[int, typer.Option(help="The seed of the first game; later games count up from it.")] = 0
     minutes: Annotated[
         float | None,
         typer.Option(
             min=0,
             metavar="M",
-            help="Minutes of the production; by default as the game says.",
+            help="The duration of the production in minutes; by default the duration in the game.",
             show_default=False,
         ),
     ] = None
@@ -51,12 +53,12 @@ class PlayOptions:
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="The world with its failures; by default the scenario's world.yaml, or none.",
+            help="The world with its failures; by default the scenario's world.yaml, or no failures.",
             show_default=False,
         ),
     ] = None
     jobs: Annotated[
-        int, typer.Option(min=0, help="Processes for many games; 0: as many as there are processors.")
+        int, typer.Option(min=0, help="The number of processes for many games; 0: one per processor.")
     ] = 0
 
     html: Annotated[
