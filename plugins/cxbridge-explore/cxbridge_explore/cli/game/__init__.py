@@ -58,8 +58,8 @@ def game(
 
     A game is a scenario with a referee that publishes GameInterface, or a game of a plug-in. The seed
     determines the orders and the failures, so the same seed gives the same game. With cxbridge-rcll,
-    --refbox-dir plays the RoboCup Logistics League, judged by the referee's own rules in the same process; with
-    --referee, a running referee box judges one game of the league in real time, with its own draws.
+    --refbox-dir plays the RoboCup Logistics League, judged by the referee's own rules in the same process;
+    with --referee, a running referee box judges one game of the league in real time, with its own draws.
 
     Exit status: 0 each game reached its end; 1 the agent's own tests failed; 2 bad input; 3 a game did not
     reach its end; 4 a fault of a run itself.
