@@ -101,7 +101,7 @@ class PartOptions:
         str | None, Meta(description="The agent of the daemon, if CONFIG has several agents.")
     ] = None
     spec: Annotated[str | None, Meta(description="The executive's spec.")] = None
-    speech: Annotated[str | None, Meta(description="Speak the texts of the skill say.")] = None
+    speech: Annotated[str | None, Meta(description="Speak the texts that skills say.")] = None
     clock: Annotated[str | None, Meta(description="The clock: real, scaled:N or ros2.")] = None
 
 

@@ -58,7 +58,7 @@ MakeComponent = Callable[["Run"], Component]
 
 @dataclass(frozen=True, slots=True)
 class RunBase:
-    """Configuration, clock, bus and loop of a run. The runs of a team share most of them.
+    """The configuration, clock, bus and loop of a run. The agents of a team share clock, bus and loop.
 
     :param name: the name of the CLIPS environment.
     :param early: the files that were read before the recording begins; None in a run without recording.
@@ -76,7 +76,7 @@ class RunBase:
 
 
 def make_base(options: RunOptions, clock: Clock | None = None, *, recorded: bool = False) -> RunBase:
-    """Read the configuration, make clock, bus and main loop.
+    """Read the configuration, and make the clock, the bus and the main loop.
 
     :param clock: by default the clock of the options.
     :param recorded: whether a program records the run in addition to the options.
@@ -130,11 +130,12 @@ class Player(Protocol):
 class Run(Closing):
     """One agent with its components. :meth:`start` loads the agent; a context manager closes the run.
 
-    :param base: by default configuration, clock, bus and loop from the options.
+    :param base: the configuration, clock, bus and loop; by default made from the options.
     :param replay: the recorded environment, which replaces Skillers and local executors.
     :param additions: features, skills and writers of a program.
-    :param components: make components that start before those of the configuration.
-    :param is_look: only read the agent: no component starts, no configured module is imported.
+    :param components: make components that start before the components of the configuration.
+    :param is_look: whether the agent is only inspected: no component starts, no configured module is
+        imported.
     :raises CxbridgeError: if a named file or setting is missing or wrong.
     """
 
@@ -158,7 +159,7 @@ class Run(Closing):
         self.name, self.config, self.early = base.name, base.config, base.early
         self.clock, self.bus, self.loop = base.clock, base.bus, base.loop
         self.source = source_of(options)
-        # without actions for it, a Skiller would only cost its start
+        # without actions that use a Skiller, its start would only cost time
         self.options = options if self.source.needs_skiller else replace(options, skiller="none")
         self.additions, self.is_look, self._replay = additions, is_look, replay
         self._first_components = components
@@ -178,11 +179,11 @@ class Run(Closing):
         self.skill_service: SkillBoardService | None = None
         """The active skill board."""
         self.execution: Execution | None = None
-        """How executors of the skill board execute calls; None: as configured."""
+        """Executes the calls of the skill board's executors; None: the configured execution."""
         self.known_skills: dict[str, frozenset[str] | None] = {}
         """The skills by Skiller of this process; None: the Skiller accepts any skill."""
         self.make_planning = additions.planning if replay is None else replay.make_planning
-        """Makes the planning of an environment; None: planners."""
+        """Makes the planning service of an environment; None: the service that calls planners."""
         self.pddl_parser = PddlParserFeature(as_fawkes=reads_as_fawkes(self.config))
         self.registry = InterfaceRegistry(self.paths.interface_dirs)
         board_class = LocalBlackBoard if replay is None else replay.board_class
@@ -191,7 +192,7 @@ class Run(Closing):
         # before Hook.THINK: rules see the changes of other agents in the same cycle
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
         self.thinking_node: ManagedNode[ThinkingComponent] | None = None
-        # a run without one of its components would be another run: any failure ends it
+        # without one of its components a run would have other results, so any failure ends the run
         self.lifecycle = ComponentManager((), self.clock, policy=Policy.RAISE)
         self._shared: dict[Callable[[Self], Any], Any] = {}
         self._graph: NavGraph | None = None
@@ -258,7 +259,7 @@ class Run(Closing):
         shared: T = self._shared[make]
         return shared
 
-    def section(self, name: str) -> PluginSettings | None:  # noqa: ARG002 - only a daemon has them
+    def section(self, name: str) -> PluginSettings | None:  # noqa: ARG002 - only a daemon has such settings
         """Return a plug-in's settings of a daemon; None in a run."""
         return None
 
@@ -274,7 +275,7 @@ class Run(Closing):
 
     @property
     def watch_level(self) -> str:
-        """The level at which rules and facts are watched: that of the recording, or all while a user asks."""
+        """The level at which rules and facts are watched: of the recording, or all if clients may ask."""
         return "facts" if self.has_clients else self.options.trace_level
 
     def start(self) -> None:
@@ -324,7 +325,7 @@ class Run(Closing):
         self.loop.remove(Hook.WORLDSTATE, self.memory.attend)
 
     def enter_loop(self) -> None:
-        """Add the steps to the main loop again, behind those of all other agents."""
+        """Add the steps to the main loop again, after the steps of all other agents."""
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
         for component in self.components:
             self._join(component)
@@ -346,7 +347,7 @@ class Run(Closing):
         A goal has ended when it is retracted or removed, or waits in MAINTAIN. A replay is over at the end of
         the recording.
         """
-        # a skill may run longer than the goal that has started it
+        # a skill may run longer than the goal that started the skill
         over = self.executive.is_over and not any(component.running for component in self.components)
         if self._replay is None:
             return over

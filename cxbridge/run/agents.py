@@ -33,7 +33,7 @@ CLOCKS: Final[Table[Callable[[Configuration, Path], Clock]]] = Table(
 
 
 def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
-    """Make a clock: ``virtual``, ``real``, ``scaled:N``, or one of a plug-in.
+    """Make a clock: ``virtual``, ``real``, ``scaled:N``, or the clock of a plug-in.
 
     :param config: the settings for clocks of plug-ins.
     :param folder: the base of relative paths in the configuration.
@@ -71,7 +71,7 @@ def _report_durations(loop: MainLoop, bus: EventBus) -> None:
             duration_us = (time.perf_counter_ns() - start_ns) // 1000
             bus.emit(LoopTime(bus.clock.now_us(), loop.loops + 1, duration_us))
 
-    # PRE_LOOP before all later steps; components that add steps to POST_LOOP later are not measured
+    # added first, so the measurement includes all steps but the later ones of POST_LOOP
     loop.add(Hook.PRE_LOOP, start)
     loop.add(Hook.POST_LOOP, end)
 
@@ -86,7 +86,7 @@ def agent_names(config: Configuration) -> list[str]:
         raise config.error(AGENTS, f"{AGENTS} must be a map", "write agents: {robot1: {}, robot2: {}}")
     for name in names:
         path = f"{AGENTS}/{name}"
-        # the name is that of the CLIPS environment, and part of interface ids and file names
+        # the name also names the CLIPS environment, and is part of interface ids and file names
         if not _NAME.fullmatch(name) or name == ENVIRONMENT:
             hint = f"use letters, digits, _ and -; '{ENVIRONMENT}' is the environment of an unnamed agent"
             raise config.error(path, f"{path} is not a name of an agent", hint)
@@ -103,7 +103,7 @@ def agent_names(config: Configuration) -> list[str]:
 
 
 def choose_agent(config: Configuration, name: str) -> Configuration:
-    """Return the configuration of one agent: the scenario's, overlaid with the agent's.
+    """Return the configuration of one agent: the scenario's configuration, overlaid with the agent's part.
 
     :raises CxbridgeError: if the scenario has no such agent.
     """
@@ -124,5 +124,5 @@ def choose_agent(config: Configuration, name: str) -> Configuration:
 
 
 def _is_value(config: Configuration, path: str) -> bool:
-    """Return whether a path has a value that is not a map. Empty counts as an empty map."""
+    """Return whether a path has a value other than a map; an empty value counts as an empty map."""
     return config.exists(path) and (config.is_list(path) or bool(config.get(path).text))

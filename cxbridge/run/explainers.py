@@ -29,7 +29,7 @@ class Explainer(Protocol):
         """Return ``lines`` for people and ``data`` for programs.
 
         :param kind: ``rule``, ``goal``, ``action``, ``fact``, or ``run``, which has no name.
-        :raises CxbridgeError: if the run has nothing of that name, or does not know it.
+        :raises CxbridgeError: if the run has no object of this name.
         """
 
 
@@ -39,7 +39,7 @@ class Places:
     A place is ``FILE:LINE``, or empty if no file spells the name out.
     """
 
-    def of_action(self, action: str) -> str:  # noqa: ARG002 - here and below: plug-ins use them
+    def of_action(self, action: str) -> str:  # noqa: ARG002 - here and below: plug-ins use the parameters
         """Return the place in a plan that uses an action."""
         return ""
 
@@ -64,13 +64,13 @@ class Places:
 
 
 def _functions(name: str) -> Iterator[Callable[..., Any]]:
-    """Yield the functions of a name in the explainer modules; modules may lack them."""
+    """Yield the functions with a name of all explainer modules that have the function."""
     modules = map(EXPLAINERS.load, EXPLAINERS.rows)
     return (getattr(module, name) for module in modules if hasattr(module, name))
 
 
 def places(files: Sequence[Path]) -> Places:
-    """Return the name finder of the first explainer that has one."""
+    """Return the finder of the first explainer with a function ``places``, or a finder that finds nothing."""
     find: Callable[..., Places] = next(_functions("places"), lambda _files: Places())
     return find(files)
 

@@ -38,7 +38,7 @@ def _pddl_parser(context: Run) -> Feature:
     return context.pddl_parser
 
 
-# The features below are imported when an agent requests them, for the start of all other agents.
+# The features below are imported when an agent requests them, which keeps the start of other agents fast.
 
 
 def _robot_memory(context: Run) -> Feature:

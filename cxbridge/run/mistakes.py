@@ -1,6 +1,6 @@
-"""Mistakes of an agent that a run finds while it loads files, and actions without an executor.
+"""Mistakes of an agent that a run finds while it loads the files, and actions without an executor.
 
-A broken agent does not start, except one that is lenient (:attr:`~cxbridge.run.source.Source.is_lenient`).
+A broken agent does not start, unless it is lenient (:attr:`~cxbridge.run.source.Source.is_lenient`).
 The checks load nothing themselves: they collect the diagnostics of the CLIPS loader, the PDDL parser and the
 blackboard, and compare the action mapping with skills and operators.
 """
@@ -38,7 +38,7 @@ _NOT_EXECUTED: Final = "No action executor"
 class AgentChecks:
     """Finds mistakes in the agents of a run. Each mistake is reported once.
 
-    :param agents: made but not started. Their mistakes are no longer logged individually.
+    :param agents: the agents, not yet started. Their mistakes are no longer logged individually.
     :param strict: overrides :attr:`RunOptions.strict`.
     """
 
@@ -123,7 +123,7 @@ class _Loading:
         mistakes = list(_causes(diagnostics, files_are_missing=bool(missing)))
         if not self.is_initialized and self._executive.initialized:
             self.is_initialized = True
-            # with a broken file, operators and skills may be missing that it defines
+            # a broken file may define operators and skills that the mapping would wrongly lack
             if not mistakes and not missing:
                 mistakes += _mapping_mistakes(self.agent)
         return mistakes
@@ -198,7 +198,7 @@ def _mapping_mistakes(agent: Run) -> list[CxbridgeError]:
                 text = f"'{action}' is mapped to the skill '{name}', which does not exist"
                 unknown_skill = _mapping_mistake(agent, action, text, name, skills)
                 mistakes.append(unknown_skill)
-    # said once, at the last mistake: the user may only lack the robot's skills
+    # the hint appears once, at the last mistake: the user may only lack the robot's skills
     if unknown_skill is not None and agent.known_skills:
         end = "" if (unknown_skill.hint or "").endswith("?") else "."
         unknown_skill.hint = (
@@ -228,7 +228,7 @@ def _mapping_path(agent: Run) -> str:
 def _mapping_mistake(agent: Run, action: str, message: str, word: str, names: Iterable[str]) -> ConfigError:
     """Return the error about a word in the mapping of an action.
 
-    :param names: the words that are possible.
+    :param names: the valid words.
     """
     names = sorted(names)
     hint = did_you_mean(word, names, f"there are: {', '.join(names) or 'none'}")
@@ -239,7 +239,7 @@ def _mapping_mistake(agent: Run, action: str, message: str, word: str, names: It
 
 
 def places_of(agent: Run, executive: Executive) -> Places:
-    """Return the name finder for the loaded files of an agent, without those of the core."""
+    """Return the finder for the loaded files of an agent without the files of the core."""
     paths = agent.paths
     core = (paths.cx, paths.library, *paths.before)
     files = dict.fromkeys(executive.env.loader.files)

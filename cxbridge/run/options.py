@@ -49,7 +49,7 @@ class PluginOptions:
 
     @property
     def needs_real_time(self) -> bool:
-        """Whether the default clock is the real one."""
+        """Whether the default clock is the real clock."""
         return False
 
     @property
@@ -108,7 +108,8 @@ class SourceOptions:
     core: Annotated[
         str | None,
         Meta(
-            description="builtin or fawkes: whose CX core; by default that of the checkout, if there is one."
+            description="The CX core, builtin or fawkes; by default the core of "
+            "the checkout, if there is one."
         ),
     ] = None
     clips_dirs: Annotated[
@@ -125,7 +126,7 @@ class SourceOptions:
         return next((group for group in self.more if isinstance(group, kind)), None)
 
     def option(self, name: str) -> Any:
-        """Return the value of a plug-in's option; None if not given."""
+        """Return the value of a plug-in's option; None if the user did not give it."""
         return next((getattr(group, name) for group in self.more if hasattr(group, name)), None)
 
 
@@ -133,9 +134,9 @@ class SourceOptions:
 class LogOptions:
     """Options of runs and daemons for logs in Fawkes' formats."""
 
-    log: Annotated[Path | None, Meta(description="Write a log in the layout of Fawkes'.")] = None
+    log: Annotated[Path | None, Meta(description="Write a log in the format of Fawkes.")] = None
     bblog: Annotated[
-        Path | None, Meta(description="Write files as Fawkes' bblogger does into this folder.")
+        Path | None, Meta(description="Write files in the format of Fawkes' bblogger into this folder.")
     ] = None
 
 
@@ -143,13 +144,13 @@ class LogOptions:
 class BrokenOptions:
     """The option of runs and daemons for broken agents.
 
-    :param strict: None: strict, but lenient with a Fawkes checkout.
+    :param strict: whether a broken agent must not start; by default only an agent of a checkout may.
     """
 
     strict: Annotated[
         bool | None,
         Meta(
-            description="Do not start a broken agent, or start it without what is broken; strict by "
+            description="Do not start a broken agent, or start it without its broken parts; strict by "
             "default, lenient with a checkout."
         ),
     ] = None
@@ -159,7 +160,7 @@ class BrokenOptions:
 class ScenarioOptions:
     """The agent and its configuration.
 
-    :param agent: one agent of a scenario with several; None: all.
+    :param agent: the agent to run, in a scenario with several agents; None: all agents.
     :param config: overlays of the scenario's configuration; later files win.
     """
 
@@ -172,14 +173,16 @@ class ScenarioOptions:
     ] = None
     agent: Annotated[
         str | None,
-        Meta(description="Run only this agent, of a scenario with several."),
+        Meta(description="Run only this agent of a scenario with several agents."),
     ] = None
-    spec: Annotated[str | None, Meta(description="The spec to run; the configuration's by default.")] = None
+    spec: Annotated[
+        str | None, Meta(description="The spec to run; by default the spec that the configuration names.")
+    ] = None
     config: Annotated[
         Path | tuple[Path, ...] | None,
         Meta(
-            description="A configuration file on top of the scenario's. Repeatable: each over those "
-            "before it."
+            description="A configuration file that overrides the scenario's and the files before it. "
+            "Repeatable."
         ),
     ] = None
     overlays: Annotated[
@@ -194,8 +197,8 @@ class ScenarioOptions:
 class ExecutionOptions:
     """Clock, Skiller, speech and timeout.
 
-    :param clock: None: the virtual clock, or the real clock with a remote Skiller.
-    :param timeout: seconds of the run's clock.
+    :param clock: the name of the clock; by default virtual, or real with a remote Skiller.
+    :param timeout: the time limit in seconds of the run's clock.
     """
 
     clock: Annotated[
@@ -208,12 +211,12 @@ class ExecutionOptions:
     skiller: Annotated[
         str,
         Meta(
-            description="Who executes skills; URL: the Skiller on the blackboard there, e.g. "
+            description="The Skiller that executes skills; URL: the Skiller on this blackboard, e.g. "
             "fawkes://robot:1910."
         ),
     ] = "lua"
-    speech: Annotated[str, Meta(description="Speak what skills say.")] = "off"
-    timeout: Annotated[float, Meta(description="Seconds of the run's clock until it is given up.")] = 600.0
+    speech: Annotated[str, Meta(description="Speak the texts that skills say.")] = "off"
+    timeout: Annotated[float, Meta(description="Time limit of the run, in seconds of its clock.")] = 600.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -221,7 +224,9 @@ class TraceOptions:
     """Options of the recording."""
 
     trace: Annotated[Path | None, Meta(description="Record the run to this mcap file.")] = None
-    trace_level: Annotated[str, Meta(description="transitions, rules or facts.")] = "transitions"
+    trace_level: Annotated[str, Meta(description="Detail of the recording: transitions, rules or facts.")] = (
+        "transitions"
+    )
     trace_files: Annotated[
         bool, Meta(description="Attach the files of the run (configuration, CLIPS, ...) to --trace.")
     ] = True
@@ -236,16 +241,16 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
     replay: Annotated[
         tuple[Path, ...],
         Meta(
-            description="Replay the environment of a recorded run, and check that it decides the same. "
-            "Repeatable."
+            description="Replay the environment of a recorded run, and check that the agent decides the "
+            "same. Repeatable."
         ),
     ] = ()
-    replay_order: Annotated[str, Meta(description="How its transitions are compared with the recorded.")] = (
-        "total"
-    )
+    replay_order: Annotated[
+        str, Meta(description="Order in which the transitions are compared with the recorded ones.")
+    ] = "total"
     replay_tolerance: Annotated[
         float | None,
-        Meta(description="Its transitions must come when the recorded did, give or take S seconds.", ge=0),
+        Meta(description="Also compare the times of transitions, with a tolerance of S seconds.", ge=0),
     ] = None
 
     def check(self) -> None:

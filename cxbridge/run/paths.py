@@ -23,7 +23,7 @@ class RunPaths(Struct, frozen=True):
     :param config_file: the configuration file or folder.
     :param library: the folder of utils.clp, time.clp and path.clp.
     :param cx: the folder of the CX core.
-    :param clips_dirs: the agent's CLIPS folders in search order, behind the core's.
+    :param clips_dirs: the agent's CLIPS folders in search order, after the folder of the core.
     :param interface_dirs: folders of interface definitions in search order.
     :param skill_dirs: folders of Lua skills in search order.
     :param substitutions: values of ``@BASEDIR@`` and other placeholders.
@@ -45,7 +45,7 @@ class RunPaths(Struct, frozen=True):
 
     @property
     def builtin(self) -> bool:
-        """Whether the core is cxbridge's."""
+        """Whether the core is the core of cxbridge."""
         return self.cx == BUILTIN_CX
 
     @property

@@ -101,7 +101,7 @@ def start_recording(
             "scenario": str(run.paths.config_file),
         }
     )
-    # the configuration comes first in the file, although other sources were read before the recorder existed
+    # the configuration is written first, although other sources were read before the recorder existed
     early = [] if run.early is None else run.early.take()
     if options.trace_files:
         emit_configuration(run.bus, run.config)
@@ -112,7 +112,7 @@ def start_recording(
 
 def _keep_previous(bus: EventBus, files: Iterable[Path | None]) -> None:
     """Rename existing recordings."""
-    # after a crash and restart, the last recording may show the cause of the crash
+    # after a crash and a restart, the previous recording may show the cause of the crash
     for file in files:
         if file is not None and (renamed := keep_previous(file)) is not None:
             bus.logger("Recorder").info(f"The recording before is kept as {renamed}")

@@ -32,7 +32,8 @@ class ReplayOutcome:
 
     :param compared: the path of the compared recording.
     :param divergence: the first differing command; None if there is none.
-    :param is_complete: whether the recording reaches the end of its run; else only its time span is compared.
+    :param is_complete: whether the recording reaches the end of its run; otherwise only its time span is
+        compared.
     :param lines: the comparison as text.
     :param report: the comparison as JSON values; empty after a divergence.
     """
@@ -72,13 +73,13 @@ class RunResult:
     """The result of a run.
 
     :param reason: the reason of the status in a sentence.
-    :param goals: the last state of each goal, in order of appearance; limited to the latest ones.
+    :param goals: the last state of each goal, in order of appearance, up to a number of latest goals.
     :param is_stuck: whether the run ended early because no event could follow.
     :param forgotten: the number of earlier goals that are not in ``goals``.
     :param loops: the number of main loops.
     :param firings: the number of rule firings.
-    :param run_seconds: duration by the run's clock.
-    :param wall_seconds: real duration.
+    :param run_seconds: the duration by the run's clock.
+    :param wall_seconds: the duration in real time.
     :param replay: the result of a replay; None without a finished replay.
     :param agents: the results by agent in a team; ``goals`` is empty then.
     """
@@ -132,7 +133,7 @@ class RunResult:
 
     @property
     def verdict(self) -> str:
-        """Result and reason."""
+        """The spec, the result and the reason as a text."""
         return f"{self.spec}: {self.word}, {self.reason}"
 
     @property
@@ -159,7 +160,7 @@ class RunResult:
 
 
 def sum_up(agents: Mapping[str, RunResult]) -> RunResult:
-    """Return the combined result of a team: the worst one. A single agent's result is returned unchanged."""
+    """Return the combined result of a team, with the worst status; the result of a single agent unchanged."""
     results = list(agents.values())
     if len(results) == 1:
         return results[0]

@@ -12,7 +12,7 @@ from cxbridge.skiller.backend import INSTANCES
 
 _CONTROL: Final = "/cxbridge/remote-control"
 _PROGRAMS: Final = "/cxbridge/remote-programs"
-# The Skiller of a real Fawkes evaluates skill strings as Lua, whatever this configuration says.
+# Fawkes' own Skiller evaluates skill strings as Lua, independently of this configuration.
 _FAWKES_URL: Final = "fawkes://"
 
 
@@ -26,7 +26,7 @@ def read_rights(
     """Return the rights of clients.
 
     :param skiller: the value of ``RunOptions.skiller``.
-    :param settings: settings of plug-ins; None: those of a run.
+    :param settings: the settings of plug-ins; None: the settings of plug-ins for runs.
     :param local: whether cxbridge's servers accept only clients of this machine.
     :raises ConfigError: if the settings contradict each other.
     """

@@ -218,8 +218,9 @@ def sum_up_run(
 
     :param loss: the lost component that ended the run; else empty.
     :param verdict: status and reason from the watchdog, if it ended the run.
-    :param seconds: duration by the run's clock, and real duration.
+    :param seconds: the duration by the run's clock, and the duration in real time.
     :param over: whether the run reached its end.
+    :param rule_errors: the rules with errors if the run is stuck; otherwise None.
     """
     several = len(assembly.agents) > 1
     verdicts = {
@@ -246,7 +247,7 @@ def sum_up_run(
 
 
 class _LoopLimit:
-    """Ends a run whose rules take longer in one cycle than the timeout of the run, here in real seconds."""
+    """Ends a run whose rules take more real time in one cycle than the timeout of the run."""
 
     # the virtual clock stands still within a cycle, so only real time can limit it
     def __init__(self, run: Run | Team, timeout_s: float) -> None:

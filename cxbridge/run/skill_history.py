@@ -46,7 +46,7 @@ def read_samples(path: Path) -> list[Sample]:
             if isinstance(event, FactChange):
                 history.take(event)  # the fact has the reason of a failure
             history.take(status)
-    # in the order of their exactness
+    # dictionaries keep the order: writes have the most exact times, statuses the least exact ones
     history = next((history for history in histories.values() if history.calls), RunHistory())
     return [
         Sample(

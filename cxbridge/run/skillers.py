@@ -26,7 +26,7 @@ class SkillerSettings(Struct, frozen=True):
 
     :param name: the id of its interfaces.
     :param kind: one of :data:`KINDS`.
-    :param space: the skill space; None: as configured for all Skillers.
+    :param space: the skill space; None: the skill space of all Skillers.
     :param mode: whether the Skiller imitates Fawkes' oddities.
     """
 
@@ -52,7 +52,7 @@ def skiller_mode(config: Configuration, path: str = "/skiller/mode", default: Mo
 def skiller_settings(
     config: Configuration, kind: str, served: Collection[str] = ()
 ) -> tuple[SkillerSettings, ...]:
-    """Return the settings of the Skillers: those of :data:`INSTANCES`, or of one default Skiller.
+    """Return the settings of the Skillers in :data:`INSTANCES`, or of one default Skiller.
 
     :param kind: the default kind.
     :param served: Skillers that another component makes.
@@ -84,7 +84,7 @@ DECIDERS: Final[Table[Callable[[Any, str], Decider]]] = Table(
     callable,
     "a function that makes a decider from the context of a run and the name of a Skiller or an agent",
 )
-"""The deciders of plug-ins for simulated skills. ``make_simulator`` makes those of cxbridge."""
+"""The deciders of plug-ins for simulated skills. ``make_simulator`` makes the deciders of cxbridge."""
 
 
 def make_deciders(context: Any, skiller: str) -> list[Decider]:

@@ -47,17 +47,17 @@ CLIPS_SUFFIX = ".clp"
 
 _EXECUTIVE = "/clips-executive"
 _TIME = f"{_EXECUTIVE}/assert-time-each-loop"
-_SHOWN_FOLDERS = 3  # in a hint
+_SHOWN_FOLDERS = 3  # limit of folders in a hint
 
 _FAWKES_LIBRARY = "src/plugins/clips/clips"
 _FAWKES_CX = "src/plugins/clips-executive/clips"
 _FAWKES_ROBOT_MEMORY = "src/plugins/clips-robot-memory/robot-memory.clp"
 _FAWKES_LUA = "src/lua"
-_SCENARIO_INTERFACES = "interfaces"  # in the scenario's folder
+_SCENARIO_INTERFACES = "interfaces"  # subfolder of the scenario's folder
 
 
 _PERIOD: Final = "/fawkes/mainapp/desired_loop_time"
-_SHORTEST_PERIOD_US: Final = 100
+_MIN_PERIOD_US: Final = 100
 
 
 class LoadedFile(Struct, frozen=True):
@@ -128,7 +128,7 @@ class Source:
 
     @property
     def is_checkout(self) -> bool:
-        """Whether the agent's files are those of a checkout."""
+        """Whether the agent's files belong to a checkout."""
         return self.options.fawkes_dir is not None
 
     @property
@@ -226,7 +226,7 @@ class Source:
                 cx, library = fawkes_cx, fawkes_folder(fawkes, _FAWKES_LIBRARY)
                 robot_memory = fawkes / _FAWKES_ROBOT_MEMORY
             else:
-                # Fawkes' own agents lie in the folder of its core
+                # Fawkes' own agents are in the folder of its core
                 clips_dirs.append(fawkes_cx)
         return RunPaths(
             config_file=config_file,
@@ -318,12 +318,12 @@ def loop_period_us(config: Configuration) -> int:
     """
     period_us = config.get_uint(_PERIOD, default=DEFAULT_PERIOD_US)
     # with a shorter period, a virtual clock would hardly advance
-    if period_us >= _SHORTEST_PERIOD_US:
+    if period_us >= _MIN_PERIOD_US:
         return period_us
     raise config.error(
         _PERIOD,
         f"{_PERIOD} cannot be {period_us}",
-        f"microseconds, {_SHORTEST_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
+        f"microseconds, {_MIN_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
     )
 
 

@@ -31,7 +31,7 @@ _SPEC_KEYS = ("init", "action-mapping", "blackboard-preload", "parameters")
 _SKILLER_KEYS = ("skillspace", "mode", "watch_files", "features", "limits", "instances")
 _SECTIONS = {"clips-executive": _KEYS, "skiller": _SKILLER_KEYS}
 # The minimum similarity of an unread key to an absent key that counts as a misspelling: higher than for
-# names, as Fawkes' configurations have keys for other programs.
+# names, because Fawkes' configurations have keys for other programs.
 _SIMILAR = 0.75
 
 
@@ -135,8 +135,8 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
 
     :raises ConfigError: for the first missing feature, with file and line.
     """
-    # the rules would find it, too, but without its place; those of ros2_cx fail on their own error and wait
-    # forever
+    # the core's rules find the mistake, too, but without its place; the rules of ros2_cx fail while they
+    # report it, and wait forever
     for stage, path in _entries(config, spec):
         name = config.get_str(f"{path}/name", default="")
         asks = config.get_bool(f"{path}/feature-request", default=stage == STAGES[0])
@@ -203,7 +203,7 @@ def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
 def _check_entry(config: Configuration, path: str, entry: str) -> Iterator[str]:
     """Yield warnings about an entry of a stage.
 
-    :param entry: the entry's number for people, e.g. ``stage-1, entry 2``.
+    :param entry: the name of the entry in warnings, e.g. ``stage-1, entry 2``.
     """
     keys = config.keys(path)
     if "name" not in keys:

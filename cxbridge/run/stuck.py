@@ -48,14 +48,14 @@ _HALTED: Final = "[PRCCODE4]"
 
 _TIME_TEMPLATE: Final = "time"
 _TIME_KEY: Final = "/clips-executive/assert-time-each-loop"
-_QUIET_LOOPS: Final = 15  # half a second of Fawkes' loop
+_QUIET_LOOPS: Final = 15  # number of cycles before the first check: half a second at Fawkes' period
 
 
 class StuckWatch:
     """Checks periodically whether the agents of a run can still change anything.
 
-    :param run: its agents may change.
-    :param on: False with an interactive user, who may cause changes.
+    :param run: the run, whose agents may change.
+    :param on: whether to check at all; False if a user or a client may cause changes.
     """
 
     def __init__(self, run: Run | Team, *, on: bool) -> None:
@@ -135,8 +135,8 @@ def _has_foreign_writer(agent: Run, kind: str, name: str) -> bool:
 def _timed_rules(env: ClipsEnvironment, skillers: Collection[str]) -> Iterator[str]:
     """Yield the rules with a ``time`` pattern whose other facts exist.
 
-    Errs towards a rule that may fire, which only delays the end until the timeout: a rule is excluded by a
-    pattern without any matching fact. Joins, tests and negated patterns count as satisfied.
+    In doubt a rule counts, which only delays the end of the run until the timeout: a rule is excluded only by
+    a pattern without any matching fact. Joins, tests and negated patterns count as satisfied.
 
     :param skillers: the names of the existing Skillers.
     """

@@ -58,7 +58,7 @@ class Team(Closing):
         self._memory = SharedMemory(base)
         self.options, self._base, self._additions = options, base, additions
         self._components = components
-        self._killed: list[Run] = []  # they keep their resources until the end of the team
+        self._killed: list[Run] = []  # killed agents keep their resources until the end of the team
         self.watchers: list[AgentWatcher] = []
         """Called when an agent is killed or restarted."""
         with ExitStack() as undo:
@@ -173,7 +173,7 @@ class AgentBus(EventBus):
 
     def logger(self, component: str) -> Logger:
         """Return a logger for a component, named after agent and component."""
-        # the CLIPS environment of an agent has its name already: CLIPS (NAME), CLIPS|NAME
+        # the log names of an agent's CLIPS environment contain its name: CLIPS (NAME), CLIPS|NAME
         has_name = component.endswith((f"({self._name})", f"|{self._name}"))
         return Logger(self, component if has_name else f"{self._name}/{component}")
 
@@ -181,7 +181,7 @@ class AgentBus(EventBus):
 class SharedMemory:
     """The shared robot memory of a team: the distributed databases.
 
-    :param base: its configuration names the file of the databases.
+    :param base: the base of the run, whose configuration names the file of the databases.
     """
 
     def __init__(self, base: RunBase) -> None:

@@ -40,8 +40,8 @@ HOPELESS_S: Final = 5.0
 
 _TICK_S = 0.25  # seconds between two measurements of the loop
 _FIRST_INTERRUPT_S = 0.1  # seconds in which an interrupted cycle may end by itself
-_NEXT_INTERRUPT_S = 0.02  # soon again: the next rule on the agenda may have no end, either
-_SHOWN_RULES = 5
+_NEXT_INTERRUPT_S = 0.02  # short, because the next rule on the agenda may be endless, too
+_SHOWN_RULES = 5  # limit of rules in a description
 # A tick samples for 10 ms of its 250 ms. A description uses the samples of the last 12 ticks, 3 s.
 _SAMPLES = 20
 _SAMPLE_PAUSE_S = 0.0005
@@ -53,7 +53,7 @@ _PACKAGE = Path(__file__).resolve().parent.parent
 class Stall(Struct, frozen=True):
     """A cycle that does not end.
 
-    :param seconds: its duration so far, in real time.
+    :param seconds: the duration of the cycle so far, in real time.
     :param component: the active component of a daemon; empty if unknown.
     :param activity: the rule, function or skill without end, as text.
     :param in_rules: whether the time is spent in rules rather than in a function that they called.
@@ -81,7 +81,7 @@ class Watchdog:
     :param environments: returns the existing CLIPS environments.
     :param report: called in the watchdog's thread: with a stall at the limit and each time its duration has
         doubled, with None when the loop continues.
-    :param limit_s: the limit of a cycle in seconds; 0: report nothing.
+    :param limit_s: the limit of a cycle in seconds; 0 disables reports.
     """
 
     def __init__(

@@ -19,6 +19,7 @@ from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features, init_mentions, needs_memory
 from cxbridge.skiller.mapping import ActionSkillMapping
 
+# The rules and facts of each cycle, which would fill most of a recording.
 _EVERY_TICK_RULES = ("time-retract", "blackboard-read")
 _EVERY_TICK_FACTS = ("time",)
 
@@ -61,7 +62,7 @@ class ExecutiveComponent(ThinkingComponent):
 
     def check(self) -> None:
         """Raise if a Python function called by rules failed unexpectedly, or the agent has quit."""
-        self.executive.goals.settle()  # frees the ended goals
+        self.executive.goals.settle()  # frees the memory of ended goals
         env = self.executive.env
         if env.faults:
             raise ExecutiveError(env.faults[0])
@@ -130,7 +131,6 @@ def _watch_for_recording(executive: Executive, config: Configuration, level: str
         return
     watcher = executive.env.watcher
     watcher.rules.set((), on=True)
-    # these fire in each loop and would be most of the recording
     watcher.rules.set(_EVERY_TICK_RULES, on=False)
     if level == "facts":
         watcher.facts.set((), on=True)

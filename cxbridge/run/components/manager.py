@@ -124,7 +124,7 @@ class ManagedNode(Generic[ComponentType]):
         self.error: Exception = LifecycleError(f"{name} has not failed")
         """The error of the last failure."""
         self.component = component
-        """None while unconfigured, unless the component existed before."""
+        """The component; None while unconfigured, unless the component existed before the node."""
         self._make = make
 
     @property
@@ -207,7 +207,7 @@ class ComponentManager:
     :meth:`shutdown`, or the error is raised.
 
     :param nodes: components in start order; each may depend on its predecessors.
-    :param log: None: no log lines about changes.
+    :param log: gets lines about changes; None for no lines.
     :param policy: the reaction to failures.
     :param on_change: called after each change of a state or reason.
     """
@@ -226,7 +226,7 @@ class ComponentManager:
         self.failure = ""
         """The first failure under :attr:`Policy.STOP`; else empty."""
         self.failure_error: Exception = LifecycleError("nothing has failed")
-        """The exception behind :attr:`failure`."""
+        """The exception of :attr:`failure`."""
         self.paused = False
         self.on_change = on_change
         self._clock = clock

@@ -15,7 +15,7 @@ from cxbridge.skiller.board.settings import BoardSettings
 class SkillBoardComponent(Component):
     """Finds executors for skills.
 
-    :param settings: settings of a replay; None: those of the configuration.
+    :param settings: the settings of a replay; None: the configured settings.
     :raises CxbridgeError: if an executor cannot be made or an interface has another writer.
     """
 
@@ -24,7 +24,7 @@ class SkillBoardComponent(Component):
     def __init__(self, context: Run, settings: BoardSettings | None = None) -> None:
         from_recording = settings is not None
         settings = settings or context.skill_board
-        assert settings is not None  # the component's row is not needed without a skill board
+        assert settings is not None  # the table makes this component only with a skill board
         board_class = context.source.board_class(context.config) or SkillBoard
         self.service = SkillBoardService(
             context.board, context.clock, context.bus, settings, board_class, _execution(context)

@@ -21,7 +21,7 @@ _SPACE = "/skiller/skillspace"
 class Skillers(Component):
     """Executes skill strings.
 
-    :param skillers: Skillers of a replay, in the order of their steps; None: those of the configuration.
+    :param skillers: the Skillers of a replay, in the order of their steps; None: the configured Skillers.
     :raises CxbridgeError: if skills cannot be loaded or an interface has another writer.
     """
 
@@ -55,7 +55,7 @@ class Speech(Component):
     :raises CxbridgeError: if the output fails or the interface has another writer.
     """
 
-    # behind Hook.SKILL, so that speech starts in the loop of its message
+    # after Hook.SKILL, so that speech starts in the same cycle as the skill that sends the message
     hooks = (Hook.ACT,)
     description = "Speech synthesis that skills use"
 

@@ -22,7 +22,7 @@ class Additions:
     :param executors: executor classes for each agent of the skill board. Without a configured skill board,
         they serve the run's Skillers.
     :param writers: receivers of the run's events, closed at its end.
-    :param planning: makes the PlanningService of an environment; None: planners.
+    :param planning: makes the planning service of an environment; None: the service that calls planners.
     :param values: values for features and components of plug-ins, by names with the plug-in's prefix.
     """
 

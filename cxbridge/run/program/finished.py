@@ -39,7 +39,7 @@ class Run:
     def status(self) -> int | None:
         """The exit status of ``cxbridge run``; None if not recorded.
 
-        Status 0: every root goal COMPLETED; 1: not every root goal; 3: timeout; 4: internal error.
+        Status 0: every root goal is COMPLETED; 1: a root goal is not; 3: timeout; 4: internal error.
         """
         status = self.source.metadata().get("status", "")
         return int(status) if status.isdigit() else None
@@ -152,6 +152,6 @@ class Run:
 def open_run(path: str | Path) -> Run:
     """Open a recorded run of any format, e.g. mcap, a Fawkes text log, or bblogger files.
 
-    :raises TraceError: if ``path`` is missing or no recorded run.
+    :raises TraceError: if ``path`` does not exist or is not a recorded run.
     """
     return Run(registry.open_run(path))

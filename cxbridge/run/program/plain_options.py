@@ -13,7 +13,7 @@ from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 
-# Options with several paths, and with one.
+# The options that take several paths, and the options that take one path.
 _PATHS = ("config", "clips_dirs", "interface_dirs", "skill_dirs", "overlays", "replay")
 _PATH = ("scenario", "trace", "log", "bblog", "fawkes_dir")
 
@@ -120,7 +120,7 @@ def _check_type(name: str, value: object) -> None:
     if kinds is None:
         return
     texts = not isinstance(value, list) or all(isinstance(item, str) for item in value)
-    # for isinstance, True is an int
+    # isinstance counts True as an int
     if not isinstance(value, kinds) or not texts or (isinstance(value, bool) and bool not in kinds):
         titles = dict.fromkeys(_TITLES[kind] for kind in kinds if kind in _TITLES)
         raise CxbridgeError(f"'{name}' must be {' or '.join(titles)}")

@@ -24,8 +24,8 @@ class Divergence:
     :param expected: the recorded command; empty if there is none.
     :param actual: the command of this run; empty if there is none.
     :param seconds: the time since the start of this run.
-    :param recorded_s: the time of the expected command since the start of the recorded run; None if there is
-        none.
+    :param recorded_s: the time of the expected command since the start of the recorded run; None without an
+        expected command.
     """
 
     uid: str
@@ -71,7 +71,8 @@ class Expectation(Generic[R]):
     :param uid: the interface that gets the commands.
     :param commands: the recorded commands.
     :param start_us: the start of both the recorded run and this run.
-    :param is_complete: whether the recording reaches the end of its run. Then any further command diverges.
+    :param is_complete: whether the recording reaches the end of its run, so that any further command
+        diverges.
     :param report: receives the first divergence.
     """
 

@@ -15,7 +15,7 @@ _FAILED = "FAILED"
 class RecordedExecutor(SkillExecutor):
     """Executes skills with the recorded durations and outcomes.
 
-    :param start_us: the start of the recorded run, where this run's clock starts too.
+    :param start_us: the start of the recorded run, where the clock of this run starts, too.
     :param is_complete: whether the recording reaches the end of its run.
     :param report: receives the first differing skill.
     """
@@ -44,7 +44,7 @@ class RecordedExecutor(SkillExecutor):
         """Replay the recorded execution."""
         execution = self.expected.next
         begin_us = self.clock.now_us()
-        # a recording without messages knows no parameters, and any fit
+        # a recording without messages has no parameters, so any parameters match
         if (
             execution is None
             or execution.skill != call.skill
@@ -62,7 +62,7 @@ class RecordedExecutor(SkillExecutor):
             if execution.ends_itself and since_us >= (execution.duration_us or 0):
                 break
             progress = None
-            # of several recorded texts in one loop, only the last is seen, as on the recorded blackboard
+            # of several recorded texts in one cycle, the last one is published, as on the recorded blackboard
             while published < len(execution.feedback) and execution.feedback[published][0] <= since_us:
                 _, fraction, text = execution.feedback[published]
                 progress = Progress(fraction, text)

@@ -28,7 +28,8 @@ _STATUS: Final = {
 class RecordedPlan:
     """A planner call with its result.
 
-    :param after_us: microseconds from call to result.
+    :param time_us: the time of the call.
+    :param after_us: the microseconds from the call to the result.
     """
 
     problem: str
@@ -58,7 +59,7 @@ def plan_divergence(expected: RecordedPlan, event: PlannerCall, start_us: int) -
 
 
 def plans_of(scans: Iterable[Scan], env: str) -> dict[str, RecordedPlan]:
-    """Return an environment's calls by id, from the first recording with any."""
+    """Return the calls of an environment by id, from the first recording that has calls."""
     by_scan = (recorded_plans(scan.plans, env) for scan in scans)
     return next(filter(None, by_scan), {})
 
@@ -142,7 +143,7 @@ class _RecordedCall(PlanCall):
             return None
         return self._recorded
 
-    def wait(self, timeout: float | None = None) -> PlanResult | None:  # noqa: ARG002 - it is a matter of the run's clock
+    def wait(self, timeout: float | None = None) -> PlanResult | None:  # noqa: ARG002 - only the run's clock counts
         """Return :attr:`result` without waiting: only the loop can advance the run's clock."""
         return self.result
 

@@ -43,7 +43,7 @@ _QUARTER_US: Final = 900 * MICROSECONDS
 class Recordings:
     """The contents of a recorded run.
 
-    :param scans: one per recording, in the order of the options.
+    :param scans: a scan for each recording, in the order of the options.
     :param decisions: the scan whose transitions are compared.
     """
 
@@ -155,7 +155,7 @@ class Recordings:
 
     def writes(self, sensors: Mapping[str, InterfaceWrite]) -> Iterator[InterfaceWrite]:
         """Yield the writes of these interfaces by time."""
-        # an interface in several recordings is played from the first, and not twice
+        # an interface of several recordings is played once, from the first of them
         waiting = set(sensors)
         streams = []
         for scan in self.scans:
@@ -174,7 +174,7 @@ def _is_shipped(scenario: str) -> bool:
 
 
 def _decisions(scans: Sequence[Scan]) -> Scan | None:
-    """Return the first scan with transitions of goals, else with states of Skillers."""
+    """Return the first scan with transitions of goals, otherwise the first with states of Skillers."""
     with_goals = next((scan for scan in scans if scan.goals), None)
     return with_goals or next((scan for scan in scans if scan.statuses), None)
 
@@ -186,7 +186,7 @@ def _writes(scan: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:
 
 
 def _align(scans: Sequence[Scan]) -> None:
-    """Shift the times of text logs to those of a recording with dates."""
+    """Shift the times of text logs to the times of a recording with dates."""
     # a text log has only the time of day, in an unknown time zone
     dated = [scan for scan in scans if scan.is_timed and not scan.is_log and scan.samples]
     if not dated:
@@ -216,7 +216,7 @@ def _distance(log: Scan, dated: Scan) -> int | None:
     return None
 
 
-_OF_ENVIRONMENTS: Final = (GoalTransition, PlanActionTransition, SkillStatus, PlannerCall)
+_ENVIRONMENT_EVENTS: Final = (GoalTransition, PlanActionTransition, SkillStatus, PlannerCall)
 
 
 class RecordedAgentRun(Run):
@@ -240,7 +240,7 @@ class RecordedAgentRun(Run):
                 kind, mark, name = event.uid.partition("::")
                 if name.startswith(prefix):
                     yield structs.replace(event, uid=f"{kind}{mark}{name.removeprefix(prefix)}")
-            elif isinstance(event, _OF_ENVIRONMENTS) and event.env == self._agent:
+            elif isinstance(event, _ENVIRONMENT_EVENTS) and event.env == self._agent:
                 yield event
 
 
@@ -250,9 +250,10 @@ def recordings_of(team: Recordings, agent: str) -> Recordings:
     :raises TraceError: if the recording has no events of the agent.
     """
     scans = []
-    for of_team in team.scans:
-        scan = scan_events(RecordedAgentRun(of_team.run, agent))
-        scan.shift_us, scan.metadata, scan.begin_us = of_team.shift_us, of_team.metadata, of_team.begin_us
+    for team_scan in team.scans:
+        scan = scan_events(RecordedAgentRun(team_scan.run, agent))
+        scan.shift_us, scan.begin_us = team_scan.shift_us, team_scan.begin_us
+        scan.metadata = team_scan.metadata
         scans.append(scan)
     if not any(scan.transitions or scan.samples for scan in scans):
         raise TraceError(

@@ -115,11 +115,11 @@ class RunHead(Recording):
         super().__init__(run.path)
         self.format = run.format
         self._run = run
-        self._count_events = count
+        self._count = count
         self._types = types
 
     def __iter__(self) -> Iterator[Event]:
-        remaining = self._count_events
+        remaining = self._count
         for event in self._run:
             if isinstance(event, self._types):
                 if not remaining:
@@ -130,8 +130,7 @@ class RunHead(Recording):
             yield event
 
 
-# The extra time for the last transitions, compared with the recorded run: rules may need more loops than
-# there.
+# The extra time for the last transitions: the rules may need more cycles than in the recorded run.
 _SLACK_US: Final = 2 * MICROSECONDS
 
 
@@ -145,7 +144,7 @@ class _TransitionWriter(McapWriter):
 class Replay:
     """The environment of a recorded run.
 
-    :param order: how transitions are compared.
+    :param order: the order in which transitions are compared.
     :param tolerance: the permitted difference of times; None ignores times.
     :param team: the replay of the team to which this agent belongs; None for a single agent or the team
         itself.
@@ -255,7 +254,7 @@ class Replay:
     def _play_skillers(self, context: Run, served: set[str]) -> Skillers:
         """Make the Skillers, except those that the skill board serves."""
         scripts = {name: script for name, script in self.recordings.skillers().items() if name not in served}
-        # a Skiller without a record is there, too: rules may wait for its interface
+        # a Skiller without recorded commands is made, too: rules may wait for its interface
         for settings in skiller_settings(context.config, "lua", served):
             scripts.setdefault(settings.name, SkillerScript())
         maker = BlockMaker(context.board.registry.get(SKILLER))

@@ -25,7 +25,7 @@ SKILL_BOARD: Final = "SkillBoardInterface"
 
 _LOG: Final = "fawkes-log"
 _CLIPS: Final = "CLIPS ("
-_MAX_DIGITS: Final = 18  # all of them fit 64 bits
+_MAX_DIGITS: Final = 18  # numbers of 18 digits fit into 64 bits
 _OVER: Final = "RETRACTED"
 
 
@@ -33,7 +33,7 @@ _OVER: Final = "RETRACTED"
 class Scan:
     """The contents of one recording.
 
-    :param shift_us: the offset of its times from the other recordings.
+    :param shift_us: the offset of the recording's times from the times of the other recordings.
     :ivar samples: the first write of each interface by ``Type::id``, in order of appearance.
     :ivar skillers: the writes of each SkillerInterface.
     :ivar executors: the writes of each SkillExecutorInterface.
@@ -99,7 +99,7 @@ class Scan:
 
     def _begins(self, event: Event) -> bool:
         """Return whether the event shows that the executive runs and its clock is set."""
-        # the first lines of a log are of the real clock, before a simulated clock is set
+        # the first lines of a log have times of the real clock, until a simulated clock is set
         if not self.is_log:
             return True
         return not isinstance(event, LogLine) or event.component.startswith(_CLIPS)
@@ -135,7 +135,7 @@ def scan_events(run: Run) -> Scan:
 def scan_recording(run: Run) -> Scan:
     """Read the events and the metadata of a recording.
 
-    :raises TraceError: if it cannot be read or has nothing to replay.
+    :raises TraceError: if the recording cannot be read or has nothing to replay.
     """
     scan = scan_events(run)
     scan.metadata = dict(run.metadata())

@@ -41,7 +41,7 @@ class Command:
     :param text: the skill string of an :attr:`CommandKind.EXEC`.
     :param time_us: the time of the first write.
     :param values: the values of the first write.
-    :param later: further writes: microseconds after the first, and values.
+    :param later: further writes: the microseconds after the first write, and the values.
     """
 
     kind: CommandKind
@@ -76,7 +76,7 @@ def skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
     begun: Command | None = None
     for number, write in enumerate(writes):
         values = {**_IDLE, **write.values}
-        kind = _kind(previous, values, is_first=not number)
+        kind = _command_of_write(previous, values, is_first=not number)
         if kind is not None:
             command = Command(kind, values["skill_string"], write.time_us, values)
             script.commands.append(command)
@@ -92,8 +92,8 @@ def skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
     return script
 
 
-def _kind(previous: Values, values: Values, *, is_first: bool) -> CommandKind | None:
-    """Return the command behind a write; None if the Skiller wrote by itself or lost its controller."""
+def _command_of_write(previous: Values, values: Values, *, is_first: bool) -> CommandKind | None:
+    """Return the command that caused a write; None if the Skiller wrote by itself or lost its controller."""
     skill, controller = values["skill_string"], values["exclusive_controller"]
     acquired = controller and controller != previous["exclusive_controller"]
     leftover = is_first and values["status"] in _ENDS  # state of a skill from before the recording
@@ -130,10 +130,10 @@ def writes_of_statuses(skiller: str, statuses: Iterable[SkillStatus]) -> list[In
 class Execution:
     """A recorded skill execution.
 
-    :param parameters: None if not recorded.
-    :param time_us: the start.
-    :param duration_us: None if the recording ends before the execution.
-    :param feedback: microseconds after the start, progress, text.
+    :param parameters: the parameters by name; None if they are not recorded.
+    :param time_us: the time of the start.
+    :param duration_us: the duration; None if the recording ends before the execution.
+    :param feedback: the messages: microseconds after the start, progress, and text.
     :param outcome: SUCCEEDED, FAILED or CANCELLED.
     """
 

@@ -32,7 +32,8 @@ class YieldingBoard(LocalBlackBoard):
 class SensorPlayer(Component):
     """Replays interface writes before the executive thinks.
 
-    :param writes: the writes by time, in the run's time.
+    :param samples: the first write of each interface.
+    :param writes: the writes in the order of their times, by the run's clock.
     :raises TraceError: if an interface definition has changed since the recording.
     """
 
@@ -59,7 +60,7 @@ class SensorPlayer(Component):
         try:
             interface_class = self._board.registry.get(kind)
         except InterfaceDefinitionError:
-            raise  # a changed or broken definition is a mistake; an unknown type is of another program
+            raise  # a changed or broken definition is a mistake; an unknown type belongs to another program
         except InterfaceError as error:
             self._log.warn(f"{uid} is not replayed: {error.message}")
             return
@@ -78,7 +79,7 @@ class SensorPlayer(Component):
         while self._next is not None and self._next.time_us < now_us:
             self._write(self._next)
             self._next = next(self._writes, None)
-        # nothing answers these messages, and their queues would grow
+        # the recording has no replies to these messages, whose queues would otherwise fill
         for writer, _, _ in self._open.values():
             writer.msgq_flush()
 
@@ -97,7 +98,7 @@ class SensorPlayer(Component):
         block = maker.make(event.values, event.time_us, event.uid)
         data = block[STAMP.size :]
         writer.set_from_chunk(block)
-        # listeners of changes must see the recorded ones, not each write
+        # listeners must see a change only if the values differ, not at each write
         if data != previous:
             self._open[key] = writer, maker, data
             writer.mark_data_changed()

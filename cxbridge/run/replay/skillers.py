@@ -20,7 +20,7 @@ COMPONENT = "Replay"
 class RecordedSkiller(SkillerBackend):
     """Serves a SkillerInterface from a recording.
 
-    :param start_us: the start of the recorded run, where this run's clock starts too.
+    :param start_us: the start of the recorded run, where the clock of this run starts, too.
     :param is_complete: whether the recording reaches the end of its run.
     :param report: receives the first divergence.
     :raises BlackBoardError: if the interface has another writer.
@@ -100,7 +100,7 @@ class RecordedSkiller(SkillerBackend):
             return
         recorded = self._controls.popleft() if self._controls else None
         if recorded is not None and not self._interface.skill_string:
-            # Fawkes' simulator shows the id of the message here, its Skiller does not
+            # Fawkes' simulator writes the id of the message here, Fawkes' Skiller writes 0
             self._interface.msgid = message.id if recorded.values["msgid"] else 0
         self._interface.write()
 
