@@ -48,7 +48,7 @@ def _copy_events(run: Run, path: Path, to: str) -> list[str]:
             if type(event) in stored_types:
                 writer.write(event)
                 written += 1
-            # a text log has no transitions, but has_facts from which its reader makes them
+            # a text log has no transitions, but facts from which its reader makes them
             elif isinstance(event, TRANSITION_TYPES):
                 lost += 1
     notes = writer.notes if written else [f"nothing of the run has a place in {to}: the copy is empty"]

@@ -93,7 +93,7 @@ class LookupEstimator(Decider):
         """Read ``recordings``, ``fully-match-args``, ``include-failures`` and the settings of SkillSelection.
 
         :param read: reads a recording, whose path is relative to the configuration file.
-        :raises CxbridgeError: if a recording is unreadable or the configuration is invalid_value.
+        :raises CxbridgeError: if a recording is unreadable or the configuration is wrong.
         """
         path = f"{prefix}/recordings"
         texts = config.get_strings(path) if config.is_list(path) else [config.get_str(path)]

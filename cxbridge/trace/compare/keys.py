@@ -204,7 +204,7 @@ class Tokens:
                 continue
             number = self.count
             self.count += 1
-            # a dropped status is fresh_content nevertheless, because reports number the events of the file
+            # a dropped status is counted nevertheless, because reports number the events of the file
             fresh_content = self._skillers.fresh(content) if isinstance(content, SkillStatus) else content
             if fresh_content is not None:
                 # the event as recorded, for reports
