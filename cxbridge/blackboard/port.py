@@ -105,7 +105,7 @@ class BoardPort:
         return True
 
     def next_id(self, last: int) -> int:
-        """Return the id after ``last`` that the interface does not show at present."""
+        """Return the id that follows ``last``, skipping the id that the interface shows at present."""
         return next_id(last, id_in(self._snapshot.block, self._id_offset))
 
     def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - the port to Fawkes needs it

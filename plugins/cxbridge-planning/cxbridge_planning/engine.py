@@ -24,7 +24,8 @@ _NUMERIC: Final = ("enhsp", "lpg", "tamer", "aries")
 _TEMPORAL: Final = ("lpg", "aries", "tamer", "optic", "popf")
 FOLDER: Final = "cxbridge-plan-"  # prefix of the engines' work folders
 
-_MARGIN_S: Final = 0.5  # seconds before its time limit at which an engine stops to improve plans
+# An engine that improves its plan stops this many seconds before its time limit.
+_MARGIN_S: Final = 0.5
 
 
 class Engine(Struct, frozen=True, kw_only=True):

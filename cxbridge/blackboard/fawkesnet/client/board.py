@@ -225,7 +225,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
                 self._dispatcher.put(port.listeners.notify, EventKind.WRITER_REMOVED, NOBODY)
 
     def probe(self) -> None:
-        """Probe the server, and end the connection without any reply.
+        """Probe the server, and end the connection if the server does not reply.
 
         :raises ConnectionLostError: if the connection is lost.
         """

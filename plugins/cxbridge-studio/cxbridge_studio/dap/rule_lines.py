@@ -28,7 +28,7 @@ class RuleAction:
 
     :param start: the offset of the action in the text.
     :param line: the first line of the action, from 1.
-    :param names: the variables that are certainly bound_names there, without ``?``.
+    :param names: the variables that are certainly bound there, without ``?``.
     """
 
     start: int
@@ -122,7 +122,7 @@ def _variable(node: SyntaxNode) -> str:
 
 
 def _names_after(node: SyntaxNode, names: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the bound_names variables after an action."""
+    """Return the variables that are bound after an action."""
     name = _variable(node.arguments[0]) if node.head == "bind" and node.arguments else ""
     if not name or name.startswith("*"):  # ?*NAME*: a global variable
         return names

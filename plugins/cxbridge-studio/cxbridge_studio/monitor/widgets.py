@@ -110,7 +110,7 @@ class GoalTree(Tree[GoalKey]):
         room = self.size.width - _ARROW_WIDTH - _ICON_WIDTH - _STATE_WIDTH
         column = min(column, room) if room > 0 else column
         widths = {key: max(_MIN_TITLE_WIDTH, column - indents[key]) for key in rows}
-        # Negative: a is_leaf, which has no arrow and gets blanks in its place.
+        # Negative: a leaf, which has no arrow and gets blanks in its place.
         self._widths = {key: width if key in forest.children else -width for key, width in widths.items()}
 
     def _goal_label(self, key: GoalKey, goal: GoalRow) -> Text:

@@ -1,7 +1,7 @@
 """Finds the facts that nearly match a pattern, with the slots that differ.
 
 For each constrained slot alone, CLIPS matches the partial matches before the pattern with all its facts. The
-pairs of a partial match and a fact that satisfy the most slots are the near_misses misses.
+pairs of a partial match and a fact that satisfy the most slots are the near misses.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
     chosen: dict[int, _Key] = {}
     for key, index in ranked:
         if len(satisfied[key, index]) == best_count and len(chosen) < MAX_NEAR:
-            chosen.setdefault(index, key)  # a fact is listed once, with its best_count partial match
+            chosen.setdefault(index, key)  # a fact is listed once, with its best partial match
     near_misses = []
     for index, key in chosen.items():
         row = matcher.rows[index]

@@ -58,7 +58,7 @@ def _slots(change: FactChange, template: FactTemplate | None) -> Mapping[str, tu
 
 
 def _values(text: str, slot: str, template: FactTemplate | None) -> tuple[Value, ...]:
-    """Return the values of a slot. In a is_single-value slot, inner quotes belong to the value."""
+    """Return the values of a slot. In a slot of a single value, inner quotes belong to the value."""
     is_single = template is not None and (slot, False) in (template.slots or ())
     return (unquote(text),) if is_single and unquote(text) != text else parse_values(text)
 
