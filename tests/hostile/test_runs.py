@@ -62,7 +62,7 @@ def test_the_third_signal_ends_what_cannot_be_asked():
     process.kill()
     _, errors = process.communicate()
     assert process.returncode == 130
-    assert "ended on the spot" in errors
+    assert "the third signal ends it at once" in errors
 
 
 def test_a_run_that_is_killed_while_it_waits_can_be_read(tmp_path, capsys):

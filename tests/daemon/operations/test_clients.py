@@ -12,7 +12,7 @@ import pytest
 from cxbridge.daemon.operations.table import operations
 from tests.support import module_files, needs_plugin, short_path
 
-ASKING = {"ask_daemon": 1, "request": 1, "_ask": 0}
+ASKING = {"ask_daemon": 1, "request": 1, "_request": 0}
 """Functions that ask for an operation, and which of their arguments is its name."""
 CLIENTS = (
     "cli/",

@@ -99,7 +99,7 @@ def _bound_variables(
         return {}
     texts: list[str] = []
     facts: list[str] = []
-    names: set[str] = set()
+    names: dict[str, None] = {}  # in the order of the condition, as the editor shows them
     for ce in ces:
         if isinstance(ce, TestCE):
             texts += [] if is_loose else [ce.text]
@@ -107,10 +107,11 @@ def _bound_variables(
         variable = ce.variable or f"{_FACT}{len(facts)}"
         texts.append(f"?{variable} <- {_without_constraints(ce) if is_loose else ce.bare()}")
         facts.append(variable)
-        names |= {variable, *ce.binds}
+        names |= dict.fromkeys((variable,))
+        names |= dict.fromkeys(field.name for part in ce.parts for field in part.fields if field.name)
     fact_refs = [FactRef(index) for index in indices]
-    for values in matcher.match_values(texts, sorted(names), _MAX_MATCHES):
-        bound_values = dict(zip(sorted(names), values, strict=True))
+    for values in matcher.match_values(texts, list(names), _MAX_MATCHES):
+        bound_values = dict(zip(names, values, strict=True))
         if [bound_values[variable] for variable in facts] == fact_refs:
             return {name: value for name, value in bound_values.items() if not name.startswith(_FACT)}
     return None
