@@ -92,7 +92,7 @@ def test_the_command_line_and_the_monitor_are_among_the_clients():
         ("ask_daemon(url, 'agenda', env=env, most=1)", ["agenda has no parameter 'most'"]),
         ("ask_daemon(url, 'assert', env=env)", ["assert needs 'fact'"]),
         (
-            "self._ask('component-list' if every else 'component-lis')",
+            "self._request('component-list' if every else 'component-lis')",
             ["there is no operation 'component-lis'"],
         ),
     ],
