@@ -36,10 +36,19 @@ WITHOUT_HELPER = {
 
 
 def writes(file: Path) -> bool:
-    """Whether a module opens files for writing that are not ``fresh``, the path that the helper gives."""
-    calls = [node for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Call)]
-    for call in calls:
-        if isinstance(call.func, ast.Attribute) and getattr(call.func.value, "id", "") == "fresh":
+    """Whether a module opens files for writing that are not paths of the helper."""
+    nodes = list(ast.walk(ast.parse(file.read_text())))
+    new_files = {
+        item.optional_vars.id
+        for node in nodes
+        if isinstance(node, ast.With)
+        for item in node.items
+        if isinstance(item.context_expr, ast.Call)
+        and getattr(item.context_expr.func, "id", "") == "replacing"
+        and isinstance(item.optional_vars, ast.Name)
+    }
+    for call in (node for node in nodes if isinstance(node, ast.Call)):
+        if isinstance(call.func, ast.Attribute) and getattr(call.func.value, "id", "") in new_files:
             continue
         name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
         modes = [each.value for each in call.args if isinstance(each, ast.Constant)]
