@@ -92,6 +92,7 @@ def test_facts_and_events_have_it(events: list[dict[str, Any]]):
     assert told == {("HOUSE", None), ("ROOM", "10"), ("ROOM", "20")}
 
 
+@pytest.mark.usefixtures("events")
 def test_text_lines_have_it(package: Path):
     code = (
         "import sys; from pathlib import Path; from cxbridge.trace.formats.registry import open_run;"
