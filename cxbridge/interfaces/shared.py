@@ -112,7 +112,7 @@ class SharedBlock(BufferedBlock):
 
     def __repr__(self) -> str:
         mode = "writing" if self.is_writer else "reading"
-        return f"<{self.uid} opened for {mode} by {self.owner or 'nobody in particular'}>"
+        return f"<{self.uid} opened for {mode} by {self.owner or 'an owner without a name'}>"
 
     def invalidate(self) -> None:
         """Disconnect the instance; blackboards call it on closing and after a lost connection."""

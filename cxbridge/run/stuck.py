@@ -279,7 +279,7 @@ def _controls(agent: Run) -> Iterator[str]:
     controls = [slots for _, _, slots in env.facts("skiller-control")]
     for slots in controls:
         if slots["acquired"] != "TRUE":
-            yield f"{controllers.get(slots['skiller']) or 'nobody'} has control of {slots['skiller']}"
+            yield f"{controllers.get(slots['skiller']) or 'no client'} has control of {slots['skiller']}"
     if not controls and env.has_template("skiller-control"):
         yield "no (skiller-control) asks for control of a Skiller"
 

@@ -1,7 +1,6 @@
 """Functions for processes that fork, and for their copies.
 
-Windows cannot fork, see :data:`HAS_FORK`. The assertions tell type checkers that Windows never calls the
-functions.
+Windows cannot fork: callers check :data:`HAS_FORK` first.
 """
 
 from __future__ import annotations
@@ -19,13 +18,18 @@ from cxbridge.run import watchdog
 HAS_FORK: Final = hasattr(os, "fork")
 
 
+class NoForkError(NotImplementedError):
+    """The system cannot fork."""
+
+
 def fork() -> int:
     """Fork this process, which may have no threads except :data:`cxbridge.run.watchdog.running`.
 
     :returns: the process id of the child; 0 in the child.
     :raises OSError: if the system lacks resources.
     """
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     # A copy has only the forking thread; locks that other threads hold would stay locked in it.
     paused = [*watchdog.running]
     for thread in paused:
@@ -39,7 +43,8 @@ def fork() -> int:
 
 def has_ended(child: int) -> bool:
     """Return whether a child has ended, without waiting. The system then forgets the child."""
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     return os.waitpid(child, os.WNOHANG) != (0, 0)
 
 
@@ -48,19 +53,22 @@ def kill(pid: int) -> None:
 
     :raises ProcessLookupError: if the process has ended.
     """
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     os.kill(pid, signal.SIGKILL)
 
 
 def local_socket() -> socket.socket:
     """Return a stream socket whose address is a path."""
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     return socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
 
 
 def let_signals_end() -> None:
     """Let SIGTERM and SIGHUP end this process, whatever handlers it inherits, and ignore SIGINT."""
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     signal.set_wakeup_fd(-1)  # the descriptor is shared with the parent, whose handler would wake up
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -69,7 +77,8 @@ def let_signals_end() -> None:
 
 def cpu_seconds(pid: int) -> float:
     """Return the CPU seconds of a process; without procfs, the monotonic time."""
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     try:
         fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
     except OSError:
@@ -80,7 +89,8 @@ def cpu_seconds(pid: int) -> float:
 
 def limit_cpu_seconds(seconds: int | None) -> None:
     """Let the system end this process after some CPU seconds; None removes the limit."""
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     import resource  # noqa: PLC0415 - Windows lacks the module
 
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)

@@ -25,7 +25,7 @@ def test_the_object_for_scripts(words, capsys):
     assert (found["points"], found["phase"], found["seed"]) == ({"CYAN": 5, "MAGENTA": 0}, "POST_GAME", 5)
     assert "team.clp:" in err
     assert "defrule team-broken is not defined" in err
-    assert "what it does never happens" in err
+    assert "its actions never run" in err
 
 
 def test_the_score_in_words(words, capsys):

@@ -142,7 +142,7 @@ def _status(results: Mapping[int, GameResult]) -> int:
     # The games have the same agent, so the same constructs are undefined in each game.
     undefined = dict.fromkeys(construct for result in results.values() for construct in result.undefined)
     for construct in undefined:
-        complain(f"{construct}; what it does never happens")
+        complain(f"{construct}; its actions never run")
     for seed, result in results.items():
         for fault in result.faults:
             complain(f"seed {seed}: {fault}")
