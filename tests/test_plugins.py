@@ -392,6 +392,8 @@ def test_each_name_of_a_plug_in_of_the_repository_is_known():
         (["view", "run.mcap"], "cxbridge-web"),
         (["run", "SCENARIO", "--clock", "ros2"], "cxbridge-ros2"),
         (["trace", "convert", "RUN", "out.mcap", "--to", "rosbag"], "cxbridge-ros2"),
+        (["trace", "convert", "RUN", "out.csv", "--to", "csv"], "cxbridge-studio"),
+        (["trace", "repair", "RUN"], "cxbridge-studio"),
         (["run", "ROS2"], "cxbridge-ros2"),
         (["daemon", "start", "WEB"], "cxbridge-web"),
     ],

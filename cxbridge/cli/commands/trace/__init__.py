@@ -7,7 +7,7 @@ import typer
 from cxbridge.cli.discovery import group_of_commands, rows_of_group
 
 _ORDER = (
-    *("diff", "extract", "record", "repair", "replay"),
+    *("diff", "extract", "record", "replay"),
     *("transitions", "rules", "exchange", "info", "cat", "convert"),
 )
 

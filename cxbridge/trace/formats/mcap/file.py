@@ -15,16 +15,13 @@ from functools import lru_cache
 from typing import IO, Final
 
 from cxbridge.trace.formats.mcap import records as mcap
-from cxbridge.trace.formats.mcap.records import Fields
 
 CHUNK_SIZE: Final = 256 * 1024
 """The size in bytes at which a chunk is completed."""
 
 _MESSAGE_INDEX: Final = 0x07  # kinds of records (https://mcap.dev/spec) that only the writer needs
 _CHUNK_INDEX: Final = 0x08
-_ATTACHMENT_INDEX: Final = 0x0A
 _STATISTICS: Final = 0x0B
-_METADATA_INDEX: Final = 0x0D
 _SUMMARY_OFFSET: Final = 0x0E
 _DATA_END: Final = 0x0F
 
@@ -52,13 +49,16 @@ def _map(values: Mapping[str, str]) -> bytes:
     return _block(b"".join([_name(key) + _text(value) for key, value in values.items()]))
 
 
-def _record(kind: int, *parts: bytes) -> bytes:
+def pack_record(kind: int, *parts: bytes) -> bytes:
+    """Return the bytes of a record."""
     content = b"".join(parts)
     return mcap.HEAD.pack(kind, len(content)) + content
 
 
 class McapFile:
     """An mcap file that is being written; errors are those of the operating system.
+
+    A subclass may write records with numbers of schemas and channels from another file.
 
     :param file: positioned at its start.
     :param library: the name of the writing program.
@@ -76,7 +76,7 @@ class McapFile:
         self._chunk_index: list[bytes] = []
         self._attachment_index: list[bytes] = []
         self._metadata_index: list[bytes] = []
-        self._append(mcap.MAGIC, _record(mcap.HEADER, _text(profile), _text(library)))
+        self._append(mcap.MAGIC, pack_record(mcap.HEADER, _text(profile), _text(library)))
 
     def _append(self, *pieces: bytes | bytearray) -> int:
         """Write data to the file; return their offset."""
@@ -90,22 +90,27 @@ class McapFile:
         """Write a schema; return its number."""
         number = len(self._schemas)
         content = struct.pack("<H", number), _text(name), _text(encoding), _block(data)
-        self._define(self._schemas, number, _record(mcap.SCHEMA, *content))
+        self._define_schema(number, pack_record(mcap.SCHEMA, *content))
         return number
 
     def add_channel(self, topic: str, encoding: str, schema: int) -> int:
         """Write a channel; return its number."""
         number = len(self._channels) + 1
         content = struct.pack("<HH", number, schema), _text(topic), _text(encoding), _map({})
-        self._define(self._channels, number, _record(mcap.CHANNEL, *content))
-        self._index[number] = []
-        self._counts[number] = 0
+        self._define_channel(number, pack_record(mcap.CHANNEL, *content))
         return number
 
-    def _define(self, definitions: dict[int, bytes], number: int, record: bytes) -> None:
-        """Write a schema or channel, and keep it for the summary."""
-        definitions[number] = record
+    def _define_schema(self, number: int, record: bytes) -> None:
+        """Write the record of a schema, and keep the record for the summary."""
+        self._schemas[number] = record
         self._chunk += record
+
+    def _define_channel(self, number: int, record: bytes) -> None:
+        """Write the record of a channel, and keep the record for the summary."""
+        self._channels[number] = record
+        self._chunk += record
+        self._index[number] = []
+        self._counts[number] = 0
 
     def add_messages(self, messages: Iterable[tuple[int, int, bytes]]) -> None:
         """Write messages, each with channel, time and data.
@@ -127,55 +132,20 @@ class McapFile:
                 chunk = self._chunk
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
-        record = _record(mcap.METADATA, _name(name), _map(values))
-        self._put_indexed(record, self._metadata_index, _METADATA_INDEX, _name(name))
+        record = pack_record(mcap.METADATA, _name(name), _map(values))
+        self._put_indexed(record, self._metadata_index, mcap.METADATA_INDEX, _name(name))
 
     def add_attachment(self, time_ns: int, name: str, media_type: str, data: bytes) -> None:
         times, names = struct.pack("<QQ", time_ns, time_ns), _text(name) + _text(media_type)
         content = b"".join((times, names, struct.pack("<Q", len(data)), data))
-        record = _record(mcap.ATTACHMENT, content, struct.pack("<I", zlib.crc32(content)))
+        record = pack_record(mcap.ATTACHMENT, content, struct.pack("<I", zlib.crc32(content)))
         self._put_indexed(
-            record, self._attachment_index, _ATTACHMENT_INDEX, times, struct.pack("<Q", len(data)), names
+            record, self._attachment_index, mcap.ATTACHMENT_INDEX, times, struct.pack("<Q", len(data)), names
         )
 
     def _put_indexed(self, record: bytes, index: list[bytes], kind: int, *entry: bytes) -> None:
         position = struct.pack("<QQ", self._append(record), len(record))
-        index.append(_record(kind, position, *entry))
-
-    def copy_record(self, kind: int, content: bytes) -> None:
-        """Write a record of another file with its numbers of schemas and channels.
-
-        Records whose schema or channel is missing in this file are left out.
-
-        :raises DamageError: if a field is invalid.
-        """
-        fields, record = Fields(content), _record(kind, content)
-        match kind:
-            case mcap.SCHEMA:
-                if (number := fields.short()) not in self._schemas:
-                    self._define(self._schemas, number, record)
-            case mcap.CHANNEL:
-                number, schema = fields.short(), fields.short()
-                if number not in self._channels and schema in self._schemas:
-                    self._define(self._channels, number, record)
-                    self._index[number] = []
-                    self._counts[number] = 0
-            case mcap.MESSAGE:
-                number, _, time_ns = fields.short(), fields.number(), fields.long()
-                if number in self._index:
-                    self._index[number] += (time_ns, len(self._chunk))
-                    self._chunk += record
-            case mcap.METADATA:
-                fields.text()
-                self._put_indexed(record, self._metadata_index, _METADATA_INDEX, content[: fields.offset])
-            case mcap.ATTACHMENT:
-                times, _ = content[:16], (fields.long(), fields.long())
-                fields.text(), fields.text()
-                names = content[16 : fields.offset]
-                size = struct.pack("<Q", fields.long())
-                self._put_indexed(record, self._attachment_index, _ATTACHMENT_INDEX, times, size, names)
-        if len(self._chunk) >= CHUNK_SIZE:
-            self.finish_chunk()
+        index.append(pack_record(kind, position, *entry))
 
     def finish_chunk(self) -> None:
         """Write the messages so far to the file."""
@@ -200,12 +170,12 @@ class McapFile:
             struct.pack(
                 "<HQ",
                 channel,
-                self._append(_record(_MESSAGE_INDEX, struct.pack("<H", channel), _pairs(index))),
+                self._append(pack_record(_MESSAGE_INDEX, struct.pack("<H", channel), _pairs(index))),
             )
             for channel, index in indexes.items()
         ]
         self._chunk_index.append(
-            _record(
+            pack_record(
                 _CHUNK_INDEX,
                 struct.pack("<QQQQ", start, end, chunk_offset, mcap.HEAD.size + size),
                 _block(b"".join(index_positions)),
@@ -218,7 +188,7 @@ class McapFile:
     def finish(self) -> None:
         """Write the last chunk, and the summary with the indexes."""
         self.finish_chunk()
-        self._append(_record(_DATA_END, struct.pack("<I", 0)))
+        self._append(pack_record(_DATA_END, struct.pack("<I", 0)))
         start, summary, offsets = self._offset, bytearray(), bytearray()
         # the order of the groups is free, but readers expect schemas before channels
         for kind, records in (
@@ -226,13 +196,13 @@ class McapFile:
             (mcap.CHANNEL, [*self._channels.values()]),
             (_STATISTICS, [self._statistics()]),
             (_CHUNK_INDEX, self._chunk_index),
-            (_ATTACHMENT_INDEX, self._attachment_index),
-            (_METADATA_INDEX, self._metadata_index),
+            (mcap.ATTACHMENT_INDEX, self._attachment_index),
+            (mcap.METADATA_INDEX, self._metadata_index),
         ):
             if records:
                 group = b"".join(records)
                 position = struct.pack("<BQQ", kind, start + len(summary), len(group))
-                offsets += _record(_SUMMARY_OFFSET, position)
+                offsets += pack_record(_SUMMARY_OFFSET, position)
                 summary += group
         footer = struct.pack("<QQ", start, start + len(summary))
         head = mcap.HEAD.pack(mcap.FOOTER, len(footer) + 4)
@@ -243,7 +213,7 @@ class McapFile:
     def _statistics(self) -> bytes:
         messages = sum(self._counts.values())
         counts = [struct.pack("<HQ", *item) for item in self._counts.items()]
-        return _record(
+        return pack_record(
             _STATISTICS,
             struct.pack(
                 "<QHIIIIQQ",

@@ -36,7 +36,9 @@ CHANNEL: Final = 0x04
 MESSAGE: Final = 0x05
 CHUNK: Final = 0x06
 ATTACHMENT: Final = 0x09
+ATTACHMENT_INDEX: Final = 0x0A
 METADATA: Final = 0x0C
+METADATA_INDEX: Final = 0x0D
 
 HEAD: Final = struct.Struct("<BQ")
 """The start of every record: its kind and the length of its content."""

@@ -10,7 +10,7 @@ import typer
 from cxbridge.cli.console import complain, say, say_json
 
 if TYPE_CHECKING:
-    from cxbridge.trace.repair import Mending
+    from cxbridge_studio.repair.recordings import Mending
 
 UNREADABLE = 2
 """The exit status if a file is not a recording, or cannot be read, repaired or written."""
@@ -41,7 +41,7 @@ def repair(
     Example: cxbridge trace repair out/run.mcap --dry-run
     """
     from cxbridge.errors import CxbridgeError
-    from cxbridge.trace.repair import files_of
+    from cxbridge_studio.repair.recordings import files_of
 
     if output is not None and in_place:
         raise typer.BadParameter("not together with --in-place", param_hint="--output")
@@ -74,7 +74,7 @@ def repair(
 
 def _repair(path: Path, output: Path | None, *, in_place: bool, dry_run: bool) -> dict[str, Any]:
     """Repair one file; return the result."""
-    from cxbridge.trace.repair import examine, read_whole
+    from cxbridge_studio.repair.recordings import examine, read_whole
 
     mending = examine(path)
     if not mending.actions:

@@ -1,11 +1,13 @@
 """Repair of truncated or damaged mcap files: copies the intact records and writes a new index.
 
-Records are copied, not events, so that also records of later versions stay.
+The repair copies records without decoding the events in them: a repaired file keeps the events that only a
+later version of cxbridge knows.
 """
 
 from __future__ import annotations
 
 import os
+import struct
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO
@@ -13,21 +15,46 @@ from typing import IO
 from cxbridge.errors import TraceError
 from cxbridge.resources import VERSION
 from cxbridge.trace.formats.files import reading
-from cxbridge.trace.formats.mcap.file import McapFile
-from cxbridge.trace.formats.mcap.records import (
-    CHUNK,
-    FOOTER,
-    HEAD,
-    HEADER,
-    MAGIC,
-    MAX_RECORD,
-    DamageError,
-    Fields,
-    Record,
-    chunk_records,
-    content,
-    walk,
-)
+from cxbridge.trace.formats.mcap import records as mcap
+from cxbridge.trace.formats.mcap.file import CHUNK_SIZE, McapFile, pack_record
+from cxbridge.trace.formats.mcap.records import DamageError, Fields, Record, chunk_records, content, walk
+
+
+class _McapCopy(McapFile):
+    """An mcap file with the records of another file."""
+
+    def copy_record(self, kind: int, content: bytes) -> None:
+        """Write a record; the numbers of schemas and channels stay.
+
+        Records whose schema or channel is missing in this file are left out.
+
+        :raises DamageError: if a field is invalid.
+        """
+        fields, record = Fields(content), pack_record(kind, content)
+        match kind:
+            case mcap.SCHEMA:
+                if (number := fields.short()) not in self._schemas:
+                    self._define_schema(number, record)
+            case mcap.CHANNEL:
+                number, schema = fields.short(), fields.short()
+                if number not in self._channels and schema in self._schemas:
+                    self._define_channel(number, record)
+            case mcap.MESSAGE:
+                number, _, time_ns = fields.short(), fields.number(), fields.long()
+                if number in self._index:
+                    self._index[number] += (time_ns, len(self._chunk))
+                    self._chunk += record
+            case mcap.METADATA:
+                fields.text()
+                self._put_indexed(record, self._metadata_index, mcap.METADATA_INDEX, content[: fields.offset])
+            case mcap.ATTACHMENT:
+                times, _ = content[:16], (fields.long(), fields.long())
+                fields.text(), fields.text()
+                names = content[16 : fields.offset]
+                size = struct.pack("<Q", fields.long())
+                self._put_indexed(record, self._attachment_index, mcap.ATTACHMENT_INDEX, times, size, names)
+        if len(self._chunk) >= CHUNK_SIZE:
+            self.finish_chunk()
 
 
 def examine_mcap(path: Path) -> tuple[list[str], Callable[[Path], None]]:
@@ -50,7 +77,7 @@ def _copy(source: Path, target: IO[bytes]) -> list[str]:
     """Write the intact records of ``source`` to ``target``, with summary and footer; return the damage."""
     left_out = 0
     ended = False
-    copy: McapFile | None = None
+    copy: _McapCopy | None = None
     with reading(source), source.open("rb") as file:
         try:
             for record in walk(file):
@@ -58,14 +85,14 @@ def _copy(source: Path, target: IO[bytes]) -> list[str]:
                     for kind, data in _records_of(file, record):
                         # the first record has the profile, which the header of the copy repeats
                         if copy is None:
-                            profile = Fields(data).text() if kind == HEADER else ""
-                            copy = McapFile(target, profile, f"cxbridge {VERSION}")
+                            profile = Fields(data).text() if kind == mcap.HEADER else ""
+                            copy = _McapCopy(target, profile, f"cxbridge {VERSION}")
                         copy.copy_record(kind, data)
                 except DamageError:
                     left_out += 1
-                if record.kind == FOOTER and record.is_complete:
+                if record.kind == mcap.FOOTER and record.is_complete:
                     file.seek(record.start + record.size)
-                    ended = file.read(len(MAGIC)) == MAGIC
+                    ended = file.read(len(mcap.MAGIC)) == mcap.MAGIC
         except DamageError:
             ended = False
     if copy is None:
@@ -79,16 +106,16 @@ def _copy(source: Path, target: IO[bytes]) -> list[str]:
 
 def _records_of(file: IO[bytes], record: Record) -> Iterator[tuple[int, bytes]]:
     """Yield a record, or those within a chunk; of a truncated chunk its complete records."""
-    if record.kind != CHUNK:
+    if record.kind != mcap.CHUNK:
         if record.is_complete:
             yield record.kind, content(file, record)
         return
     file.seek(record.start)
-    data = chunk_records(file.read(min(record.size, MAX_RECORD)), is_complete=record.is_complete)
+    data = chunk_records(file.read(min(record.size, mcap.MAX_RECORD)), is_complete=record.is_complete)
     offset = 0
-    while offset + HEAD.size <= len(data):
-        kind, size = HEAD.unpack_from(data, offset)
-        offset += HEAD.size
+    while offset + mcap.HEAD.size <= len(data):
+        kind, size = mcap.HEAD.unpack_from(data, offset)
+        offset += mcap.HEAD.size
         if offset + size <= len(data):
             yield kind, data[offset : offset + size]
         offset += size

@@ -72,7 +72,7 @@ def examine(path: Path) -> Mending:
     if path.is_dir():
         raise TraceError("this is a folder", file=path, hint="repair its files")
     if run.format == "mcap":
-        from cxbridge.trace.formats.mcap.repair import examine_mcap  # noqa: PLC0415 - repairs of other files start faster
+        from cxbridge_studio.repair.mcap import examine_mcap  # noqa: PLC0415 - repairs of other files start faster
 
         actions, write = examine_mcap(path)
         return Mending(path, run.format, actions, write if actions else partial(shutil.copyfile, path))

@@ -20,8 +20,8 @@ from cxbridge.trace.formats.base import Run, RunWriter
 from cxbridge.trace.formats.bblogger.header import file_name
 from cxbridge.trace.formats.bblogger.reader import BBLoggerFile, BBLoggerFolder
 from cxbridge.trace.formats.blocks import BlockDecoder
-from cxbridge.trace.formats.csv import TITLE
 from cxbridge.trace.formats.files import writing
+from cxbridge_studio.formats.csv import TITLE
 
 # What stands for a number that is not an item of an enum.
 _UNKNOWN_ITEM: Final = "UNKNOWN"

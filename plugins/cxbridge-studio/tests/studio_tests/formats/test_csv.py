@@ -13,8 +13,8 @@ from cxbridge.errors import TraceError
 from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.convert import convert
-from cxbridge.trace.formats.csv.writer import formatter, heading
 from cxbridge.trace.formats.registry import open_run
+from cxbridge_studio.formats.csv.writer import formatter, heading
 from tests.support import needs_shared
 from tests.trace.bblog_files import KIND, START_S, make
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun

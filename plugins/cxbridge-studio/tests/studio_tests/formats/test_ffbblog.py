@@ -17,7 +17,7 @@ from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.bblogger.header import COUNT_OFFSET, HEADER_SIZE
 from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.repair import examine
+from cxbridge_studio.repair.recordings import examine
 
 FFBBLOG = os.environ.get("CXBRIDGE_FFBBLOG", "")
 START_US = 1_700_000_000_123_456

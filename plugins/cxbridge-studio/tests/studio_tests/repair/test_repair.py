@@ -15,7 +15,7 @@ from cxbridge.trace.formats.bblogger.header import ENTRY_HEADER_SIZE, HEADER_SIZ
 from cxbridge.trace.formats.fawkes_log import FawkesLogWriter
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.repair import examine
+from cxbridge_studio.repair.recordings import examine
 from tests.support import needs_shared
 from tests.trace.bblog_files import make
 from tests.trace.runs import NAMES, RECORDINGS, family
