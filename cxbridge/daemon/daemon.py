@@ -209,7 +209,7 @@ class Daemon(Run):
             # no cycle follows, so no rule may start either
             self.node.interrupt()
         else:
-            self.node.break_off()
+            self.node.abort_rule()
 
     def _wind_up(self) -> None:
         self.stop()

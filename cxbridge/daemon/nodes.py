@@ -86,7 +86,7 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
         for env in tuple(self.environments.values()):
             env.interrupt()
 
-    def break_off(self) -> None:
+    def abort_rule(self) -> None:
         """Interrupt the rules of this cycle; callable from any thread."""
         for env in tuple(self.environments.values()):
-            env.break_off()
+            env.abort_rule()

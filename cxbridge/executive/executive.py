@@ -165,7 +165,7 @@ class Executive:
         """
         self.load_core()
         env = self.env
-        env.watcher.start()
+        env.watcher.set_hooks()
         env.assert_string("(executive-init)")
         env.refresh_agenda()
         self._run()
@@ -272,7 +272,7 @@ class Executive:
 
     @property
     def _is_at_rest(self) -> bool:
-        return not self.env.agenda_size_at_least(1) and not self.skills.running
+        return not self.env.has_activations(1) and not self.skills.running
 
     @property
     def maintained(self) -> list[str]:

@@ -206,7 +206,7 @@ class EnvironmentManager:
         env = self._environment(name, self.bus, log_component)
         self.add_environment(env)
         env.define("ff-feature-request", lambda feature: self.request(name, feature), 1, types="*;sy")
-        env.watcher.start()
+        env.watcher.set_hooks()
         for feature in self.features:
             env.assert_string(f"(ff-feature {feature})")
         self._build_offers(env)

@@ -96,7 +96,7 @@ class RuleErrors:
 def is_stuck(agent: Run) -> bool:
     """Return whether no event can follow for an agent."""
     env = agent.executive.env
-    if not agent.is_quiet or env.agenda_size_at_least(1) or agent.executive.skills.running:
+    if not agent.is_quiet or env.has_activations(1) or agent.executive.skills.running:
         return False
     if not _QUIET_FEATURES.issuperset(agent.manager.loaded_features(env.name)):
         return False
@@ -345,7 +345,7 @@ def _deffacts(agent: Run) -> Iterator[str]:
 
 
 def _place_of_rule(agent: Run, rule: str) -> str:
-    place = agent.executive.env.loader.place_of(rule)
+    place = agent.executive.env.loader.rule_location(rule)
     return "" if place is None else f"{place[0]}:{place[1]}"
 
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 
 from msgspec import Struct
 
-from cxbridge.executive.host.activity import MATCHING, executing, executing_functions
+from cxbridge.executive.host.activity import MATCHING, executing_function_names, executing_rule_name
 from cxbridge.mainloop import STALL_S, MainLoop
 
 if TYPE_CHECKING:
@@ -161,14 +161,14 @@ class Watchdog:
             self._wake.wait(pause_s)
             if self._loop.turns == turn:
                 for env in self._envs():
-                    env.break_off()
+                    env.abort_rule()
             pause_s = _NEXT_INTERRUPT_S
 
     def _sample(self) -> None:
         """Sample the active rules several times, with pauses in which the rules continue."""
         for env in self._envs():
             for _ in range(_SAMPLES):
-                if rule := executing(env):
+                if rule := executing_rule_name(env):
                     self._samples.append(rule)
                 elif not env.is_firing:
                     break
@@ -176,7 +176,7 @@ class Watchdog:
 
     def _measure_rule(self, tick_s: float) -> None:
         """Add a tick to the duration of the current right-hand side, or restart it after a firing."""
-        fired = sum(env.endless.fired for env in self._envs())
+        fired = sum(env.endless.firing_count for env in self._envs())
         self._same_rule_s = self._same_rule_s + tick_s if fired == self._fired else 0.0
         self._fired = fired
 
@@ -196,7 +196,9 @@ class Watchdog:
         component = _local_value(
             frames, "ComponentManager.guarded.<locals>.run_step", lambda local: local["node"].name
         )
-        function = _local_value(frames, "UdfTable._wrap.<locals>.call", lambda local: local["name"])
+        function = _local_value(
+            frames, "UdfTable._make_entry_point.<locals>.call", lambda local: local["name"]
+        )
         firing = [env for env in self._envs() if env.is_firing]
         activity = self._activity(frames, function, firing)
         return Stall(
@@ -218,16 +220,16 @@ class Watchdog:
         if function:
             by = f", which rule {rules[0]} has called" if rules and rules[0] != MATCHING else ""
             return f"function {function}{by}, does not end, at {_place(frames)}"
-        if text := next(filter(None, (env.endless.text for env in firing)), ""):
+        if text := next(filter(None, (env.endless.ring_text for env in firing)), ""):
             return text
         if rules == [MATCHING]:
             return "matching facts against the conditions of rules does not end"
         if self._is_spinning:
-            functions = [name for env in firing for name in executing_functions(env)]
+            functions = [name for env in firing for name in executing_function_names(env)]
             within = f", in function {', '.join(functions)}" if functions else ""
             return f"rule {self._rules(_SAMPLES)[0]} does not end{within}"
         names = ", ".join(rule for rule in rules if rule != MATCHING)
-        fired = sum(env.endless.fired for env in firing)
+        fired = sum(env.endless.firing_count for env in firing)
         return f"the rules of a loop do not end: {names}; {fired:,} have fired"
 
 
@@ -298,7 +300,7 @@ def end_spins(run: Run | Team) -> Watchdog:
         if stall is not None and stall.is_spin and stall.seconds >= HOPELESS_S:
             for env in environments_of(run).values():
                 if env.is_firing:
-                    env.end_for_good(stall.activity)
+                    env.end_faulty_run(stall.activity)
 
     return Watchdog(run.loop, lambda: environments_of(run), report)
 

@@ -13,7 +13,7 @@ from cxbridge.events import EventBus, LogLine
 from cxbridge.executive.host import endless
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.editing import assert_text
-from cxbridge.executive.host.source import find_excess, prepare
+from cxbridge.executive.host.source import find_exceeded_limit, prepare_core_source, prepare_source
 from tests.support import share
 
 
@@ -127,8 +127,8 @@ def test_recursion_that_ends_is_left_alone(bench):
 
 def test_only_functions_that_may_recur_are_guarded():
     text = "(deffunction f (?x) (+ ?x 1))\n(deffunction g () (f 1))\n(defrule g (g) => (f 1))"
-    assert prepare(text, rewrite_modify=True).text == text
-    assert prepare("(deffunction f () (f))", rewrite_modify=False).changed is False
+    assert prepare_source(text).text == text
+    assert prepare_core_source("(deffunction f () (f))").is_changed is False
 
 
 @pytest.mark.parametrize(
@@ -142,7 +142,7 @@ def test_only_functions_that_may_recur_are_guarded():
     ],
 )
 def test_an_example_in_a_string_or_comment_is_no_call(function):
-    assert prepare(function, rewrite_modify=True).text == function
+    assert prepare_source(function).text == function
 
 
 def test_a_guard_behind_a_comment_before_the_name(bench):
@@ -155,7 +155,7 @@ def test_a_guard_behind_a_comment_before_the_name(bench):
 def test_what_stands_in_comments_and_strings_is_no_excess():
     comment = f'; (format nil "%300d") {"-" * 200_000}\n'
     string = '(printout t "(format nil " "%300d")'
-    assert find_excess(comment + string) is None
+    assert find_exceeded_limit(comment + string) is None
 
 
 @pytest.mark.parametrize(
@@ -196,8 +196,8 @@ def test_large_is_not_too_large(bench):
     nested = "(+ 1 " * 400 + "1" + ")" * 400
     facts = " ".join(f'(a {i} "{"x" * 20}")' for i in range(20_000))
     assert bench.load(f"(deffacts d {facts}) (defrule r => (bind ?x {nested})) ; {'-' * 1000}")
-    assert find_excess("(a" * 400) is None
-    assert find_excess('(format t "%-20s %5.3f 1000 %%500" 1 2)') is None
+    assert find_exceeded_limit("(a" * 400) is None
+    assert find_exceeded_limit('(format t "%-20s %5.3f 1000 %%500" 1 2)') is None
 
 
 def test_rules_that_go_round_in_circles_are_a_fault_that_names_them(bench):

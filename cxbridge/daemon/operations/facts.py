@@ -18,7 +18,7 @@ from cxbridge.daemon.operations.operation import (
     find_environment,
 )
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.host.agenda import agenda
+from cxbridge.executive.host.agenda import activations
 from cxbridge.executive.host.capi import NULL
 from cxbridge.executive.host.facts.editing import (
     assert_text,
@@ -152,7 +152,7 @@ def _find_facts(context: OperationContext, parameters: _Search) -> dict[str, Any
 def _agenda(context: OperationContext, parameters: _Agenda) -> list[tuple[int, str, str]]:
     env = find_environment(context, parameters.env)
     with env.lock:
-        return list(islice(agenda(env), min(parameters.limit, MAX_ROWS)))
+        return list(islice(activations(env), min(parameters.limit, MAX_ROWS)))
 
 
 @OPERATIONS.add(

@@ -179,7 +179,7 @@ class BlackBoardFeature(Feature):
         if not isinstance(error, _DEFINITION_ERRORS):
             context.log.warn(str(error))
             return
-        file, line = (error.file, error.line) if error.file else loader.place_of_executing()
+        file, line = (error.file, error.line) if error.file else loader.executing_rule_location()
         mistake = Diagnostic(file or kind, line, "", "XML", error.message, error.hint or "")
         loader.report(mistake, str(error), context.log, Level.WARN)
 

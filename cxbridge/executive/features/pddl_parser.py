@@ -78,7 +78,7 @@ class PddlParserFeature(Feature):
                 rows = domain_facts(parsed, fawkes_compat=self._as_fawkes, warn=warn)
             except OSError as error:
                 text = f"cannot read it: {error.strerror}"
-                file, line = env.loader.place_of_executing()
+                file, line = env.loader.executing_rule_location()
                 mistake = Diagnostic(file or path, line, "", "PDDL", f"the domain {path}: {text}")
                 env.loader.report(mistake, f"Failed to parse domain: {path}: {text}", log)
             except PddlError as error:

@@ -13,21 +13,18 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 
-def agenda(env: ClipsEnvironment) -> Iterator[tuple[int, str, str]]:
+def activations(env: ClipsEnvironment) -> Iterator[tuple[int, str, str]]:
     """Yield salience, rule and facts (``f-1,f-2``) of each activation, in firing order."""
     for activation in items_of(lib.GetNextActivation, env.env):
-        env.output.pause()  # CLIPS prints the text through all routers
-        text = env.api.activation_text(activation)
-        env.output.resume()
-        rule = decode(lib.ActivationRuleName(activation))
-        yield int(lib.ActivationGetSalience(activation)), rule, text.split(":", 1)[1].strip()
+        rule, basis = decode(lib.ActivationRuleName(activation)), env.watcher.activation_basis(activation)
+        yield int(lib.ActivationGetSalience(activation)), rule, basis
 
 
 def next_rule(env: ClipsEnvironment) -> str:
-    """Return the first rule of the agenda; empty without one."""
+    """Return the name of the rule that fires next; empty if the agenda is empty."""
     activation = lib.GetNextActivation(env.env, NULL)
     return "" if activation == NULL else decode(lib.ActivationRuleName(activation))
 
 
-def agenda_size(env: ClipsEnvironment) -> int:
+def activation_count(env: ClipsEnvironment) -> int:
     return sum(1 for _ in items_of(lib.GetNextActivation, env.env))

@@ -1,16 +1,16 @@
 """C functions of CLIPS 6.4 that clipspy includes but does not wrap.
 
-clipspy 1.0.6 is one shared object that exports all of CLIPS. Wrapped functions are called through its
-``lib``, the remaining few through cffi's ABI mode. clipspy's Python classes are not used: its Fact leaks
-memory, its functions flatten multifields, and its builders refuse values that CLIPS accepts (see
-docs/evidence/clips.md). The signatures follow the CLIPS 6.4 Advanced Programming Guide and header files.
+clipspy 1.0.6 is one shared object that exports all of CLIPS. Functions that clipspy wraps are called through
+its ``lib``, the other functions through pointers made here. cxbridge does not use clipspy's Python classes:
+its Fact leaks memory, its functions flatten multifields, and its builders refuse values that CLIPS accepts
+(see docs/evidence/clips.md). The signatures follow the CLIPS 6.4 Advanced Programming Guide and header files.
 """
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, Literal, get_args
 
 from clips import _clips
 from clips._clips import ffi, lib
@@ -20,11 +20,14 @@ CData = Any
 
 NULL = ffi.NULL
 
-# the owners of hooks: the events of the environment, and the search for endless rules, which has hooks only
-# during a part of a run
-_HOOK = b"cxbridge"
-_TRACE = b"cxbridge-trace"
-_TEXT_TARGET = b"cxbridge-text"
+HookEvent = Literal["Assert", "Retract", "BeforeRuleFires", "AfterRuleFires"]
+"""An event of CLIPS, as in the names of the C functions that add and remove hooks."""
+
+_HOOK_OWNER = b"cxbridge"
+TRACE_OWNER = b"cxbridge-trace"
+"""The owner of the hooks by which endless rules are searched, during a part of a run."""
+
+_TEXT_TARGET = b"cxbridge-text"  # the logical name of the string builder into which CLIPS prints
 
 _SIGNATURES = {
     "RemoveUDF": "bool(*)(Environment *, char *)",
@@ -67,18 +70,26 @@ _SIGNATURES = {
     "ReplaceSequenceExpansionOps": "bool(*)(Environment *, void *, void *, void *, void *)",
     "ReturnExpression": "void(*)(Environment *, void *)",
     **dict.fromkeys(
-        (
-            *(
-                "LengthFunction",
-                "StrIndexFunction",
-                "StringToFieldFunction",
-                "ExplodeFunction",
-                "NthFunction",
-            ),
-            *("SubseqFunction", "DeleteFunction", "InsertFunction", "ReplaceFunction", "SubStringFunction"),
-            *("StrCompareFunction", "EvenpFunction", "OddpFunction", "RandomFunction", "SeedFunction"),
-            *("SetgenFunction", "StrByteLengthFunction", "FactExistpFunction"),
-        ),
+        [
+            "LengthFunction",
+            "StrIndexFunction",
+            "StringToFieldFunction",
+            "ExplodeFunction",
+            "NthFunction",
+            "SubseqFunction",
+            "DeleteFunction",
+            "InsertFunction",
+            "ReplaceFunction",
+            "SubStringFunction",
+            "StrCompareFunction",
+            "EvenpFunction",
+            "OddpFunction",
+            "RandomFunction",
+            "SeedFunction",
+            "SetgenFunction",
+            "StrByteLengthFunction",
+            "FactExistpFunction",
+        ],
         "void(*)(Environment *, UDFContext *, UDFValue *)",
     ),
 }
@@ -87,28 +98,29 @@ _SIGNATURES = {
 class _ExtraFunctions:
     """The functions of :data:`_SIGNATURES` as attributes."""
 
-    # addresses come from the dynamic linker and types from clipspy's cffi, so its pointers need no cast
+    # addresses come from the dynamic linker and types from clipspy's cffi, so that pointers from clipspy can
+    # be passed to these functions without a cast
     def __init__(self) -> None:
         library = ctypes.CDLL(_clips.__file__)
         for name, signature in _SIGNATURES.items():
             address = ctypes.cast(getattr(library, name), ctypes.c_void_p).value
             setattr(self, name, ffi.cast(signature, address))
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> Any:  # tells type checkers that attributes exist
         raise AttributeError(name)
 
 
-EXTRA = _ExtraFunctions()
-"""The functions of C missing in ``lib``."""
+EXTRA_FUNCTIONS = _ExtraFunctions()
+"""The C functions that clipspy's ``lib`` lacks."""
 
 
 def callback(signature: str, function: Callable[..., Any]) -> CData:
-    """Make a C function. The caller must keep the result alive as long as C may call it."""
+    """Make a C function from a Python function. The caller must keep it alive as long as C may call it."""
     return ffi.callback(signature, function)
 
 
 class ClipsApi:
-    """The unwrapped C functions for one environment.
+    """Hooks, printing and halts of one environment.
 
     :param environment: clipspy's pointer to the environment.
     """
@@ -116,44 +128,27 @@ class ClipsApi:
     def __init__(self, environment: CData) -> None:
         self._env = environment
         self._builder = lib.CreateStringBuilder(environment, 512)  # grows if necessary
-        EXTRA.OpenStringBuilderDestination(environment, _TEXT_TARGET, self._builder)
+        EXTRA_FUNCTIONS.OpenStringBuilderDestination(environment, _TEXT_TARGET, self._builder)
 
     def remove_udf(self, name: str) -> None:
-        """Remove a built-in function before any construct uses it."""
-        # CLIPS keeps pointers to functions in parsed constructs
-        EXTRA.RemoveUDF(self._env, name.encode())
+        """Remove a built-in function. To be called before any construct uses the function."""
+        # parsed constructs contain pointers to the functions that they call
+        EXTRA_FUNCTIONS.RemoveUDF(self._env, name.encode())
 
-    def _hook(self, event: str, call: CData | None, owner: bytes = _HOOK) -> None:
-        """Set or remove the function that CLIPS calls at an event. An owner has one function per event."""
-        getattr(EXTRA, f"Remove{event}Function")(self._env, owner)
-        if call is not None:
-            getattr(EXTRA, f"Add{event}Function")(self._env, owner, call, 0, NULL)
+    def set_hook(self, event: HookEvent, hook: CData | None, owner: bytes = _HOOK_OWNER) -> None:
+        """Set or remove the function that CLIPS calls at an event. An owner has one function per event.
 
-    def on_assert(self, call: CData | None) -> None:
-        """Call ``void call(Environment *, Fact *, void *)`` after each assertion; None removes it."""
-        self._hook("Assert", call)
-
-    def on_retract(self, call: CData | None) -> None:
-        """Call ``void call(Environment *, Fact *, void *)`` before each retraction; None removes it."""
-        self._hook("Retract", call)
-
-    def on_fire(self, call: CData | None) -> None:
-        """Call ``void call(Environment *, Activation *, void *)`` before each firing; None removes it."""
-        self._hook("BeforeRuleFires", call)
-
-    def after_fire(self, call: CData | None) -> None:
-        """Call ``void call(Environment *, Activation *, void *)`` after each firing; None removes it."""
-        self._hook("AfterRuleFires", call)
-
-    def trace(self, fired: CData | None, asserted: CData | None) -> None:
-        """Add further hooks like those of :meth:`on_fire` and :meth:`on_assert`; None removes them."""
-        self._hook("BeforeRuleFires", fired, _TRACE)
-        self._hook("Assert", asserted, _TRACE)
+        :param hook: ``void hook(Environment *, Fact *, void *)`` for assertions (called afterwards) and
+            retractions (called before); with an ``Activation *`` for firings; None removes the hook.
+        """
+        getattr(EXTRA_FUNCTIONS, f"Remove{event}Function")(self._env, owner)
+        if hook is not None:
+            getattr(EXTRA_FUNCTIONS, f"Add{event}Function")(self._env, owner, hook, 0, NULL)
 
     def fact_text(self, fact: CData) -> str:
         """Return a fact as CLIPS prints it in one line, without its index."""
         lib.SBReset(self._builder)
-        EXTRA.PrintFact(self._env, _TEXT_TARGET, fact, False, False, NULL)
+        EXTRA_FUNCTIONS.PrintFact(self._env, _TEXT_TARGET, fact, False, False, NULL)
         return decode(self._builder.contents)
 
     def activation_text(self, activation: CData) -> str:
@@ -164,32 +159,32 @@ class ClipsApi:
 
     def halt(self) -> None:
         """Stop the active right-hand side and the run, as a CLIPS error does."""
-        EXTRA.SetEvaluationError(self._env, True)
-        EXTRA.SetHaltExecution(self._env, True)
+        EXTRA_FUNCTIONS.SetEvaluationError(self._env, True)
+        EXTRA_FUNCTIONS.SetHaltExecution(self._env, True)
 
     def clear_halt(self) -> None:
-        """Clear an earlier error before the next run."""
-        EXTRA.SetEvaluationError(self._env, False)
-        EXTRA.SetHaltExecution(self._env, False)
+        """Clear an earlier error, which would end the next run at its first rule."""
+        EXTRA_FUNCTIONS.SetEvaluationError(self._env, False)
+        EXTRA_FUNCTIONS.SetHaltExecution(self._env, False)
 
     def halted(self) -> bool:
         """Return whether an error has stopped the execution."""
-        return bool(EXTRA.GetHaltExecution(self._env))
+        return bool(EXTRA_FUNCTIONS.GetHaltExecution(self._env))
 
-    def halt_rules(self) -> None:
+    def request_halt(self) -> None:
         """Stop the run after the active right-hand side, as ``(halt)`` does."""
-        EXTRA.SetHaltRules(self._env, True)
+        EXTRA_FUNCTIONS.SetHaltRules(self._env, True)
 
-    def rules_halt(self) -> bool:
-        """Return whether the run stops after the active right-hand side."""
-        return bool(EXTRA.GetHaltRules(self._env))
+    def is_halt_requested(self) -> bool:
+        """Return whether the run stops after the active right-hand side, see :meth:`request_halt`."""
+        return bool(EXTRA_FUNCTIONS.GetHaltRules(self._env))
 
     def dispose(self) -> None:
         """Remove all hooks and free all memory. CLIPS can free its environment only afterwards."""
-        for event in ("Assert", "Retract", "BeforeRuleFires", "AfterRuleFires"):
-            self._hook(event, None)
-        self.trace(None, None)
-        EXTRA.CloseStringBuilderDestination(self._env, _TEXT_TARGET)
+        for event in get_args(HookEvent):
+            for owner in (_HOOK_OWNER, TRACE_OWNER):
+                self.set_hook(event, None, owner)
+        EXTRA_FUNCTIONS.CloseStringBuilderDestination(self._env, _TEXT_TARGET)
         lib.SBDispose(self._builder)
 
 
@@ -213,13 +208,15 @@ def items_of(get_next: Callable[[CData, CData], CData], owner: CData) -> Iterato
 
 
 MATCHING = "(matching)"
-"""The result of :func:`executing_rule` while facts are matched against conditions."""
+"""The result of :func:`executing_rule` while CLIPS matches facts against conditions."""
 
 
 def executing_rule(env: CData) -> str:
-    """Return the active rule; empty without one; :data:`MATCHING` during matching."""
+    """Return the rule whose right-hand side is active, or :data:`MATCHING`; empty if no rule is active."""
     # CLIPS refuses to delete the active rule, and every rule during matching
-    busy = [rule for rule in items_of(lib.GetNextDefrule, env) if not lib.DefruleIsDeletable(rule)]
-    if len(busy) > 1:
+    undeletable_rules = [
+        rule for rule in items_of(lib.GetNextDefrule, env) if not lib.DefruleIsDeletable(rule)
+    ]
+    if len(undeletable_rules) > 1:
         return MATCHING
-    return decode(lib.DefruleName(busy[0])) if busy else ""
+    return decode(lib.DefruleName(undeletable_rules[0])) if undeletable_rules else ""

@@ -18,31 +18,32 @@ if TYPE_CHECKING:
 
 
 def rule_names(env: ClipsEnvironment) -> frozenset[str]:
-    """Return all rules without their modules."""
-    return _names(env, "get-defrule-list")
+    """Return the names of all rules without their modules."""
+    return _construct_names(env, "get-defrule-list")
 
 
 def defrules(env: ClipsEnvironment) -> Iterator[tuple[str, CData]]:
-    """Yield name and pointer of all rules. To be called between runs of the rules."""
+    """Yield name and pointer of each rule. To be called between runs of the rules."""
     for rule in items_of(lib.GetNextDefrule, env.env):
         yield decode(lib.DefruleName(rule)), rule
 
 
 def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
-    """Return the text of all rules by name, after the host's rewriting.
+    """Return the texts of all rules by name, as the host rewrote them.
 
-    To be called between runs of the rules.
+    :mod:`cxbridge.executive.host.source` describes the rewriting. To be called between runs of the rules.
     """
+    # CLIPS keeps no text of a rule if (conserve-mem on) is set
     forms = ((name, lib.DefrulePPForm(rule)) for name, rule in defrules(env))
     return {name: decode(form) for name, form in forms if form != NULL}
 
 
 def template_names(env: ClipsEnvironment) -> frozenset[str]:
-    """Return all deftemplates without their modules, including implied ones."""
-    return _names(env, "get-deftemplate-list")
+    """Return the names of all deftemplates without their modules, including those of ordered facts."""
+    return _construct_names(env, "get-deftemplate-list")
 
 
-def unknown_template(env: ClipsEnvironment, name: str) -> ClipsError:
+def unknown_template_error(env: ClipsEnvironment, name: str) -> ClipsError:
     """Return the error about an unknown deftemplate."""
     return ClipsError(
         f"there is no deftemplate '{name}'", hint=did_you_mean(name, template_names(env)) or None
@@ -50,7 +51,7 @@ def unknown_template(env: ClipsEnvironment, name: str) -> ClipsError:
 
 
 def allowed_values(env: ClipsEnvironment, template: str, slot: str) -> tuple[str, ...]:
-    """Return a slot's allowed values; empty if unrestricted or the slot is unknown."""
+    """Return a slot's allowed values; empty if the slot accepts any value or is unknown."""
     if not env.has_template(template):
         return ()
     # CLIPS returns FALSE for a slot that accepts any value
@@ -58,6 +59,6 @@ def allowed_values(env: ClipsEnvironment, template: str, slot: str) -> tuple[str
     return tuple(map(str, values)) if isinstance(values, tuple) else ()
 
 
-def _names(env: ClipsEnvironment, function: str) -> frozenset[str]:
+def _construct_names(env: ClipsEnvironment, function: str) -> frozenset[str]:
     names = env.call(function, Symbol("*"))  # of all modules
     return frozenset(without_module(str(name)) for name in names) if isinstance(names, tuple) else frozenset()

@@ -2,10 +2,12 @@
 
 A run with an end uses up the present facts: its rules fire for facts, and combinations of facts, that no rule
 has used yet. Endless rules fire for facts that they have just made, and for the same few other facts
-repeatedly. A rule that loads 300,000 objects uses a different object each time; a ring of rules does not.
+repeatedly. A rule that loads 300,000 objects uses a different object each time; a ring of rules, of which
+each activates the next and the last activates the first, does not.
 
-This is a heuristic, because a rule that counts to a million looks endless. A run counts as endless if for a
-long enough time all firings used only facts made in that time or used before (:data:`ENDLESS`).
+The detection traces firings in windows of some thousand firings. A run counts as endless if for a long enough
+time (:data:`ENDLESS`) all firings used only facts made in that time or used before. This is a heuristic: a
+rule that counts to a million looks endless, too.
 """
 
 from __future__ import annotations
@@ -18,10 +20,11 @@ from typing import Final
 from clips._clips import lib
 
 from cxbridge.events import Logger
-from cxbridge.executive.host.capi import CData, ClipsApi, callback, decode
+from cxbridge.executive.host.capi import TRACE_OWNER, CData, ClipsApi, callback, decode
 
 ENDLESS: Final = ((100_000, 1.0), (1_000, 5.0))
-"""Firings and seconds of real time. A run that exceeds both numbers of a pair is endless."""
+"""Pairs of firings and seconds of real time: fast rules, and rules whose firings are slow. A run that exceeds
+both numbers of a pair is endless."""
 
 WARN_AFTER_S: Final = 1.5
 """Seconds of real time before the first warning about possibly endless rules."""
@@ -30,7 +33,7 @@ MAX_FIRINGS: Final = 1_000_000
 """The maximum number of firings in a run, whatever their facts."""
 
 _TRACE_AFTER_S: Final = 0.25  # seconds of a run before tracing starts
-# firings between checks: doubled after a fast chunk, halved after a slow one
+# firings between checks: doubled after a fast chunk, halved after a slow chunk
 _MIN_CHUNK, _MAX_CHUNK = 20, 200
 _FAST_S, _SLOW_S = 0.02, 0.1
 # firings in which a ring of rules is searched: doubled while firings use older facts
@@ -42,8 +45,8 @@ _MAX_NAMES: Final = 8  # rules in a message
 class EndlessRules:
     """Watches the runs of the agenda in chunks of firings.
 
-    :param basis_of: returns the facts of an activation: ``f-1,*,f-2``.
-    :param place_of: returns file and line of a rule; None if unknown.
+    :param activation_basis: returns the facts of an activation: ``f-1,*,f-2``.
+    :param rule_location: returns file and line of a rule; None if unknown.
     """
 
     # tracing is expensive: it starts after a quarter of a second of a run, and continues only while no firing
@@ -51,11 +54,16 @@ class EndlessRules:
     def __init__(
         self,
         api: ClipsApi,
-        basis_of: Callable[[CData], str],
-        place_of: Callable[[str], tuple[Path, int] | None],
+        activation_basis: Callable[[CData], str],
+        rule_location: Callable[[str], tuple[Path, int] | None],
         log: Logger,
     ) -> None:
-        self._api, self._basis_of, self._place_of, self._log = api, basis_of, place_of, log
+        self._api, self._activation_basis, self._rule_location, self._log = (
+            api,
+            activation_basis,
+            rule_location,
+            log,
+        )
         self._hooks = (
             callback("void(Environment *, Activation *, void *)", self._record_firing),
             callback("void(Environment *, Fact *, void *)", self._record_fact),
@@ -64,24 +72,23 @@ class EndlessRules:
         self.begin()
 
     @property
-    def text(self) -> str:
-        """A description of the endless rules in this run; empty without any."""
-        return self._describe_ring() if self._is_closed else ""
+    def ring_text(self) -> str:
+        """A description of the rules that seem endless in this run; empty if none do."""
+        return self._describe_ring() if self._uses_no_older_facts else ""
 
     def begin(self) -> None:
         """Start watching a run."""
         self.end()
-        self.fired = 0
-        """The firings in this run up to the last check."""
+        self.firing_count = 0
+        """The number of firings in this run up to the last check."""
         self.ring: tuple[str, ...] = ()
-        """The rules of the last window in firing order; a ring if they are endless."""
-        self.chunk = _MIN_CHUNK
+        """The rules that the last window repeated, in firing order; all its rules if it repeated none."""
+        self.chunk_size = _MIN_CHUNK
         """The number of firings until the next check."""
         self._began_s = self._checked_s = self._since_s = time.monotonic()
         self._since_fired = 0
-        self._is_closed = (
-            False  # whether the firings of the last window used no older fact for the first time
-        )
+        # whether no firing of the last window used an older fact for the first time
+        self._uses_no_older_facts = False
         self._has_warned = False
         self._window = _FIRST_WINDOW
 
@@ -89,68 +96,72 @@ class EndlessRules:
         """Stop tracing at the end of a run."""
         if self._is_tracing:
             self._is_tracing = False
-            self._api.trace(None, None)
-        self._clear(0.0)
+            self._set_trace_hooks(None, None)
+        self._begin_window(0.0)
 
-    def check(self, fired: int) -> str:
+    def _set_trace_hooks(self, firing_hook: CData | None, fact_hook: CData | None) -> None:
+        self._api.set_hook("BeforeRuleFires", firing_hook, TRACE_OWNER)
+        self._api.set_hook("Assert", fact_hook, TRACE_OWNER)
+
+    def check(self, firing_count: int) -> str:
         """Return why the run is endless; empty if it is not.
 
-        :param fired: the number of firings since the last check.
+        :param firing_count: the number of firings since the last check.
         """
         now_s = time.monotonic()
-        took_s, self._checked_s = now_s - self._checked_s, now_s
-        self.fired += fired
-        if took_s < _FAST_S:
-            self.chunk = min(2 * self.chunk, _MAX_CHUNK)
-        elif took_s > _SLOW_S:
-            self.chunk = max(self.chunk // 2, 1)
+        duration_s, self._checked_s = now_s - self._checked_s, now_s
+        self.firing_count += firing_count
+        if duration_s < _FAST_S:
+            self.chunk_size = min(2 * self.chunk_size, _MAX_CHUNK)
+        elif duration_s > _SLOW_S:
+            self.chunk_size = max(self.chunk_size // 2, 1)
         if self._is_tracing:
             self._evaluate_window(now_s)
         elif now_s - self._since_s >= _TRACE_AFTER_S:
             self._start_tracing(now_s)
-        if self.fired >= MAX_FIRINGS or self._is_endless(now_s):
-            self._log.error(f"{self._describe_ring()}, ended after {self._figures(now_s)}")
+        if self.firing_count >= MAX_FIRINGS or self._is_endless(now_s):
+            self._log.error(f"{self._describe_ring()}, ended after {self._describe_length(now_s)}")
             return self._describe_ring()
         return ""
 
     def _is_endless(self, now_s: float) -> bool:
         """Return whether the run is endless; warn of a run that may be."""
-        if not self._is_closed:
+        if not self._uses_no_older_facts:
             return False
-        fired, seconds = self.fired - self._since_fired, now_s - self._since_s
-        if any(fired >= max_fired and seconds >= max_s for max_fired, max_s in ENDLESS):
+        firing_count, seconds = self.firing_count - self._since_fired, now_s - self._since_s
+        if any(firing_count >= max_fired and seconds >= max_s for max_fired, max_s in ENDLESS):
             return True
         if not self._has_warned and now_s - self._began_s >= WARN_AFTER_S:
             self._has_warned = True
-            self._log.warn(f"{self._describe_ring()}, {self._figures(now_s)} so far")
+            self._log.warn(f"{self._describe_ring()}, {self._describe_length(now_s)} so far")
         return False
 
     def _describe_ring(self) -> str:
-        """Return the rules of the ring with file and line as text."""
+        """Return a message with the rules of the ring, their files and lines."""
         names = []
         for rule in self.ring[:_MAX_NAMES]:
-            location = self._place_of(rule)
+            location = self._rule_location(rule)
             names.append(rule if location is None else f"{rule} ({location[0]}:{location[1]})")
         if len(self.ring) > _MAX_NAMES:
             names.append(f"{len(self.ring) - _MAX_NAMES} more")
         return f"rules fire without an end: {' -> '.join([*names, *self.ring[:1]])}"
 
-    def _figures(self, now_s: float) -> str:
-        return f"{self.fired:,} firings in {now_s - self._began_s:.1f} s"
+    def _describe_length(self, now_s: float) -> str:
+        return f"{self.firing_count:,} firings in {now_s - self._began_s:.1f} s"
 
     def _start_tracing(self, now_s: float) -> None:
         self._is_tracing = True
-        self._since_s, self._since_fired = now_s, self.fired
-        self._clear(now_s)
-        self._api.trace(*self._hooks)
+        self._since_s, self._since_fired = now_s, self.firing_count
+        self._begin_window(now_s)
+        self._set_trace_hooks(*self._hooks)
 
-    def _clear(self, now_s: float) -> None:
+    def _begin_window(self, now_s: float) -> None:
         self._window_s = now_s
         self._firings: list[tuple[str, str]] = []
         self._first_new_index: int | None = None
 
     def _record_firing(self, _env: CData, activation: CData, _context: CData) -> None:
-        self._firings.append((decode(lib.ActivationRuleName(activation)), self._basis_of(activation)))
+        self._firings.append((decode(lib.ActivationRuleName(activation)), self._activation_basis(activation)))
 
     def _record_fact(self, _env: CData, fact: CData, _context: CData) -> None:
         if self._first_new_index is None:
@@ -160,10 +171,10 @@ class EndlessRules:
         count = len(self._firings)
         if count < self._window and (count < _MIN_WINDOW or now_s - self._window_s < _WINDOW_S):
             return
-        self.ring = ring_of([rule for rule, _ in self._firings[count // 2 :]])
-        self._is_closed = not _consumes_older_facts(self._firings, self._first_new_index)
-        if self._is_closed:
-            self._clear(now_s)
+        self.ring = find_ring([rule for rule, _ in self._firings[count // 2 :]])
+        self._uses_no_older_facts = not _consumes_older_facts(self._firings, self._first_new_index)
+        if self._uses_no_older_facts:
+            self._begin_window(now_s)
         else:
             self.end()
             self._since_s, self._has_warned = now_s, False
@@ -176,33 +187,35 @@ def _consumes_older_facts(firings: Sequence[tuple[str, str]], first_new_index: i
     :param firings: rule and facts of each firing: ``f-1,*,f-2``.
     :param first_new_index: the first index of facts made in the window; None without any.
     """
-    # only the second half counts: a ring, too, uses older facts when the window begins
-    half, used = len(firings) // 2, set()
+    # only the second half counts: a ring, too, uses older facts at the beginning of its first window
+    middle, used_facts = len(firings) // 2, set()
     for number, (rule, basis) in enumerate(firings):
         facts = (fact for fact in basis.split(",") if fact.startswith("f-"))  # * is a negated pattern
         older = tuple(fact for fact in facts if first_new_index is None or int(fact[2:]) < first_new_index)
-        if older and (rule, older) not in used:
-            if number >= half:
+        if older and (rule, older) not in used_facts:
+            if number >= middle:
                 return True
-            used.add((rule, older))
+            used_facts.add((rule, older))
     return False
 
 
-def ring_of(rules: Sequence[str]) -> tuple[str, ...]:
-    """Return the shortest sequence that the firings repeat up to their end, starting with the first name.
+def find_ring(rules: Sequence[str]) -> tuple[str, ...]:
+    """Return the shortest sequence of rules that the firings repeat up to their end.
 
-    Without a repetition, return each rule once.
+    The sequence is rotated so that the alphabetically first rule is the first: the same ring then always
+    gives the same message. Without a repetition, return all rules, sorted.
     """
-    # Knuth-Morris-Pratt's longest border of each prefix, on the reversed firings
-    back, border, borders = rules[::-1], 0, [0]
-    for rule in back[1:]:
-        while border and rule != back[border]:
-            border = borders[border - 1]
-        border += rule == back[border]
-        borders.append(border)
-    period = len(rules) - borders[-1]
+    # the Knuth-Morris-Pratt algorithm on the reversed firings: a border of a prefix is both its start and its
+    # end
+    reversed_rules, border_length, border_lengths = rules[::-1], 0, [0]
+    for rule in reversed_rules[1:]:
+        while border_length and rule != reversed_rules[border_length]:
+            border_length = border_lengths[border_length - 1]
+        border_length += rule == reversed_rules[border_length]
+        border_lengths.append(border_length)
+    period = len(rules) - border_lengths[-1]
     if 2 * period > len(rules):
         return tuple(sorted(set(rules)))
     ring = tuple(rules[-period:])
-    first = ring.index(min(ring))
-    return ring[first:] + ring[:first]
+    start = ring.index(min(ring))
+    return ring[start:] + ring[:start]

@@ -1,7 +1,8 @@
 """A CLIPS environment as in Fawkes: CLIPS 6.4 with the behaviour of 6.30 where agents depend on it.
 
-Shims replace functions that 6.4 removed, changed or added, and `modify` makes a new fact in users' files. The
-built-in core relies on 6.4's faster `modify`. docs/evidence/clips.md lists all differences.
+Shims (:mod:`cxbridge.executive.host.shims`) replace functions that 6.4 removed, changed or added. In users'
+files `modify` makes a new fact, as in 6.30; the built-in core relies on 6.4's faster `modify`.
+docs/evidence/clips.md lists all differences.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from clips._clips import ffi, lib
 from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger, SourceRead
-from cxbridge.executive.host.capi import EXTRA, NULL, CData, ClipsApi, encode, items_of
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, ClipsApi, encode, items_of
 from cxbridge.executive.host.endless import EndlessRules
 from cxbridge.executive.host.facts.constants import DATA_FUNCTION, assert_data
 from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION, FactsByIndex
@@ -29,8 +30,13 @@ from cxbridge.executive.host.loading import ClipsLoader
 from cxbridge.executive.host.loggers import LoggerStack
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.recursion import GUARD_FUNCTION, make_guard
-from cxbridge.executive.host.shims import FUNCTIONS, REMOVED, OldFunctions, make_room
-from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION, check_excess, rewrite
+from cxbridge.executive.host.shims import FUNCTIONS, REMOVED, Clips630Functions, make_room
+from cxbridge.executive.host.source import (
+    DUPLICATE_FUNCTION,
+    MODIFY_FUNCTION,
+    check_parser_limits,
+    rewrite_expression,
+)
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import FALSE, TRUE, Value, clips_value, to_python
 from cxbridge.executive.host.watching import Watcher, slot_value, slot_values
@@ -49,6 +55,8 @@ class ClipsEnvironment:
 
     :param name: e.g. ``executive``.
     :param log_component: the component of log lines, by default ``CLIPS (NAME)``.
+    :ivar faults: texts about faults of Python functions and endless rules. A run with faults has failed.
+    :ivar quit_requested: whether the agent has requested the end of the program, by ``(quit)`` or ``(exit)``.
     """
 
     output_router: ClassVar[type[OutputRouter]] = OutputRouter
@@ -74,20 +82,22 @@ class ClipsEnvironment:
         self.watcher = Watcher(self.env, self.api, self.output, bus, name)
         self.loader = ClipsLoader(self.env, self.output, self.log, self._is_core_file, name)
         self.udfs = UdfTable(self.env, self._record_failure)
-        self._calls = lib.CreateFunctionCallBuilder(self.env, 8)
+        self._call_builder = lib.CreateFunctionCallBuilder(self.env, 8)
         self._alive = True
-        self.life = threading.Lock()
+        self.destruction_lock = threading.Lock()
         """Prevents the destruction of the environment while another thread reads it."""
         self.is_firing = False
         """Whether rules are firing, or waiting for a function."""
-        self.endless = EndlessRules(self.api, self.watcher.basis_of, self.loader.place_of, self.log)
+        self.endless = EndlessRules(
+            self.api, self.watcher.activation_basis, self.loader.rule_location, self.log
+        )
         self._apply_shims()
         bus.emit_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(REMOVED))
 
     def _apply_shims(self) -> None:
         make_room(self.env, self.udfs)
-        self._old = OldFunctions(self.env, self.udfs, self.build_unrecorded)
-        self._build_functions()
+        self._clips630_functions = Clips630Functions(self.env, self.udfs, self.build_unrecorded)
+        self._build_clips630_functions()
         define = self.udfs.define
         for name in ("load", "load*"):  # with a star, CLIPS would load without messages
             define(name, self._load, 1, types="*;sy")
@@ -99,7 +109,7 @@ class ClipsEnvironment:
         define("quit", self._quit)
         define("watch", lambda item, *names: self.watch(item, names), 1, UNBOUNDED, types="y")
         define("unwatch", lambda item, *names: self.watch(item, names, on=False), 1, UNBOUNDED, types="y")
-        define("cx-unwatch", self.watcher.unwatch_early, 2, types="y")
+        define("cx-unwatch", self.watcher.unwatch_undefined, 2, types="y")
         define(MODIFY_FUNCTION, Modify(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         define(DUPLICATE_FUNCTION, Duplicate(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         self.udfs.define_c(GUARD_FUNCTION, make_guard(self._report_recursion), 1, 1, "y")
@@ -107,13 +117,13 @@ class ClipsEnvironment:
         self.udfs.define_c(EXISTS_FUNCTION, self._by_index.function, 1, 1, "*;fl")
         define(DATA_FUNCTION, lambda text: assert_data(self.env, text), 1, types="s")
         define("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, types="*;sy")
-        define("cx-not-found", self.loader.not_found, 1, types="*;sy")
+        define("cx-not-found", self.loader.report_missing_file, 1, types="*;sy")
         define("now", lambda: self.time_of(self.bus.clock.now_us()))
         define("now-systime", lambda: split_us(self.bus.clock.now_us()))
 
-    def _build_functions(self) -> None:
+    def _build_clips630_functions(self) -> None:
         for function in FUNCTIONS:
-            self._old.build(function)
+            self._clips630_functions.build(function)
 
     @staticmethod
     def _is_core_file(path: Path) -> bool:
@@ -136,7 +146,10 @@ class ClipsEnvironment:
             )
 
     def _record_failure(self, function: str, error: BaseException) -> None:
-        """Record an exception of a Python function. CLIPS has received an error instead."""
+        """Log an exception of a Python function. CLIPS has received an error instead.
+
+        An exception other than ``ClipsError`` is a fault of the function.
+        """
         text = f"function '{function}' failed: {type(error).__name__}: {error}"
         if isinstance(error, ClipsError):
             text = f"{function}: {error}"
@@ -146,7 +159,7 @@ class ClipsEnvironment:
 
     def _report_recursion(self, function: str) -> None:
         """Report a construct that recursed until the stack was nearly exhausted."""
-        # CLIPS would report an error for each level of the recursion
+        # CLIPS would report an error for each level of the recursion; the end of the run resets the router
         self.output.quiet = True
         self.log.error(f"'{function}' calls itself without end: ended, the stack is used up")
 
@@ -168,7 +181,7 @@ class ClipsEnvironment:
         self._forget_templates()
         self._by_index.forget()
         lib.Clear(self.env)
-        self._build_functions()
+        self._build_clips630_functions()
 
     def _exit(self, _code: Value = 0) -> None:
         """End all rules. In Fawkes this ends the process."""
@@ -179,7 +192,7 @@ class ClipsEnvironment:
         """End the run after the active rule."""
         # CLIPS clears its own flag before the end of the run
         self._is_halted = True
-        self.api.halt_rules()
+        self.api.request_halt()
 
     def _quit(self) -> None:
         """Request an orderly end, after pending work and the finalization rules."""
@@ -204,23 +217,23 @@ class ClipsEnvironment:
         self.build_unrecorded(construct)
         if self.bus.wants(SourceRead):
             name = "-".join(_CONSTRUCT_NAME.findall(construct)[:2])
-            within = self.loader.within
+            within = self.loader.current_file
             self.bus.emit_source("construct", self.name, name, encode(construct), within=within)
 
     def build_unrecorded(self, construct: str) -> None:
-        """Define a construct of the host, which recordings leave out.
+        """Define a construct of the host, which recordings do not contain.
 
         :raises ClipsError: if CLIPS refuses it.
         """
-        outer = self.output.begin_errors()
+        outer = self.output.begin_error_capture()
         error = lib.Build(self.env, encode(construct))
-        text = self.output.end_errors(outer)
+        text = self.output.end_error_capture(outer)
         if error != lib.BE_NO_ERROR:
             raise ClipsError(f"CLIPS refuses {construct.split(maxsplit=2)[:2]}: {' '.join(text.split())}")
 
     def has_function(self, name: str) -> bool:
         """Return whether a function other than a deffunction exists, in C or Python."""
-        return bool(EXTRA.FindFunction(self.env, encode(name)))
+        return bool(EXTRA_FUNCTIONS.FindFunction(self.env, encode(name)))
 
     def has_deffunction(self, name: str) -> bool:
         return bool(lib.FindDeffunction(self.env, encode(name)) != NULL)
@@ -230,11 +243,11 @@ class ClipsEnvironment:
 
         :raises ClipsError: if the expression does not parse, or fails.
         """
-        check_excess(expression)
+        check_parser_limits(expression)
         value = ffi.new("CLIPSValue *")
-        outer = self.output.begin_errors()
-        error = lib.Eval(self.env, encode(rewrite(expression)), value)
-        text = self.output.end_errors(outer)
+        outer = self.output.begin_error_capture()
+        error = lib.Eval(self.env, encode(rewrite_expression(expression)), value)
+        text = self.output.end_error_capture(outer)
         if error != lib.EE_NO_ERROR:
             self.api.clear_halt()
             raise ClipsError(f"CLIPS cannot evaluate {expression}: {' '.join(text.split())}")
@@ -245,11 +258,11 @@ class ClipsEnvironment:
 
         :raises ClipsError: if the function is unknown or fails.
         """
-        lib.FCBReset(self._calls)
+        lib.FCBReset(self._call_builder)
         for argument in arguments:
-            lib.FCBAppend(self._calls, clips_value(self.env, argument))
+            lib.FCBAppend(self._call_builder, clips_value(self.env, argument))
         value = ffi.new("CLIPSValue *")
-        error = lib.FCBCall(self._calls, encode(function), value)
+        error = lib.FCBCall(self._call_builder, encode(function), value)
         if error != lib.FCBE_NO_ERROR:
             self.api.clear_halt()
             raise ClipsError(f"calling the CLIPS function '{function}' failed (error {error})")
@@ -261,7 +274,7 @@ class ClipsEnvironment:
         :returns: the index of the fact, or of an equal fact; None if CLIPS refuses the fact.
         :raises ClipsError: if the deftemplate or a slot is unknown.
         """
-        return _index_of(self.add_fact(template, slots))
+        return _fact_index(self.add_fact(template, slots))
 
     def add_fact(self, template: str, slots: Mapping[str, Value]) -> CData:
         """Assert a fact as :meth:`assert_fact` does; return its pointer, or NULL if CLIPS refuses it."""
@@ -275,7 +288,7 @@ class ClipsEnvironment:
             raise ClipsError(f"deftemplate '{template}' takes no such value in slot {error}") from None
 
     def assert_ordered(self, relation: str, fields: tuple[Value, ...]) -> int | None:
-        """Assert an ordered fact, e.g. ``(time 1 2)``, of a relation named by some construct.
+        """Assert an ordered fact, e.g. ``(time 1 2)``, of a relation that a construct has named.
 
         :returns: the index of the fact; None if CLIPS refuses it.
         :raises ClipsError: if the relation is unknown.
@@ -287,7 +300,7 @@ class ClipsEnvironment:
             new = self.maker.new(deftemplate, [(NULL, clips_value(self.env, fields))])
         except KeyError:
             raise ClipsError(f"'{relation}' is a deftemplate with slots, not an ordered relation") from None
-        return _index_of(self.maker.add(new))
+        return _fact_index(self.maker.add(new))
 
     def assert_string(self, fact: str) -> int | None:
         """Assert a fact written as CLIPS text. Slower than :meth:`assert_fact`.
@@ -297,7 +310,7 @@ class ClipsEnvironment:
         self.output.pause()
         pointer = lib.AssertString(self.env, encode(fact))
         self.output.resume()
-        return _index_of(pointer)
+        return _fact_index(pointer)
 
     def retract(self, index: int) -> bool:
         """Retract a fact by index; return whether it existed."""
@@ -366,33 +379,33 @@ class ClipsEnvironment:
         self.end_run()
         return fired
 
-    def fire(self, limit: int = -1, before: int = 0) -> int:
+    def fire(self, limit: int = -1, fired_before: int = 0) -> int:
         """Do a part of :meth:`run`. :meth:`end_run` must follow the last part.
 
-        :param before: the number of firings in earlier parts.
+        :param fired_before: the number of firings in earlier parts.
         """
         fired = 0
         self._held = self._is_halted = False
-        if not before:
+        if not fired_before:
             self.endless.begin()
         while not self.is_ended:
-            chunk = self.endless.chunk if limit < 0 else min(self.endless.chunk, limit - fired)
-            if chunk <= 0:
+            chunk_size = self.endless.chunk_size if limit < 0 else min(self.endless.chunk_size, limit - fired)
+            if chunk_size <= 0:
                 break
             # chunks give signal handlers a turn and let endless rules be detected
             self.is_firing = self.output.is_firing = True
-            done = int(lib.Run(self.env, chunk))
+            chunk_fired = int(lib.Run(self.env, chunk_size))
             self.is_firing = self.output.is_firing = False
-            fired += done
+            fired += chunk_fired
             if self.api.halted():  # an error has ended a right-hand side, and the run with it
                 self.api.clear_halt()
-                if done == 0 or self._held or not self.agenda_size_at_least(1):
+                if chunk_fired == 0 or self._held or not self.has_activations(1):
                     break
-            elif done < chunk or self._is_halted:
+            elif chunk_fired < chunk_size or self._is_halted:
                 break
             # a limited run ends by itself, unless it is a part of a run without limit
-            if (why := self.endless.check(done)) and (limit < 0 or before):
-                self.end_for_good(why)
+            if (reason := self.endless.check(chunk_fired)) and (limit < 0 or fired_before):
+                self.end_faulty_run(reason)
                 self.api.clear_halt()  # the interruption must not stop CLIPS' next function
         return fired
 
@@ -402,50 +415,51 @@ class ClipsEnvironment:
         self.output.end_run()
 
     def hold(self) -> None:
-        """End the active :meth:`fire` after the current rule."""
+        """End the active :meth:`fire` after the active rule."""
         self._held = True
-        self.api.halt_rules()
+        self.api.request_halt()
 
     def interrupt(self) -> None:
         """End the active run and prevent further runs. Callable from any thread, even while CLIPS loops."""
-        with self.life:
+        with self.destruction_lock:
             if self._alive:
                 self.is_ended = True
                 self.api.halt()
 
-    def end_for_good(self, why: str) -> None:
-        """End endless rules as a fault of the agent and prevent further runs. Callable from any thread."""
-        self.faults.append(why)
+    def end_faulty_run(self, reason: str) -> None:
+        """End the active run as a fault of the agent and prevent further runs. Callable from any thread."""
+        self.faults.append(reason)
         self.quit_requested = True
         self.interrupt()
 
-    def break_off(self) -> None:
-        """End the active right-hand side and run. Later runs are unaffected.
+    def abort_rule(self) -> None:
+        """End the active right-hand side and the run. Later runs are unaffected.
 
-        Callable from any thread, repeatedly: a called function may clear the request.
+        Callable from any thread. May be repeated, because a function that the rule calls may clear the
+        request.
         """
-        with self.life:
+        with self.destruction_lock:
             if self._alive and self.is_firing:
-                self.output.hush()  # each halted match would print a separate error
+                self.output.drop_further_errors()  # each halted match would print a separate error
                 self._held = True
                 self.api.halt()
 
-    def agenda_size_at_least(self, count: int) -> bool:
+    def has_activations(self, count: int) -> bool:
         """Return whether the agenda has at least ``count`` activations."""
         activations = islice(items_of(lib.GetNextActivation, self.env), count)
         return sum(1 for _ in activations) == count
 
     def destroy(self) -> None:
         """Free the environment."""
-        with self.life:
+        with self.destruction_lock:
             was_alive, self._alive = self._alive, False
         if was_alive:
             self.output.close()
             self.api.dispose()
             self._by_index.forget()
-            lib.FCBDispose(self._calls)
+            lib.FCBDispose(self._call_builder)
             lib.DestroyEnvironment(self.env)
 
 
-def _index_of(fact: CData) -> int | None:
+def _fact_index(fact: CData) -> int | None:
     return None if fact == NULL else int(lib.FactIndex(fact))

@@ -1,6 +1,8 @@
 """Loading of CLIPS files: `load`, `load*`, `batch`, `batch*`.
 
-As in Fawkes, loading continues after a broken construct, which is reported with file and line.
+As in Fawkes, loading continues after a broken construct. CLIPS' message about the construct becomes a
+:class:`Diagnostic` with file and line. Users' files are rewritten before CLIPS reads them
+(:mod:`cxbridge.executive.host.source`); files of the built-in core, the native files, nearly not.
 """
 
 from __future__ import annotations
@@ -20,13 +22,20 @@ from cxbridge.clipstext.syntax import CONSTRUCT, blank, rule_lines, top_level
 from cxbridge.events import Level, Logger
 from cxbridge.executive.host.capi import NULL, CData, encode, executing_rule
 from cxbridge.executive.host.output import OutputRouter
-from cxbridge.executive.host.shims import give_way
-from cxbridge.executive.host.source import ClipsSource, find_excess, prepare, prepare_core
+from cxbridge.executive.host.shims import free_names
+from cxbridge.executive.host.source import (
+    ClipsSource,
+    find_exceeded_limit,
+    prepare_core_source,
+    prepare_source,
+)
 
+# a message of CLIPS: [CODE] FILE, Line NUMBER: TEXT
 _MESSAGE = re.compile(r"\[([A-Z]+\d+)\] (?:(?P<file>[^\n]*?), Line (?P<line>\d+): )?(?P<text>[^\n]*)")
-_BROKEN = re.compile(r"ERROR:\n\((def\w+) (?:\w+::)?([^\s()]+)")
+# the text after a message about a construct: the construct up to the mistake
+_BROKEN_CONSTRUCT = re.compile(r"ERROR:\n\((def\w+) (?:\w+::)?([^\s()]+)")
 # the host builds these deffacts again for each feature, which is no redefinition by the agent
-_DEFFACTS_OF_FEATURES = "ff-features-"
+_FEATURE_DEFFACTS_PREFIX = "ff-features-"
 # a command at the start of a line: all constructs have names that begin with def
 _COMMAND = re.compile(r"^\((?!def)", re.MULTILINE)
 _FUNCTION_KINDS = ("deffunction", "defgeneric", "defmethod")
@@ -34,7 +43,7 @@ _FUNCTION_KINDS = ("deffunction", "defgeneric", "defmethod")
 UNCLOSED = "UNCLOSED"
 """The code for a parenthesis without end."""
 
-_FINDERS: dict[str, Callable[[CData, bytes], CData]] = {
+_FIND_CONSTRUCT: dict[str, Callable[[CData, bytes], CData]] = {
     "defrule": lib.FindDefrule,
     "deftemplate": lib.FindDeftemplate,
     "deffacts": lib.FindDeffacts,
@@ -50,7 +59,7 @@ class Diagnostic(Struct, frozen=True):
     """A mistake in a CLIPS file.
 
     :param line: the line reported by CLIPS or by the scanner; None if unknown.
-    :param construct: the undefined construct, e.g. ``defrule NAME``; may be empty.
+    :param construct: the construct that CLIPS has not defined, e.g. ``defrule NAME``; may be empty.
     :param code: CLIPS' code of the message, e.g. ``EXPRNPSR3``.
     :param message: the mistake.
     :param hint: the remedy; may be empty.
@@ -74,8 +83,11 @@ class ClipsLoader:
 
     :param env: the environment's pointer.
     :param log: gets a line for each mistake.
-    :param is_native: returns whether a file of the built-in core keeps 6.4's `modify`.
+    :param is_native: returns whether a file belongs to the built-in core, which keeps 6.4's `modify`.
     :param owner: the environment's name in events.
+    :ivar diagnostics: the mistakes of all files.
+    :ivar files: the loaded files in order.
+    :ivar warn_redefinitions: whether redefined constructs are logged, see Fawkes' feature redefine-warning.
     """
 
     def __init__(
@@ -92,16 +104,17 @@ class ClipsLoader:
         self._is_native = is_native
         self._owner = owner
         self._loading: list[str] = []
-        self._declared: set[str] = set()  # declared functions without actions
+        self._declared: set[str] = set()  # forward declarations: functions without actions
         self.is_parsing = False
-        """Whether CLIPS is parsing constructs. It cannot load another file then."""
+        """Whether CLIPS is parsing constructs. CLIPS cannot load another file then."""
         self.diagnostics: list[Diagnostic] = []
         self.files: list[Path] = []
         self.warn_redefinitions = False
         self.quiet = False
         """Whether mistakes are logged at debug level only, because the caller reports them together."""
         self.rewrite: Callable[[str, str], str] | None = None
-        """Rewrites a text before CLIPS reads it: gets path and text, returns a text with as many lines."""
+        """A debugger's change of each text before CLIPS reads the text. The function gets path and text, and
+        returns a text with as many lines."""
 
     def load(self, file: str) -> bool:
         """Load the constructs of a file; return whether all are valid."""
@@ -123,60 +136,52 @@ class ClipsLoader:
             reason = getattr(error, "strerror", None) or error
             self._report(Diagnostic(file, None, "", "FILE", f"cannot read it: {reason}"), Level.ERROR)
             return False
-        native = self._is_native(path)
+        is_native = self._is_native(path)
         text = data.decode("utf-8", "surrogateescape")
-        excess = None if native else find_excess(text)
+        excess = None if is_native else find_exceeded_limit(text)
         if excess is not None:
             message = f"the file is not loaded: {excess.message}"
             self._report(Diagnostic(file, excess.line, "", "LIMIT", message), Level.ERROR)
             return False
-        source = (
-            prepare_core(text) if native else prepare(text, rewrite_modify=True, is_known=self.is_function)
-        )
+        source = prepare_core_source(text) if is_native else prepare_source(text, self.has_function)
         if self.rewrite is not None:
-            source = replace(source, text=self.rewrite(file, source.text), changed=True)
+            source = replace(source, text=self.rewrite(file, source.text), is_changed=True)
         self.files.append(path)
-        if not native:
-            give_way(self._env, (item.name for item in source.constructs if item.kind in _FUNCTION_KINDS))
+        if not is_native:
+            free_names(self._env, (item.name for item in source.constructs if item.kind in _FUNCTION_KINDS))
         if self.warn_redefinitions:
             self._warn_of_redefinitions(source)
-        self._emit_source(file, data, batch=batch, native=native)
+        self._emit_source(file, data, batch=batch, is_native=is_native)
         self._loading.append(file)
         try:
-            # load and batch have equal results for constructs, but CLIPS finds the end of a command slowly
-            has_commands = batch and not (native and _COMMAND.search(text) is None)
-            load = (self._batch_parts if native else lib.BatchStar) if has_commands else lib.Load
-            is_loaded = self._call(file, source, load)
-            is_loaded = is_loaded or batch != has_commands  # a batch continues after a broken construct
+            # a core file without commands is loaded, because a batch is slow, but succeeds like a batch,
+            # which continues after a broken construct
+            has_commands = batch and not (is_native and _COMMAND.search(text) is None)
+            load = (self._batch_core_file if is_native else lib.BatchStar) if has_commands else lib.Load
+            is_loaded = self._read_source(file, source, load) or batch != has_commands
         finally:
             self._loading.pop()
         if source.unclosed_line is not None:
             text = "a parenthesis opens here that never closes: what follows it in the file is lost"
-            construct = next(
-                (
-                    f"{item.kind} {item.name}"
-                    for item in source.constructs
-                    if item.line == source.unclosed_line
-                ),
-                "",
-            )
+            unclosed = [item for item in source.constructs if item.line == source.unclosed_line]
+            construct = f"{unclosed[0].kind} {unclosed[0].name}" if unclosed else ""
             self._report(Diagnostic(file, source.unclosed_line, construct, UNCLOSED, text), Level.WARN)
-        return bool(is_loaded)
+        return is_loaded
 
-    def _emit_source(self, file: str, data: bytes, *, batch: bool, native: bool) -> None:
+    def _emit_source(self, file: str, data: bytes, *, batch: bool, is_native: bool) -> None:
         """Emit a file as a source of the run before it is loaded."""
-        how, modify = "batch" if batch else "load", "6.4" if native else "6.3"
+        command, modify = "batch" if batch else "load", "6.4" if is_native else "6.3"
         self._log.bus.emit_source(
-            "clips", self._owner, file, data, how=how, modify=modify, within=self.within
+            "clips", self._owner, file, data, how=command, modify=modify, within=self.current_file
         )
 
     @contextmanager
-    def noting(self, file: str, *, batch: bool) -> Iterator[None]:
-        """Record a file that CLIPS itself loads within another load, as a source of the run."""
+    def recorded_inner_load(self, file: str, *, batch: bool) -> Iterator[None]:
+        """Record a file that CLIPS loads without this loader, as a source of the run."""
         self.files.append(Path(file))
-        # the file may have been removed by the rules; then only its source is not recorded
+        # rules may have removed the file: then its text is not recorded
         with suppress(OSError):
-            self._emit_source(file, Path(file).read_bytes(), batch=batch, native=True)
+            self._emit_source(file, Path(file).read_bytes(), batch=batch, is_native=True)
         self._loading.append(file)
         try:
             yield
@@ -184,70 +189,69 @@ class ClipsLoader:
             self._loading.pop()
 
     @property
-    def within(self) -> str:
-        """The file that is being loaded; empty if no file is."""
+    def current_file(self) -> str:
+        """The file that is being loaded; empty if none is."""
         return self._loading[-1] if self._loading else ""
 
-    def not_found(self, file: str) -> None:
+    def report_missing_file(self, file: str) -> None:
         """Report a missing file that a rule of the agent loads."""
-        # files named by the configuration are loaded by the core's rules, and already checked with their
-        # place in it
-        caller, line = self.place_of_executing()
+        # the core's rules load the files that the configuration names, and whose existence is already checked
+        caller, line = self.executing_rule_location()
         if caller is not None and not self._is_native(Path(caller)):
             self.report(Diagnostic(caller, line, "", "FILE", f"there is no file {file}"))
 
-    def place_of_executing(self) -> tuple[str | None, int | None]:
+    def executing_rule_location(self) -> tuple[str | None, int | None]:
         """Return file and line of the active rule; None if unknown."""
         rule = executing_rule(self._env)
-        location = self.place_of(rule) if rule else None
+        location = self.rule_location(rule) if rule else None
         return (None, None) if location is None else (str(location[0]), location[1])
 
-    def place_of(self, rule: str) -> tuple[Path, int] | None:
+    def rule_location(self, rule: str) -> tuple[Path, int] | None:
         """Return file and line of a rule if its file is still readable."""
         for file in reversed(self.files):
-            with suppress(OSError):  # the file may have been removed since it was loaded
+            with suppress(OSError):  # rules may have removed the file since it was loaded
                 line = rule_lines(file.read_text("utf-8", "surrogateescape")).get(rule)
                 if line is not None:
                     return file, line
         return None
 
-    def is_function(self, name: str) -> bool:
+    def has_function(self, name: str) -> bool:
         """Return whether a deffunction or defgeneric exists."""
         data = encode(name)
         return bool(lib.FindDeffunction(self._env, data) or lib.FindDefgeneric(self._env, data))
 
-    def _call(self, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]) -> bool:
+    def _read_source(self, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]) -> bool:
         """Let CLIPS read a file, or a temporary file with the rewritten text."""
-        if not source.changed:
-            return self._read(file, file, source, load)
+        if not source.is_changed:
+            return self._read_file(file, file, source, load)
         import tempfile  # noqa: PLC0415 - slow to import and rarely needed
 
         handle, name = tempfile.mkstemp(suffix=".clp", prefix="cxbridge-")
         try:
             with os.fdopen(handle, "wb") as copy:
                 copy.write(encode(source.text))
-            return self._read(name, file, source, load)
+            return self._read_file(name, file, source, load)
         finally:
             Path(name).unlink()
 
-    def _read(
+    def _read_file(
         self, name: str, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]
     ) -> bool:
-        outer, was_parsing = self._output.begin_errors(), self.is_parsing
+        outer, was_parsing = self._output.begin_error_capture(), self.is_parsing
         self.is_parsing = load is lib.Load
         try:
             result = load(self._env, encode(name))
         finally:
             self.is_parsing = was_parsing
-            errors = self._output.end_errors(outer)
+            errors = self._output.end_error_capture(outer)
         if errors.strip():
             self._diagnose(errors, name, file, source)
         return result == lib.LE_NO_ERROR if load is lib.Load else bool(result)
 
     @staticmethod
-    def _batch_parts(env: CData, name: bytes) -> bool:
-        """Do the work of ``BatchStar`` in linear time."""
-        # BatchStar's time grows with the square of a part's length
+    def _batch_core_file(env: CData, name: bytes) -> bool:
+        """Do the work of ``BatchStar`` on a file of the core in linear time."""
+        # the time of BatchStar grows with the square of a part's length
         text = Path(os.fsdecode(name)).read_bytes().decode("utf-8", "surrogateescape")
         for start, end in top_level(blank(text)):
             part = encode(text[start:end])
@@ -265,7 +269,7 @@ class ClipsLoader:
             block = errors[start:end]
             head = _MESSAGE.match(block)
             assert head is not None
-            broken = _BROKEN.search(block)
+            broken = _BROKEN_CONSTRUCT.search(block)
             construct = f"{broken[1]} {broken[2]}" if broken else ""
             line = int(head["line"]) if head["line"] else None
             if line is None and broken:
@@ -292,8 +296,8 @@ class ClipsLoader:
         """Report constructs that exist already or occur twice, for Fawkes' feature redefine-warning."""
         defined: set[tuple[str, str]] = set()
         for construct in source.constructs:
-            find = _FINDERS.get(construct.kind)
-            if find is None or construct.name.startswith(_DEFFACTS_OF_FEATURES):
+            find = _FIND_CONSTRUCT.get(construct.kind)
+            if find is None or construct.name.startswith(_FEATURE_DEFFACTS_PREFIX):
                 continue
             name = construct.name.removeprefix("MAIN::")
             if construct.kind == "defglobal":

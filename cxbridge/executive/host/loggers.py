@@ -1,8 +1,8 @@
 """The loggers of an environment, called by priority like CLIPS' routers.
 
-Each environment starts with the logger ``log``, which writes all lines to the log. Further loggers have a
-higher or lower priority. A replacing logger hides its lines from loggers below it; an accompanying logger
-passes them on.
+Each environment starts with the logger ``log``, which writes all lines to the log. Clients may add loggers
+with a higher or lower priority. A replacing logger hides its lines from the loggers below it;
+other loggers pass their lines on.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ DEFAULT_LOGGER: Final = "log"
 DEFAULT_PRIORITY: Final = 30
 """The priority of the first logger, as that of the router ``cxlog`` in ros2_cx."""
 
-ABOVE: Final = 40
-"""The default priority of further loggers, above the first one."""
+ADDED_LOGGER_PRIORITY: Final = 40
+"""The default priority of added loggers, above the first logger."""
 
 MAX_LOGGERS: Final = 16
 """The maximum number of loggers in an environment."""
 
 MAX_PRIORITY: Final = 2000
-"""The limit of priorities, as for routers in CLIPS."""
+"""The largest absolute value of a priority, as for routers in CLIPS."""
 
-ORDER: Final = tuple(Level)
+LEVELS: Final = tuple(Level)
 """The levels in ascending order."""
 
 LevelName = Annotated[str, Meta(extra_json_schema={"enum": ["debug", "info", "warn", "error"]})]
-"""The name of a level in requests and answers."""
+"""The name of a level in requests and answers of operations (:mod:`cxbridge.daemon.operations`)."""
 
 
 class ClipsLogger(Struct, frozen=True):
@@ -46,15 +46,17 @@ class ClipsLogger(Struct, frozen=True):
 
     :param name: unique in the environment.
     :param sink: receives the accepted lines.
-    :param priority: higher priorities are called first; among equals, the latest logger.
+    :param priority: loggers with higher priorities are called first; among equal priorities, the latest
+        logger.
+    :param level: the minimum level of accepted lines.
     :param contains: a text that accepted lines contain.
-    :param replaces: whether accepted lines are hidden from loggers below.
-    :param component: the log component, for lists.
+    :param replaces: whether accepted lines are hidden from the loggers below.
+    :param component: the component under which the lines appear in the log, shown in lists of loggers.
     """
 
     name: str
     sink: LineSink
-    priority: int = ABOVE
+    priority: int = ADDED_LOGGER_PRIORITY
     level: Level = Level.DEBUG
     contains: str = ""
     replaces: bool = False
@@ -62,7 +64,8 @@ class ClipsLogger(Struct, frozen=True):
 
     def takes(self, level: Level, line: str) -> bool:
         """Return whether the logger accepts a line."""
-        if self.level is not Level.DEBUG and ORDER.index(level) < ORDER.index(self.level):
+        # the comparison with DEBUG saves the search of the levels for most lines
+        if self.level is not Level.DEBUG and LEVELS.index(level) < LEVELS.index(self.level):
             return False
         return self.contains in line
 
@@ -71,7 +74,7 @@ class LoggerStack:
     """The loggers of an environment."""
 
     def __init__(self, sink: LineSink, component: str = "") -> None:
-        # a tuple that changes replace: rules may log in one thread while a client adds a logger in another
+        # a new tuple for each change: rules may log in one thread while a client adds a logger in another
         self._loggers: tuple[ClipsLogger, ...] = (
             ClipsLogger(DEFAULT_LOGGER, sink, DEFAULT_PRIORITY, component=component),
         )
@@ -82,7 +85,7 @@ class LoggerStack:
         return self._loggers
 
     def log(self, level: Level, line: str) -> None:
-        """Pass a line to its loggers, down to the first replacing one."""
+        """Pass a line to the loggers that accept it, down to the first that replaces the loggers below."""
         for logger in self._loggers:
             if logger.takes(level, line):
                 logger.sink(level, line)
@@ -92,8 +95,7 @@ class LoggerStack:
     def add(self, logger: ClipsLogger) -> None:
         """Insert a logger by priority.
 
-        :raises ClipsError: if the name exists, the number of loggers is exceeded or the priority is out of
-            bounds.
+        :raises ClipsError: if the name exists, there are too many loggers or the priority is out of bounds.
         """
         if any(existing.name == logger.name for existing in self._loggers):
             raise ClipsError(f"there is a logger '{logger.name}' already")
@@ -110,9 +112,9 @@ class LoggerStack:
     def remove(self, name: str) -> None:
         """Remove a logger.
 
-        :raises ClipsError: if the logger is unknown or the environment's first logger.
+        :raises ClipsError: if the logger is unknown, or is the first logger of the environment.
         """
-        self._find(name)
+        self._find_logger(name)
         if name == DEFAULT_LOGGER:
             raise ClipsError(
                 f"the logger '{name}' cannot be removed", hint="add one above it that replaces it"
@@ -124,9 +126,9 @@ class LoggerStack:
 
         :raises ClipsError: if the logger is unknown.
         """
-        changed = self._find(name)
+        logger_to_change = self._find_logger(name)
         self._loggers = tuple(
-            replace(logger, level=level) if logger is changed else logger for logger in self._loggers
+            replace(logger, level=level) if logger is logger_to_change else logger for logger in self._loggers
         )
 
     def level_of(self, name: str) -> Level:
@@ -134,9 +136,9 @@ class LoggerStack:
 
         :raises ClipsError: if the logger is unknown.
         """
-        return self._find(name).level
+        return self._find_logger(name).level
 
-    def _find(self, name: str) -> ClipsLogger:
+    def _find_logger(self, name: str) -> ClipsLogger:
         for logger in self._loggers:
             if logger.name == name:
                 return logger
@@ -145,7 +147,7 @@ class LoggerStack:
 
 
 def find_level(text: str) -> Level:
-    """Return a level by name.
+    """Return the level with a lower-case name, e.g. ``warn``.
 
     :raises ClipsError: if the name is unknown.
     """

@@ -1,8 +1,9 @@
 """CLIPS' output as log lines, at Fawkes' levels.
 
-6.4 prints to fewer routers than 6.30: trace, dialog and ``printout t`` all arrive on ``stdout``, warnings on
-``stdwrn``, errors on ``stderr``. Agents may print to 6.30's routers, and to the colour routers of ros2_cx;
-the log has no colours.
+CLIPS prints to logical names, and asks its routers which of them handles a name. 6.4 has fewer logical names
+than 6.30: trace, dialog and ``printout t`` all arrive on ``stdout``, warnings on ``stdwrn``, errors on
+``stderr``. Agents may still print to 6.30's names, and to the names of colours in ros2_cx (the CLIPS
+Executive for ROS 2). The log has no colours.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from cxbridge.executive.host.capi import CData, callback, decode
 from cxbridge.executive.host.loggers import LineSink
 from cxbridge.executive.host.shims import OWN_NAMES
 
-# Levels by logical name, from Fawkes' CLIPS environment manager, which drops output to wdialog. Colours:
-# ``cx_clips_env_manager`` of ros2_cx, which logs them at the same level.
+# Levels by logical name, from Fawkes' CLIPS environment manager, which drops output to wdialog. The names of
+# colours and their level come from ``cx_clips_env_manager`` of ros2_cx.
 _LEVELS = {
     b"stdout": Level.INFO,
     b"t": Level.INFO,
@@ -61,68 +62,70 @@ class OutputRouter:
 
     def __init__(self, env: CData, sink: LineSink) -> None:
         self.is_firing = False
-        """Whether the host runs the agenda in chunks. CLIPS' message at the end of a chunk is dropped."""
+        """Whether rules are firing, in chunks: CLIPS' message about the limit of a chunk is dropped."""
         self.quiet = False
-        """Whether CLIPS' error messages are dropped."""
-        self._last_message: str | None = None  # the text of the last permitted message, None without a limit
+        """Whether CLIPS' warnings and error messages are dropped."""
+        # the text of the last message before further messages are dropped; None: all messages are permitted
+        self._last_message: str | None = None
         self._env = env
         self._sink = sink
-        self._open: dict[bytes, str] = {}
-        self._capture: list[str] | None = None
-        self._calls = (
-            callback("bool(Environment *, char *, void *)", self._query),
+        self._unfinished_lines: dict[bytes, str] = {}
+        self._captured_errors: list[str] | None = None
+        # CLIPS' callbacks, kept because CLIPS does not keep them
+        self._callbacks = (
+            callback("bool(Environment *, char *, void *)", self._handles_name),
             callback("void(Environment *, char *, char *, void *)", self._write),
             callback("void(Environment *, int, void *)", lambda _env, _code, _context: None),
         )
-        query, write, leave = self._calls
+        query, write, leave = self._callbacks
         lib.AddRouter(env, _ROUTER, _PRIORITY, query, write, ffi.NULL, ffi.NULL, leave, ffi.NULL)
 
-    def _query(self, _env: CData, name: CData, _context: CData) -> bool:
+    def _handles_name(self, _env: CData, name: CData, _context: CData) -> bool:
         return ffi.string(name) in self.levels
 
     def _write(self, _env: CData, name: CData, text: CData, _context: CData) -> None:
-        piece = decode(text)
+        text_piece = decode(text)
         target = ffi.string(name)
         if target == b"stdwrn" and self.quiet:
             return
         if target == b"stderr":
-            piece = OWN_NAMES.get(piece, piece)
+            text_piece = OWN_NAMES.get(text_piece, text_piece)
             if self.quiet:
                 return
-            self._count_message(piece)
-            if self._capture is not None:
-                self._capture.append(piece)
+            self._track_permitted_message(text_piece)
+            if self._captured_errors is not None:
+                self._captured_errors.append(text_piece)
                 return
-        if not (self.is_firing and piece == _LIMIT_REACHED):
-            self._gather(target, piece)
+        if not (self.is_firing and text_piece == _LIMIT_REACHED):
+            self._emit_complete_lines(target, text_piece)
 
-    def _gather(self, target: bytes, piece: str) -> None:
-        """Pass on complete lines of a text and keep the unfinished line."""
-        if "\n" not in piece:
-            self._open[target] = self._open.get(target, "") + piece
+    def _emit_complete_lines(self, target: bytes, text_piece: str) -> None:
+        """Pass the complete lines of a text to the sink, and keep the unfinished line."""
+        if "\n" not in text_piece:
+            self._unfinished_lines[target] = self._unfinished_lines.get(target, "") + text_piece
             return
-        *lines, rest = (self._open.pop(target, "") + piece).split("\n")
-        if rest:
-            self._open[target] = rest
+        *lines, unfinished = (self._unfinished_lines.pop(target, "") + text_piece).split("\n")
+        if unfinished:
+            self._unfinished_lines[target] = unfinished
         level = self.levels[target]
         for line in lines:
             if line.strip():
                 self._sink(level, line)
 
-    def hush(self) -> None:
-        """Drop error messages after the next one. Further calls change nothing."""
+    def drop_further_errors(self) -> None:
+        """Drop error messages after the next message. Further calls change nothing."""
         if self._last_message is None:
             self._last_message = ""
 
-    def speak(self) -> None:
+    def stop_dropping_errors(self) -> None:
         """Stop dropping error messages."""
         self.quiet, self._last_message = False, None
 
-    def _count_message(self, piece: str) -> None:
-        """Start dropping if this piece completes the last permitted message."""
+    def _track_permitted_message(self, text_piece: str) -> None:
+        """Start to drop messages if this text completes the last permitted message."""
         if self._last_message is not None:
-            self._last_message += piece
-            if "\n" in self._last_message.lstrip():
+            self._last_message += text_piece
+            if "\n" in self._last_message.lstrip():  # CLIPS starts each message with an empty line
                 self.quiet, self._last_message = True, None
 
     def redirect(self, sink: LineSink) -> LineSink:
@@ -132,32 +135,36 @@ class OutputRouter:
         return previous
 
     def end_run(self) -> None:
-        """Reset after a run of the rules: flush unfinished lines and stop dropping."""
-        self.speak()
-        if self._open:
+        """Flush unfinished lines, and stop dropping messages, after a run of the rules."""
+        self.stop_dropping_errors()
+        if self._unfinished_lines:
             self.flush()
 
     def flush(self) -> None:
-        """Pass on unfinished lines."""
-        for target, text in list(self._open.items()):
-            del self._open[target]
+        """Pass unfinished lines to the sink."""
+        for target, text in list(self._unfinished_lines.items()):
+            del self._unfinished_lines[target]
             if text.strip():
                 self._sink(self.levels[target], text)
 
-    def begin_errors(self) -> list[str] | None:
-        """Start capturing error messages; return the state to pass to :meth:`end_errors`."""
-        outer, self._capture = self._capture, []
+    def begin_error_capture(self) -> list[str] | None:
+        """Start to capture error messages instead of logging them.
+
+        :returns: the messages that an outer capture has collected so far, for :meth:`end_error_capture`; None
+            if there is no outer capture.
+        """
+        outer, self._captured_errors = self._captured_errors, []
         return outer
 
-    def end_errors(self, outer: list[str] | None) -> str:
-        """Return the captured error messages and restore the earlier state."""
-        text = "".join(self._capture or ())
-        self._capture = outer
-        self.speak()
+    def end_error_capture(self, outer: list[str] | None) -> str:
+        """Return the captured error messages, and continue the outer capture."""
+        text = "".join(self._captured_errors or ())
+        self._captured_errors = outer
+        self.stop_dropping_errors()
         return text
 
     def pause(self) -> None:
-        """Deactivate the router."""
+        """Deactivate the router while CLIPS prints to another destination, such as a string."""
         # CLIPS queries each active router for each piece of text, which is slow
         lib.DeactivateRouter(self._env, _ROUTER)
 

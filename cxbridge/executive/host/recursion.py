@@ -1,10 +1,11 @@
 """A limit for recursive functions. CLIPS evaluates by recursion in C, without a limit.
 
 ``(deffunction f () (f))`` would overflow the stack and end the process. Therefore the host inserts
-``(cx-guard-recursion NAME)`` at the start of each function in users' files that may be recursive: a function
-that names itself, one that existed before (mutual recursion needs that in CLIPS), one with indirect calls
-(``funcall``, ``eval``, ``send``), and each message handler. A ``default-dynamic`` with such a call gets a
-guard, too, because it may make another fact of its kind. The guard checks the remaining stack of the thread.
+``(cx-guard-recursion NAME)``, the guard, at the start of each function in users' files that may be recursive:
+functions that name themselves, functions that existed before (mutual recursion needs that in CLIPS),
+functions with indirect calls (``funcall``, ``eval``, ``send``), and message handlers. A ``default-dynamic``
+with an indirect call gets a guard, too, because the call may make another fact of the same deftemplate. The
+guard checks the remaining stack of the thread.
 """
 
 from __future__ import annotations
@@ -41,18 +42,20 @@ _INDIRECT = (
 
 _INDIRECT_CALL = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, _INDIRECT))})(?=[\s()])")
 
-_SLOTS = re.compile(r"\(\s*(?:deftemplate|defclass)\s+([^\s()]+)")
+_TEMPLATE_OR_CLASS = re.compile(r"\(\s*(?:deftemplate|defclass)\s+([^\s()]+)")
 _DYNAMIC = re.compile(r"\(\s*default-dynamic(?=[\s(])")
 
 # The nesting depth of a query in a method's parameter: ``((?x INTEGER (> ?x 3)))``.
 _QUERY_DEPTH = 3
 
 
-def guards_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) -> Iterator[tuple[int, str]]:
+def construct_guards(
+    code: str, start: int, end: int, is_known: Callable[[str], bool]
+) -> Iterator[tuple[int, str]]:
     """Yield the positions and texts of a construct's guards.
 
-    The body of a function gets a guard, and so does each query of a method, because CLIPS evaluates queries
-    first.
+    The body of a function gets a guard, and so does each query of a method's parameter, because CLIPS
+    evaluates queries before the body.
 
     :param code: the text with strings and comments blanked (:func:`~cxbridge.clipstext.syntax.blank`), so
         that an example in a documentation string does not look like a call.
@@ -62,9 +65,9 @@ def guards_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) 
     """
     handler = _HANDLER.match(code, start, end)
     head = handler or _FUNCTION.match(code, start, end)
-    slots = None if head else _SLOTS.match(code, start, end)
-    if slots is not None:
-        yield from _default_guards(code, slots, end)
+    template_or_class = None if head else _TEMPLATE_OR_CLASS.match(code, start, end)
+    if template_or_class is not None:
+        yield from _slot_default_guards(code, template_or_class, end)
     if head is None or not code.startswith("(", head.end()):
         return
     name = head[1]
@@ -87,37 +90,37 @@ def guards_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) 
             return
 
 
-def _default_guards(code: str, slots: re.Match[str], end: int) -> Iterator[tuple[int, str]]:
-    """Yield the guards of values that are computed for each new fact or instance."""
-    for default in _DYNAMIC.finditer(code, slots.end(), end):
-        depth, opened = 0, 0
-        for match in PARENTHESIS.finditer(code, default.end(), end):
+def _slot_default_guards(code: str, template_or_class: re.Match[str], end: int) -> Iterator[tuple[int, str]]:
+    """Yield the guards of a construct's ``default-dynamic`` values: CLIPS computes them for each new fact."""
+    for default_dynamic in _DYNAMIC.finditer(code, template_or_class.end(), end):
+        depth, default_start = 0, 0
+        for match in PARENTHESIS.finditer(code, default_dynamic.end(), end):
             if match.group() == "(":
-                opened = opened if depth else match.start()
+                default_start = default_start if depth else match.start()
                 depth += 1
                 continue
             depth -= 1
             if depth < 0:
                 break
-            if depth == 0 and _INDIRECT_CALL.search(code, opened, match.end()):
-                yield opened, f"(progn ({GUARD_FUNCTION} {slots[1]}) "
+            if depth == 0 and _INDIRECT_CALL.search(code, default_start, match.end()):
+                yield default_start, f"(progn ({GUARD_FUNCTION} {template_or_class[1]}) "
                 yield match.end(), ")"
 
 
-class _Stacks(threading.local):
+class _ThreadStack(threading.local):
     """The lowest usable stack address of each thread."""
 
     floor = 0
 
 
-_stacks = _Stacks()
+_thread_stack = _ThreadStack()
 
 
 def _stack_floor() -> int:
     """Return the lowest stack address that CLIPS may use in this thread; 0 if unknown."""
     library = ctypes.CDLL(None)
-    attributes = ctypes.create_string_buffer(256)
-    low, size = ctypes.c_void_p(), ctypes.c_size_t()
+    attributes = ctypes.create_string_buffer(256)  # more than a pthread_attr_t of any platform
+    lowest_address, size = ctypes.c_void_p(), ctypes.c_size_t()
     library.pthread_self.restype = ctypes.c_void_p
     try:
         if library.pthread_getattr_np(ctypes.c_void_p(library.pthread_self()), attributes) != 0:
@@ -125,29 +128,30 @@ def _stack_floor() -> int:
     except AttributeError:  # missing on this platform
         return 0
     try:
-        library.pthread_attr_getstack(attributes, ctypes.byref(low), ctypes.byref(size))
+        library.pthread_attr_getstack(attributes, ctypes.byref(lowest_address), ctypes.byref(size))
     finally:
         library.pthread_attr_destroy(attributes)
-    top = (low.value or 0) + size.value
+    # the reserve is at most a quarter of a small stack, such as that of a thread
+    top = (lowest_address.value or 0) + size.value
     return max(top - size.value + min(_RESERVE, size.value // 4), top - _MAX_STACK)
 
 
-def make_guard(failed: Callable[[str], None]) -> CData:
+def make_guard(report_recursion: Callable[[str], None]) -> CData:
     """Return the guard as a C function for :meth:`UdfTable.define_c`.
 
-    :param failed: called with the name of an aborted function.
+    :param report_recursion: called with the name of an aborted function.
     """
 
     def guard(env: CData, context: CData, result: CData) -> None:
         # the context lies on the stack, so its address shows the present depth
         result.lexemeValue = lib.FalseSymbol(env)
-        if _stacks.floor == 0:
-            _stacks.floor = _stack_floor() or 1
-        if int(ffi.cast("intptr_t", context)) > _stacks.floor:
+        if _thread_stack.floor == 0:
+            _thread_stack.floor = _stack_floor() or 1  # 1: unknown, so that no call is aborted
+        if int(ffi.cast("intptr_t", context)) > _thread_stack.floor:
             return
         name = ffi.new("UDFValue *")
         lib.UDFFirstArgument(context, lib.SYMBOL_BIT, name)
         lib.UDFThrowError(context)
-        failed(ffi.string(name.lexemeValue.contents).decode("utf-8", "replace"))
+        report_recursion(ffi.string(name.lexemeValue.contents).decode("utf-8", "replace"))
 
     return callback("void(Environment *, UDFContext *, UDFValue *)", guard)

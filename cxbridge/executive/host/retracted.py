@@ -1,9 +1,9 @@
 """Access to slots of retracted facts, as in CLIPS 6.30.
 
-``(do-for-all-facts ((?w item)) TRUE (retract ?w) (printout t ?w:name crlf))`` prints names in 6.30, where a
-fact's values live until the rule ends. In 6.4 it is an error that ends the right-hand side, but agents clean
-up this way. Therefore each slot that a query's body reads after the ``retract`` or ``modify`` of its fact is
-read at the start of the body: ``?w:name`` becomes a variable bound there.
+Agents clean up with queries such as ``(do-for-all-facts ((?w item)) TRUE (retract ?w) (printout t ?w:name
+crlf))``. In 6.30 this query prints names, because a fact's values live until the rule ends. In 6.4 the query
+is an error that ends the right-hand side. Therefore the host lets the body start with ``(bind ?cx-w-name
+?w:name)``, and replaces each ``?w:name`` after the ``retract`` or ``modify`` of ``?w`` by ``?cx-w-name``.
 """
 
 from __future__ import annotations
@@ -14,44 +14,47 @@ from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, read
 
-_QUERIES: Final = frozenset({"do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts"})
-_RETRACTING: Final = frozenset({"retract", "modify"})
-_LIKELY: Final = re.compile(r"do-for-(?:all-)?facts?\b(?=.*\(\s*(?:retract|modify)\b.*:)", re.DOTALL)
+_QUERY_FUNCTIONS: Final = frozenset({"do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts"})
+_RETRACTING_FUNCTIONS: Final = frozenset({"retract", "modify"})
+# most constructs have no such query: a search by this pattern is much faster than reading the construct
+_QUERY_WITH_RETRACTION: Final = re.compile(
+    r"do-for-(?:all-)?facts?\b(?=.*\(\s*(?:retract|modify)\b.*:)", re.DOTALL
+)
 _MIN_ARGUMENTS: Final = 3  # the variables, the condition and one action
 
 Edit = tuple[int, int, str]
 """Start, end and replacement."""
 
 
-def slot_edits(code: str, start: int, end: int) -> list[Edit]:
+def retracted_slot_edits(code: str, start: int, end: int) -> list[Edit]:
     """Return the edits that preserve the slots of retracted facts in a construct.
 
     :param code: the file's text with strings and comments blanked.
     """
-    if _LIKELY.search(code, start, end) is None:
+    if _QUERY_WITH_RETRACTION.search(code, start, end) is None:
         return []
     return [
         (start + edit_start, start + edit_end, text)
         for node in read(code[start:end])
         for query in node.walk()
-        if query.head in _QUERIES
-        for edit_start, edit_end, text in _edits(query)
+        if query.head in _QUERY_FUNCTIONS
+        for edit_start, edit_end, text in _query_edits(query)
     ]
 
 
-def _edits(query: SyntaxNode) -> Iterator[Edit]:
+def _query_edits(query: SyntaxNode) -> Iterator[Edit]:
     arguments = query.arguments
     if len(arguments) < _MIN_ARGUMENTS:
         return
     variables = [item.head for item in arguments[0].items or ()]
     body = arguments[2:]
     for variable in variables:
-        retracted_at = _end_of(variable, body)
+        retraction_end = _retraction_end(variable, body)
         slots: dict[str, str] = {}
-        for node in _body_words(body):
+        for node in _leaf_nodes(body):
             name, colon, slot = node.text.partition(":")
-            is_late = retracted_at is not None and node.start > retracted_at
-            if is_late and name == variable and colon and slot:
+            follows_retraction = retraction_end is not None and node.start > retraction_end
+            if follows_retraction and name == variable and colon and slot:
                 slots[slot] = f"?cx-{variable[1:]}-{slot}"
                 yield node.start, node.end, slots[slot]
         if slots:
@@ -59,14 +62,14 @@ def _edits(query: SyntaxNode) -> Iterator[Edit]:
             yield body[0].start, body[0].start, bindings
 
 
-def _end_of(variable: str, body: tuple[SyntaxNode, ...]) -> int | None:
+def _retraction_end(variable: str, body: tuple[SyntaxNode, ...]) -> int | None:
     """Return the end of the first call that retracts a variable's fact, or None."""
-    calls = (node for action in body for node in action.walk() if node.head in _RETRACTING)
+    calls = (node for action in body for node in action.walk() if node.head in _RETRACTING_FUNCTIONS)
     return next(
         (call.end for call in calls if any(argument.text == variable for argument in call.arguments)), None
     )
 
 
-def _body_words(body: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
+def _leaf_nodes(body: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
     for action in body:
         yield from (node for node in action.walk() if node.items is None)

@@ -1,7 +1,8 @@
 """CLIPS 6.30's functions that 6.4 removed or changed, made from 6.4's functions.
 
-docs/evidence/clips.md lists the remaining differences. ``tests/executive/clips630`` compares every function
-with a real CLIPS 6.30.
+:func:`make_room` removes changed built-ins, and keeps the originals under names that begin with ``cx-``.
+:data:`FUNCTIONS` are deffunctions that behave as in 6.30 and call the originals. docs/evidence/clips.md lists
+    the remaining differences. ``tests/executive/clips630`` compares every function with a real CLIPS 6.30.
 """
 
 from __future__ import annotations
@@ -14,13 +15,13 @@ from typing import Final
 from clips._clips import ffi, lib
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.capi import EXTRA, NULL, CData, callback, encode
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, callback, encode
 from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import Value
 
-# Built-ins that the functions below call as ``cx-...``: C function, minimum and maximum number of arguments,
-# types.
+# The originals: built-ins that the functions below call as ``cx-NAME``, with C function, minimum and maximum
+# number of arguments, types.
 _KEPT = {
     "length$": ("LengthFunction", 1, 1, "m"),
     "str-byte-length": ("StrByteLengthFunction", 1, 1, "syn"),
@@ -42,7 +43,7 @@ _KEPT = {
 }
 
 REMOVED = (
-    *(
+    *[
         "str-replace",
         "load",
         "load*",
@@ -54,8 +55,9 @@ REMOVED = (
         "unwatch",
         "round",
         "halt",
-    ),
+    ],
     EXISTS_FUNCTION,
+    # 6.30 has no str-byte-length: an agent's function of this name replaces it, see ADDED
     *(name for name in _KEPT if name != "str-byte-length"),
 )
 """Built-ins of 6.4 that make room for 6.30's versions.
@@ -65,39 +67,63 @@ They are removed before any construct is parsed, because CLIPS keeps pointers to
 
 
 ADDED = frozenset(
-    (
-        *("atan2", "bload-facts", "bsave-facts", "chdir", "clear-error", "difference$", "external-addressp"),
-        *(
-            "fact-addressp",
-            "fact-index-to-fact",
-            "flush",
-            "get-error",
-            "gm-time",
-            "intersection$",
-            "local-time",
-        ),
-        *("print", "println", "rewind", "seek", "set-error", "str-byte-length", "tell", "try", "unget-char"),
-        *("union$", "void", "with-open-file"),
-    )
+    [
+        "atan2",
+        "bload-facts",
+        "bsave-facts",
+        "chdir",
+        "clear-error",
+        "difference$",
+        "external-addressp",
+        "fact-addressp",
+        "fact-index-to-fact",
+        "flush",
+        "get-error",
+        "gm-time",
+        "intersection$",
+        "local-time",
+        "print",
+        "println",
+        "rewind",
+        "seek",
+        "set-error",
+        "str-byte-length",
+        "tell",
+        "try",
+        "unget-char",
+        "union$",
+        "void",
+        "with-open-file",
+    ]
 )
-"""Functions missing in 6.30. An agent's function of the same name replaces them, see :func:`give_way`."""
+"""Functions missing in 6.30. An agent's function of the same name replaces them, see :func:`free_names`."""
 
 OWN_NAMES: Final = {f"cx-{name}": name for name in _KEPT}
-"""Names in CLIPS' messages with the names in the agent's text."""
+"""The names of the originals in CLIPS' messages, and the names that agents know."""
 
-# Functions missing in 6.4, so that an agent for 6.4 may define them.
+# Functions missing in 6.4, so that an agent for 6.4 may define functions of these names.
 _DROPPED: Final = frozenset(
-    (
-        *("length", "nth", "member", "subset", "sequencep", "wordp", "str-explode", "str-implode"),
-        *("mv-append", "mv-delete", "mv-replace", "mv-subseq"),
-    )
+    [
+        "length",
+        "nth",
+        "member",
+        "subset",
+        "sequencep",
+        "wordp",
+        "str-explode",
+        "str-implode",
+        "mv-append",
+        "mv-delete",
+        "mv-replace",
+        "mv-subseq",
+    ]
 )
 
 _INT64_MIN, _INT64_MAX = -(2**63), 2**63 - 1
 
 
 def _to_integer(name: str) -> str:
-    """Return an expression that converts a FLOAT to INTEGER, as 6.30 does where it expects an INTEGER."""
+    """Return an expression that converts a FLOAT to INTEGER, as 6.30 does with INTEGER arguments."""
     return f"(if (floatp {name}) then (integer {name}) else {name})"
 
 
@@ -180,25 +206,25 @@ FUNCTIONS = (
         for switch in _SWITCHES
     ),
 )
-"""Deffunctions that implement functions of 6.30. :class:`OldFunctions` defines them."""
+"""Deffunctions that implement functions of 6.30. :class:`Clips630Functions` defines them."""
 
 _FUNCTION: Final = re.compile(r"\(deffunction (\S+) \(([^)]*)\)")
 
 
-OLD_NAMES: Final = tuple(match[1] for match in map(_FUNCTION.match, FUNCTIONS) if match)
+CLIPS630_NAMES: Final = tuple(match[1] for match in map(_FUNCTION.match, FUNCTIONS) if match)
 """The names of 6.30's functions."""
 
 
-class OldFunctions:
+class Clips630Functions:
     """The functions of 6.30 in one environment, callable from each module.
 
     :param env: the environment's pointer.
     :param build: defines a construct.
     """
 
-    # a deffunction of MAIN is unknown in modules that do not import it, so each name also belongs to a UDF
-    # whose parser turns calls into calls of the deffunction; only funcall, which resolves names at run time,
-    # needs a module that sees MAIN
+    # a deffunction of MAIN is unknown in modules that do not import it, so each name also belongs to a UDF,
+    # known in all modules, whose parser turns calls into calls of the deffunction; only funcall, which
+    # resolves names at run time, needs a module that imports MAIN
     def __init__(self, env: CData, udfs: UdfTable, build: Callable[[str], None]) -> None:
         self._env, self._udfs, self._build = env, udfs, build
         self._type = 0  # the type of expressions that call a deffunction
@@ -209,39 +235,47 @@ class OldFunctions:
         match = _FUNCTION.match(text)
         assert match is not None
         name = match[1]
-        function = EXTRA.FindFunction(self._env, encode(name))
+        function = EXTRA_FUNCTIONS.FindFunction(self._env, encode(name))
         if function != NULL:  # a deffunction cannot have the name of a UDF
             _set_name(self._env, function, name, _HIDDEN)
         self._build(text)
         if function != NULL:
             _set_name(self._env, function, _HIDDEN, name)
         reference = ffi.new("char[64]")
-        if not EXTRA.GetFunctionReference(self._env, encode(name), reference):
+        if not EXTRA_FUNCTIONS.GetFunctionReference(self._env, encode(name), reference):
             raise RuntimeError(f"CLIPS does not find the function {name}")
         self._type = _type_of(reference)[0]
         if name not in self._parsers:
             # a placeholder: _parse replaces all calls
-            self._udfs.define_c(name, EXTRA.LengthFunction, 0, UNBOUNDED, "*")
+            self._udfs.define_c(name, EXTRA_FUNCTIONS.LengthFunction, 0, UNBOUNDED, "*")
             self._parsers[name] = callback(_PARSER, lambda env, top, text: self._parse(name, env, top, text))
-            EXTRA.AddFunctionParser(self._env, encode(name), self._parsers[name])
+            EXTRA_FUNCTIONS.AddFunctionParser(self._env, encode(name), self._parsers[name])
 
     def _parse(self, name: str, env: CData, top: CData, text: CData) -> CData:
-        """Parse the arguments of a call as for a deffunction; return the call of the deffunction."""
-        top = EXTRA.CollectArguments(env, top, text)
+        """Parse the arguments of a call as for a deffunction.
+
+        :param top: the call's expression.
+        :param text: the logical name of the source text.
+        :returns: the expression of a call of the deffunction; NULL after a mistake, which CLIPS has reported.
+        """
+        # the steps of CLIPS' own parser for deffunction calls
+        top = EXTRA_FUNCTIONS.CollectArguments(env, top, text)
         function = lib.FindDeffunction(env, encode(f"MAIN::{name}"))
         if NULL in (top, function):
             return NULL
         _type_of(top)[0], _value_of(top)[0] = self._type, function
-        if EXTRA.GetSequenceOperatorRecognition(env):
+        if EXTRA_FUNCTIONS.GetSequenceOperatorRecognition(env):
             call, expand = (
-                EXTRA.FindFunction(env, operator) for operator in (b"(expansion-call)", b"expand$")
+                EXTRA_FUNCTIONS.FindFunction(env, operator) for operator in (b"(expansion-call)", b"expand$")
             )
-            failed = EXTRA.ReplaceSequenceExpansionOps(env, _arguments_of(top)[0], top, call, expand)
+            failed = EXTRA_FUNCTIONS.ReplaceSequenceExpansionOps(
+                env, _arguments_of(top)[0], top, call, expand
+            )
         else:
-            count = EXTRA.CountArguments(_arguments_of(top)[0])
-            failed = not EXTRA.CheckDeffunctionCall(env, _value_of(top)[0], count)
+            count = EXTRA_FUNCTIONS.CountArguments(_arguments_of(top)[0])
+            failed = not EXTRA_FUNCTIONS.CheckDeffunctionCall(env, _value_of(top)[0], count)
         if failed:
-            EXTRA.ReturnExpression(env, top)
+            EXTRA_FUNCTIONS.ReturnExpression(env, top)
             return NULL
         return top
 
@@ -251,7 +285,10 @@ _PARSER: Final = "void *(Environment *, void *, char *)"
 
 
 def _type_of(expression: CData) -> CData:
-    """Return the address of an expression's type, the first member of ``struct expr``."""
+    """Return the address of an expression's type, the first member of CLIPS' ``struct expr``.
+
+    The next members are the value and the arguments, both pointers.
+    """
     return ffi.cast("unsigned short *", expression)
 
 
@@ -272,21 +309,21 @@ def round_half_down(value: Value) -> int:
     if not math.isfinite(value):
         return _INT64_MIN
     rounded = math.ceil(value - 0.5)
-    # the result of C's cast on overflow
+    # on overflow, 6.30's cast in C gives the smallest integer
     return rounded if _INT64_MIN <= rounded <= _INT64_MAX else _INT64_MIN
 
 
 def make_room(env: CData, udfs: UdfTable) -> None:
-    """Remove changed built-ins, and keep the needed ones under other names."""
+    """Remove the built-ins that 6.30's versions replace, and keep the originals that these call."""
     for name, (function, minimum, maximum, types) in _KEPT.items():
-        udfs.define_c(f"cx-{name}", getattr(EXTRA, function), minimum, maximum, types)
+        udfs.define_c(f"cx-{name}", getattr(EXTRA_FUNCTIONS, function), minimum, maximum, types)
     for name in REMOVED:
-        EXTRA.RemoveUDF(env, encode(name))
+        EXTRA_FUNCTIONS.RemoveUDF(env, encode(name))
     udfs.define("round", round_half_down, 1, types="*;ld")
 
 
-def give_way(env: CData, names: Iterable[str]) -> None:
-    """Rename functions that only one version has, so that an agent can define functions of these names.
+def free_names(env: CData, names: Iterable[str]) -> None:
+    """Rename functions that only one CLIPS version has, so that an agent can define functions of these names.
 
     Existing constructs keep calling the renamed functions.
     """
@@ -297,7 +334,7 @@ def give_way(env: CData, names: Iterable[str]) -> None:
 
 def _rename(env: CData, name: str, other: str) -> None:
     """Rename a built-in. Unlike ``RemoveUDF``, this frees nothing, so pointers stay valid."""
-    function = EXTRA.FindFunction(env, encode(name))
+    function = EXTRA_FUNCTIONS.FindFunction(env, encode(name))
     if function != NULL:
         _set_name(env, function, name, other)
 
@@ -308,5 +345,5 @@ def _set_name(env: CData, function: CData, name: str, other: str) -> None:
     if field[0] != lib.CreateSymbol(env, encode(name)):
         raise RuntimeError("this build of CLIPS lays out functions in an unknown way")
     renamed = lib.CreateSymbol(env, encode(other))
-    EXTRA.RetainLexeme(env, renamed)
+    EXTRA_FUNCTIONS.RetainLexeme(env, renamed)
     field[0] = renamed

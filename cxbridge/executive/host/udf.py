@@ -30,7 +30,7 @@ UNBOUNDED = 65535
 _ALL_BITS = (1 << 10) - 1  # accept arguments of any type
 _MULTIFIELD = 4  # CLIPS' type code of multifields
 
-_NAMES = {
+_TYPE_NAMES = {
     "l": "INTEGER",
     "d": "FLOAT",
     "y": "SYMBOL",
@@ -41,7 +41,7 @@ _NAMES = {
     "n": "INSTANCE-NAME",
     "i": "INSTANCE-ADDRESS",
 }
-_LETTERS = (
+_TYPE_LETTERS = (
     (Symbol, "y"),
     (InstanceName, "n"),
     (str, "s"),
@@ -54,7 +54,7 @@ _LETTERS = (
 )
 
 Function = Callable[..., Value]
-Failure = Callable[[str, BaseException], None]
+FailureHandler = Callable[[str, BaseException], None]
 """Gets the function's name and the exception of a failed Python function."""
 
 
@@ -62,14 +62,15 @@ class UdfTable:
     """The UDFs of one environment.
 
     :param env: the environment's pointer.
-    :param failed: receives exceptions of Python functions. CLIPS gets an error instead.
+    :param handle_failure: receives exceptions of Python functions. CLIPS gets an error instead.
     """
 
-    def __init__(self, env: CData, failed: Failure) -> None:
+    def __init__(self, env: CData, handle_failure: FailureHandler) -> None:
         self._env = env
-        self._failed = failed
-        # texts and callbacks, which must live as long as CLIPS may use them
-        self._alive: dict[str, tuple[Any, ...]] = {}
+        self._failed = handle_failure
+        # C texts and callbacks by function: CLIPS uses these objects but does not keep them alive
+        self._kept_objects: dict[str, tuple[Any, ...]] = {}
+        # by name: minimum and maximum number of arguments, types, and a list with the current function
         self._functions: dict[str, tuple[int, int, str, list[Function]]] = {}
         self._revoked: set[str] = set()
 
@@ -83,18 +84,18 @@ class UdfTable:
 
         :raises KeyError: if the function is unknown.
         """
-        minimum, maximum, types, cell = self._functions[name]
-        return minimum, maximum, types, cell[0].__doc__ or ""
+        minimum, maximum, types, function_cell = self._functions[name]
+        return minimum, maximum, types, function_cell[0].__doc__ or ""
 
-    def revoke(self, names: Iterable[str], why: str) -> None:
+    def revoke(self, names: Iterable[str], reason: str) -> None:
         """Make all calls of these functions fail, until they are defined again.
 
-        :param why: the error of such calls.
+        :param reason: the error of such calls.
         """
 
         # CLIPS keeps the names, because rules may use them
         def refuse(*_arguments: Value) -> Value:
-            raise ClipsError(why)
+            raise ClipsError(reason)
 
         for name in self.names & frozenset(names):
             self._functions[name][-1][0] = refuse
@@ -112,82 +113,84 @@ class UdfTable:
 
         :param minimum: the minimum number of arguments.
         :param maximum: the maximum number of arguments, by default ``minimum``.
-        :param types: type letters of the Advanced Programming Guide. ``"*;sy;l"``: any type by default,
-            STRING or SYMBOL for the first argument, INTEGER for the second.
+        :param types: type letters of the Advanced Programming Guide. ``"*;sy;l"`` means STRING or SYMBOL for
+            the first argument, INTEGER for the second, any type for further arguments.
         :raises ClipsError: if a revoked function had other parameters.
         """
         limit = minimum if maximum is None else maximum
         if name in self._revoked:
             self._define_again(name, function, (minimum, limit, types))
             return
-        cell = [function]
+        function_cell = [function]
         c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
         call = callback(
-            "void(Environment *, UDFContext *, UDFValue *)", self._wrap(name, cell, minimum, limit, types)
+            "void(Environment *, UDFContext *, UDFValue *)",
+            self._make_entry_point(name, function_cell, minimum, limit, types),
         )
-        self._add(c_name, c_types, minimum, limit, call)
-        self._alive[name] = (c_name, c_types, call)
-        self._functions[name] = (minimum, limit, types, cell)
+        self._register(c_name, c_types, minimum, limit, call)
+        self._kept_objects[name] = (c_name, c_types, call)
+        self._functions[name] = (minimum, limit, types, function_cell)
 
     def _define_again(self, name: str, function: Function, arguments: tuple[int, int, str]) -> None:
-        *signature, cell = self._functions[name]
+        *signature, function_cell = self._functions[name]
         if tuple(signature) != arguments:
             raise ClipsError(f"the function '{name}' took other arguments before it was revoked")
-        cell[0] = function
+        function_cell[0] = function
         self._revoked.discard(name)
 
     def define_c(self, name: str, call: CData, minimum: int, maximum: int, types: str) -> None:
         """Make a C function callable from CLIPS as ``name``."""
         c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
-        self._add(c_name, c_types, minimum, maximum, call)
-        self._alive[name] = (c_name, c_types, call)
+        self._register(c_name, c_types, minimum, maximum, call)
+        self._kept_objects[name] = (c_name, c_types, call)
 
-    def _add(self, name: CData, types: CData, minimum: int, maximum: int, call: CData) -> None:
+    def _register(self, name: CData, types: CData, minimum: int, maximum: int, call: CData) -> None:
         error = lib.AddUDF(self._env, name, ffi.NULL, minimum, maximum, types, call, name, ffi.NULL)
         if error != lib.AUE_NO_ERROR:
             text = ffi.string(name).decode()
             raise ValueError(f"CLIPS refused the function '{text}' (AddUDF error {error})")
 
-    def _wrap(
-        self, name: str, cell: list[Function], minimum: int, maximum: int, types: str
+    def _make_entry_point(
+        self, name: str, function_cell: list[Function], minimum: int, maximum: int, types: str
     ) -> Callable[[CData, CData, CData], None]:
-        """Return the C entry point of a function. CLIPS has checked the number of arguments.
+        """Return the function that CLIPS calls. CLIPS has checked the number of arguments.
 
-        :param cell: holds the current function, which revocation replaces.
+        :param function_cell: holds the current function, which revocation replaces.
         """
-        failed, first, following = self._failed, lib.UDFFirstArgument, lib.UDFNextArgument
-        has_next, throw, convert = lib.UDFHasNextArgument, lib.UDFThrowError, TO_PYTHON
+        # locals, because rules call functions very often and a local is faster than an attribute
+        handle_failure, read_first, read_next = self._failed, lib.UDFFirstArgument, lib.UDFNextArgument
+        has_next, throw, converters = lib.UDFHasNextArgument, lib.UDFThrowError, TO_PYTHON
         void = lib.VoidConstant(self._env)
-        reads, has_optional = (first, *[following] * (minimum - 1))[:minimum], minimum < maximum
+        readers, has_optional = (read_first, *[read_next] * (minimum - 1))[:minimum], minimum < maximum
         # shared by all calls: an argument is converted before any other call can begin
         value = ffi.new("UDFValue *")
 
         def call(env: CData, context: CData, result: CData) -> None:
             arguments: list[Value] = []
             try:
-                for read in reads:
+                for read in readers:
                     if not read(context, _ALL_BITS, value):
                         return
-                    arguments.append(convert[value.header.type](value))
+                    arguments.append(converters[value.header.type](value))
                 while has_optional and has_next(context):
-                    read = following if arguments else first
+                    read = read_next if arguments else read_first
                     if not read(context, _ALL_BITS, value):
                         return
-                    arguments.append(convert[value.header.type](value))
-                returned = cell[0](*arguments)
+                    arguments.append(converters[value.header.type](value))
+                returned = function_cell[0](*arguments)
                 if returned is None:
                     result.voidValue = void
                 else:
-                    store(env, returned, result)
+                    store_value(env, returned, result)
             except BaseException as error:  # noqa: BLE001  nothing may unwind through C
                 throw(context)
-                # CLIPS checks types only while parsing; successful calls avoid a second check
-                failed(name, wrong_argument(types, arguments) or error)
+                # CLIPS checks types only while parsing: a wrong type of a computed argument shows up here
+                handle_failure(name, find_wrong_argument(types, arguments) or error)
 
         return call
 
 
-def wrong_argument(types: str, arguments: Sequence[Value]) -> ClipsError | None:
+def find_wrong_argument(types: str, arguments: Sequence[Value]) -> ClipsError | None:
     """Return an error about the first argument of a wrong type; None if all types fit.
 
     :param types: as in :meth:`UdfTable.define`.
@@ -195,17 +198,17 @@ def wrong_argument(types: str, arguments: Sequence[Value]) -> ClipsError | None:
     default, *specific = types.split(";")
     for number, argument in enumerate(arguments, start=1):
         letters = (specific[number - 1] if number <= len(specific) else "") or default
-        if set(letters) <= _NAMES.keys() and _letter(argument) not in letters:
-            names = " or ".join(_NAMES[letter] for letter in letters)
+        if set(letters) <= _TYPE_NAMES.keys() and _type_letter(argument) not in letters:
+            names = " or ".join(_TYPE_NAMES[letter] for letter in letters)
             return ClipsError(f"argument {number} must be {names}, not {argument!r}")
     return None
 
 
-def _letter(value: Value) -> str:
-    return next((letter for kind, letter in _LETTERS if isinstance(value, kind)), "v")
+def _type_letter(value: Value) -> str:
+    return next((letter for kind, letter in _TYPE_LETTERS if isinstance(value, kind)), "v")
 
 
-def store(env: CData, value: Value, result: CData) -> None:
+def store_value(env: CData, value: Value, result: CData) -> None:
     """Store a Python value in a ``UDFValue *``."""
     result.value = atom(env, value)
     if result.header.type == _MULTIFIELD:

@@ -51,7 +51,7 @@ __all__ = [
     "Value",
     "atom",
     "clips_value",
-    "printed",
+    "print_value",
     "show",
     "to_python",
 ]
@@ -86,13 +86,14 @@ class InstanceAddress(Struct, frozen=True):
 class ExternalAddress(Struct, frozen=True):
     """A handle of a Python object, e.g. a message.
 
-    :param handle: the object's number, assigned by its owner; 0: no object.
+    :param handle: the number of the object, which the owner of the object assigns; 0: no object.
     """
 
     handle: int
 
 
-def _multifield(value: CData) -> tuple[Value, ...]:
+def _multifield_values(value: CData) -> tuple[Value, ...]:
+    # a UDFValue may hold a part of a multifield, from begin; a CLIPSValue holds the whole multifield
     contents = value.multifieldValue.contents
     first = getattr(value, "begin", 0)
     count = getattr(value, "range", None)
@@ -107,17 +108,17 @@ TO_PYTHON: tuple[Callable[[CData], Value], ...] = (
     # the most frequent types, without the overhead of decode()
     lambda value: Symbol(ffi.string(value.lexemeValue.contents), "utf-8", "surrogateescape"),
     lambda value: ffi.string(value.lexemeValue.contents).decode("utf-8", "surrogateescape"),
-    _multifield,
+    _multifield_values,
     lambda value: ExternalAddress(int(ffi.cast("intptr_t", value.externalAddressValue.contents))),
     lambda value: FactAddress(value.factValue),
     lambda value: InstanceAddress(value.instanceValue),
     lambda value: InstanceName(decode(value.lexemeValue.contents)),
     lambda _value: None,
 )
-"""Converters by CLIPS' type code.
+"""Converters of values to Python by CLIPS' type code.
 
-The codes 0 to 9 are float, integer, symbol, string, multifield, external, fact, instance, instance name,
-void.
+The codes 0 to 9 are float, integer, symbol, string, multifield, external address, fact address, instance
+address, instance name, void.
 """
 
 
@@ -126,13 +127,13 @@ def to_python(value: CData) -> Value:
     return TO_PYTHON[value.header.type](value)
 
 
-def _integer(env: CData, value: int) -> CData:
+def _make_integer(env: CData, value: int) -> CData:
     if not -_INT64_MAX - 1 <= value <= _INT64_MAX:
         raise ClipsError(f"{value} does not fit into an INTEGER of CLIPS (64 bits)")
     return lib.CreateInteger(env, value)
 
 
-def _list(env: CData, values: tuple[Value, ...] | list[Value]) -> CData:
+def _make_multifield(env: CData, values: tuple[Value, ...] | list[Value]) -> CData:
     if not values:
         return lib.EmptyMultifield(env)
     builder = lib.CreateMultifieldBuilder(env, len(values))
@@ -146,13 +147,13 @@ def _list(env: CData, values: tuple[Value, ...] | list[Value]) -> CData:
 
 
 _TO_CLIPS: dict[type, Callable[[CData, Any], CData]] = {
-    int: _integer,
+    int: _make_integer,
     float: lib.CreateFloat,
     bool: lib.CreateBoolean,
     str: lambda env, value: lib.CreateString(env, encode(value)),
     Symbol: lambda env, value: lib.CreateSymbol(env, encode(value)),
-    tuple: _list,
-    list: _list,
+    tuple: _make_multifield,
+    list: _make_multifield,
     FactAddress: lambda _env, value: value.pointer,
     InstanceName: lambda env, value: lib.CreateInstanceName(env, encode(value)),
     InstanceAddress: lambda _env, value: value.pointer,
@@ -180,22 +181,23 @@ def clips_value(env: CData, value: Value) -> CData:
     return result
 
 
-def _printed_fields(value: CData) -> str:
+def _print_fields(value: CData) -> str:
     contents = value.multifieldValue.contents
-    return " ".join([printed(contents + index) for index in range(value.multifieldValue.length)])
+    return " ".join([print_value(contents + index) for index in range(value.multifieldValue.length)])
 
 
-# Printers by CLIPS' type code, like :data:`TO_PYTHON`. Values with other codes are converted to Python first.
-_PRINTED: tuple[Callable[[CData], str], ...] = (
+# Printers of the frequent types by CLIPS' type code, like :data:`TO_PYTHON`. They are faster than a
+# conversion to Python.
+_PRINTERS: tuple[Callable[[CData], str], ...] = (
     lambda value: float_text(value.floatValue.contents),
     lambda value: str(value.integerValue.contents),
     lambda value: decode(value.lexemeValue.contents),
     lambda value: f'"{decode(value.lexemeValue.contents)}"',
-    _printed_fields,
+    _print_fields,
 )
 
 
-def printed(value: CData) -> str:
-    """Return a ``CLIPSValue *`` in CLIPS' notation within a fact."""
-    kind = value.header.type
-    return _PRINTED[kind](value) if kind < len(_PRINTED) else show(to_python(value))
+def print_value(value: CData) -> str:
+    """Return the text of a ``CLIPSValue *``, as CLIPS prints it within a fact."""
+    type_code = value.header.type
+    return _PRINTERS[type_code](value) if type_code < len(_PRINTERS) else show(to_python(value))

@@ -1,8 +1,8 @@
 """The activity of an environment as events: firings, fact changes, transitions.
 
-CLIPS' ``watch`` prints text in pieces. Through a Python router, each costs as much as a hundred firings.
-Therefore the host implements the watch items ``facts`` and ``rules`` with C hooks, formats a fact in one
-call, and only while a listener needs it.
+CLIPS' ``watch`` prints text in pieces. Through a Python router, each piece costs as much as a hundred
+firings. Therefore the host implements the watch items ``facts`` and ``rules`` with C hooks. It formats a fact
+in one call, and only while a listener needs the text.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, FactChange, RuleFired
 from cxbridge.executive.host.capi import NULL, CData, ClipsApi, callback, decode, encode
 from cxbridge.executive.host.output import OutputRouter
-from cxbridge.executive.host.values import Value, printed, to_python
+from cxbridge.executive.host.values import Value, print_value, to_python
 
 _FOUND = lib.GSE_NO_ERROR
 
 
-class WatchItems:
-    """A watch item: everything or nothing, with exceptions.
+class WatchItem:
+    """The watched constructs of a kind: all or none, with exceptions.
 
     As in CLIPS, ``(watch facts)`` includes facts defined later, and ``(unwatch facts time)`` adds an
     exception.
@@ -33,7 +33,7 @@ class WatchItems:
         self.exceptions: set[str] = set()
 
     def set(self, names: tuple[str, ...], *, on: bool) -> None:
-        """Switch the named constructs; without names, all of them."""
+        """Watch the named constructs, or stop to watch them; without names, all constructs."""
         if not names:
             self.default = on
             self.exceptions.clear()
@@ -54,11 +54,11 @@ Follower: TypeAlias = Callable[[str, dict[str, str]], None]
 
 
 class _Followers:
-    """The followers of one deftemplate and their slots."""
+    """The followers of one deftemplate, and the slots that they requested."""
 
     def __init__(self) -> None:
         self._calls: list[Follower] = []
-        self._slots: dict[str, CData] = {}  # Python name to C name
+        self._slots: dict[str, CData] = {}  # C names by Python name
         self._value = ffi.new("CLIPSValue *")
 
     def add(self, follower: Follower, slots: Iterable[str]) -> None:
@@ -67,10 +67,11 @@ class _Followers:
 
     def notify(self, template: str, fact: CData) -> None:
         """Pass the slots of a fact to the followers."""
-        # a single query per slot for all followers: it costs as much as printing the whole fact
+        # each slot is queried once for all followers, because a query costs as much as printing the whole
+        # fact
         get, value = lib.GetFactSlot, self._value
         slots = {
-            name: printed(value) for name, slot in self._slots.items() if get(fact, slot, value) == _FOUND
+            name: print_value(value) for name, slot in self._slots.items() if get(fact, slot, value) == _FOUND
         }
         for call in self._calls:
             call(template, slots)
@@ -89,14 +90,14 @@ class Watcher:
         self._output = output
         self._bus = bus
         self._name = name
-        self.facts = WatchItems()
-        self.rules = WatchItems()
+        self.facts = WatchItem()
+        self.rules = WatchItem()
         self.firings = 0
         self._assert_followers: dict[str, _Followers] = {}
         self._retract_followers: dict[str, _Followers] = {}
-        self._on_change: dict[str, list[Callable[[], None]]] = {}
-        self._names: dict[CData, str] = {}
-        self._ignored: set[CData] = set()
+        self._change_listeners: dict[str, list[Callable[[], None]]] = {}
+        self._names: dict[CData, str] = {}  # deftemplates by pointer
+        self._ignored: set[CData] = set()  # pointers of deftemplates without listeners
         self._emits_facts = False
         self._texts: dict[int, str] = {}  # texts of emitted facts by index, for their retraction
         self._hooks = (
@@ -123,8 +124,11 @@ class Watcher:
         if item in ("rules", "all"):
             self.rules.set(tuple(names), on=on)
 
-    def unwatch_early(self, item: str, name: str) -> None:
-        """Stop watching facts or rules of a name that a file may define later."""
+    def unwatch_undefined(self, item: str, name: str) -> None:
+        """Stop to watch a deftemplate or rule that may not be defined yet, unlike :meth:`watch`.
+
+        :param item: ``facts`` or ``rules``.
+        """
         {"facts": self.facts, "rules": self.rules}[item].set((name,), on=False)
 
     def follow(self, template: str, follower: Follower, slots: Iterable[str]) -> None:
@@ -133,7 +137,7 @@ class Watcher:
         :param slots: the slots to pass; unknown slots are left out.
         """
         self._assert_followers.setdefault(template, _Followers()).add(follower, slots)
-        self.start()
+        self.set_hooks()
 
     def follow_retractions(self, template: str, follower: Follower, slots: Iterable[str]) -> None:
         """Call ``follower`` for each retraction of a deftemplate.
@@ -141,24 +145,25 @@ class Watcher:
         :param slots: see :meth:`follow`.
         """
         self._retract_followers.setdefault(template, _Followers()).add(follower, slots)
-        self.start()
+        self.set_hooks()
 
-    def on_change(self, template: str, call: Callable[[], None]) -> None:
-        """Call ``call`` after each assertion or retraction of a deftemplate."""
-        self._on_change.setdefault(template, []).append(call)
-        self.start()
+    def follow_changes(self, template: str, call: Callable[[], None]) -> None:
+        """Call ``call`` for each assertion or retraction of a deftemplate."""
+        self._change_listeners.setdefault(template, []).append(call)
+        self.set_hooks()
 
-    def start(self) -> None:
-        """Set the hooks for the present listeners. To be called again after changes of the bus."""
+    def set_hooks(self) -> None:
+        """Set the hooks that the present listeners need. To be called again after changes of the bus."""
         self._emits_facts = self._bus.wants(FactChange)
         self._ignored.clear()
         self._texts.clear()
         asserted, retracted, fired = self._hooks
         # a hook costs time for every fact: without listeners there is no hook
-        has_listeners = self._emits_facts or self._on_change
-        self._api.on_assert(asserted if has_listeners or self._assert_followers else None)
-        self._api.on_retract(retracted if has_listeners or self._retract_followers else None)
-        self._api.on_fire(fired if self._bus.wants(RuleFired) else None)
+        has_listeners = self._emits_facts or self._change_listeners
+        set_hook = self._api.set_hook
+        set_hook("Assert", asserted if has_listeners or self._assert_followers else None)
+        set_hook("Retract", retracted if has_listeners or self._retract_followers else None)
+        set_hook("BeforeRuleFires", fired if self._bus.wants(RuleFired) else None)
 
     def forget_names(self) -> None:
         """Clear the cached deftemplates, which may be redefined."""
@@ -183,14 +188,14 @@ class Watcher:
         template = self._names.get(pointer)
         if template is None:
             template = self._names[pointer] = decode(lib.DeftemplateName(pointer))
-        for call in self._on_change.get(template, ()):
+        for call in self._change_listeners.get(template, ()):
             call()
         if self._emits_facts and template in self.facts:
             now_us, index = self._bus.clock.now_us(), lib.FactIndex(fact)
             if asserted:
-                text = self._texts[index] = self.text(fact)
+                text = self._texts[index] = self.fact_text(fact)
             else:
-                text = self._texts.pop(index, "") or self.text(fact)
+                text = self._texts.pop(index, "") or self.fact_text(fact)
             self._bus.emit(FactChange(now_us, self._name, asserted, index, template, text))
         elif self._texts:
             self._texts.pop(lib.FactIndex(fact), None)
@@ -198,7 +203,7 @@ class Watcher:
             followers[template].notify(template, fact)
         elif not self._emits_facts and not any(
             template in listeners
-            for listeners in (self._assert_followers, self._retract_followers, self._on_change)
+            for listeners in (self._assert_followers, self._retract_followers, self._change_listeners)
         ):
             self._ignored.add(pointer)
 
@@ -206,17 +211,17 @@ class Watcher:
         self.firings += 1
         rule = decode(lib.ActivationRuleName(activation))
         if rule in self.rules:
-            basis = self.basis_of(activation)
+            basis = self.activation_basis(activation)
             self._bus.emit(RuleFired(self._bus.clock.now_us(), self._name, self.firings, rule, basis))
 
-    def basis_of(self, activation: CData) -> str:
+    def activation_basis(self, activation: CData) -> str:
         """Return the facts of an activation in CLIPS' notation: ``f-8,f-86,*``."""
         self._output.pause()
         text = self._api.activation_text(activation)
         self._output.resume()
         return text.split(":", 1)[1].strip()
 
-    def text(self, fact: CData) -> str:
+    def fact_text(self, fact: CData) -> str:
         """Return a fact as CLIPS prints it in one line, without its index."""
         self._output.pause()
         text = self._api.fact_text(fact)
@@ -225,7 +230,7 @@ class Watcher:
 
 
 def slot_values(fact: CData) -> dict[str, Value]:
-    """Return the slots of a fact in order. An ordered fact has the slot ``implied``."""
+    """Return the values of a fact by slot, in order. An ordered fact has the slot ``implied``."""
     names = ffi.new("CLIPSValue *")
     lib.FactSlotNames(fact, names)
     values: dict[str, Value] = {}
@@ -235,10 +240,10 @@ def slot_values(fact: CData) -> dict[str, Value]:
     return values
 
 
-def slot_value(fact: CData, name: bytes, into: CData) -> Value:
+def slot_value(fact: CData, name: bytes, buffer: CData) -> Value:
     """Return the value of a slot.
 
-    :param into: a reusable CLIPSValue.
+    :param buffer: a CLIPSValue that receives the value. Callers reuse it, because its allocation takes time.
     """
-    lib.GetFactSlot(fact, name, into)
-    return to_python(into)
+    lib.GetFactSlot(fact, name, buffer)
+    return to_python(buffer)

@@ -103,7 +103,7 @@ class PlanChecks:
         if not self._listens:
             self._listens = True
             for template in _DEPENDS_ON:
-                self._env.watcher.on_change(template, partial(self._changes.update, (template,)))
+                self._env.watcher.follow_changes(template, partial(self._changes.update, (template,)))
 
     def _actions(self, plan_id: str) -> tuple[list[PlannedAction], list[PlannedAction], bool]:
         """Return running actions, pending actions, and whether the facts are consistent."""

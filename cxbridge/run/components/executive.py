@@ -43,7 +43,7 @@ class ExecutiveComponent(ThinkingComponent):
         self.executive.known_skills = partial(known_skills, context)
 
     def watch(self) -> None:
-        self.executive.env.watcher.start()
+        self.executive.env.watcher.set_hooks()
         self.executive.follow_transitions()
         UnexecutedActions(self.context, self.executive)
         _watch_for_recording(self.executive, self.context.config, self.context.watch_level)

@@ -179,7 +179,7 @@ def _agent_state(agent: Run, names: _Names) -> Hashable:
     :raises HiddenStateError: if rules fire, a planner works, or messages wait.
     """
     env, goals = agent.executive.env, agent.executive.goals
-    if env.is_firing or env.agenda_size_at_least(1):
+    if env.is_firing or env.has_activations(1):
         raise HiddenStateError("a choice was made while rules fired")
     if any(slots["status"] == "RUNNING" for _, _, slots in env.facts("planner-call")):
         raise HiddenStateError("a planner was at work")

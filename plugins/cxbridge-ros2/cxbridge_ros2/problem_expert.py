@@ -37,7 +37,7 @@ class ProblemExpertFeature(Feature):
         load_functions(env)
         self.env = env
         for template in _WATCHED:
-            env.watcher.on_change(template, self._count_change)
+            env.watcher.follow_changes(template, self._count_change)
         self._count_change()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:

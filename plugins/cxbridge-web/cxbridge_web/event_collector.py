@@ -19,7 +19,7 @@ from cxbridge_web.event_buffer import GROUPS, group_of
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.executive.host.watching import WatchItems
+    from cxbridge.executive.host.watching import WatchItem
     from cxbridge_web.host import WebHost
 
 WATCHED: Final = ("fact", "rule")  # kinds of events that CLIPS reports only while they are watched
@@ -122,7 +122,7 @@ class EventCollector:
                     _items(env, kind).set((), on=True)
                     self._watched.append((env, kind))
         for env in current_environments:
-            env.watcher.start()
+            env.watcher.set_hooks()
         self._environments = environments
 
     def _sink(self, kind: str) -> Callable[[Event], None]:
@@ -130,5 +130,5 @@ class EventCollector:
         return lambda event: enqueue(event)  # noqa: PLW0108 - the bus unsubscribes a sink by its identity
 
 
-def _items(env: ClipsEnvironment, kind: str) -> WatchItems:
+def _items(env: ClipsEnvironment, kind: str) -> WatchItem:
     return env.watcher.facts if kind == "fact" else env.watcher.rules

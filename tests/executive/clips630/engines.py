@@ -183,8 +183,8 @@ class Ours:
         self.env = ClipsEnvironment("executive", bus)
         if world is not None and not self.env.load(world):
             raise AssertionError(self.env.loader.diagnostics)
-        self._end_errors = self.env.output.end_errors
-        self.env.output.end_errors = self._keep_errors  # type: ignore[method-assign]
+        self._end_errors = self.env.output.end_error_capture
+        self.env.output.end_error_capture = self._keep_errors  # type: ignore[method-assign]
 
     def _keep_errors(self, outer: list[str] | None) -> str:
         """Keep the messages of errors that do not end an evaluation, too."""

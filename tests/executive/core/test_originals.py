@@ -159,7 +159,7 @@ def test_originals_of_the_synchronisation(core: str, name: str, tmp_path: Path) 
     bus.subscribe(fired.append, RuleFired)
     env = make_core(core, FAWKES_DIR, *DOMAIN[core], *SYNC[core], bus=bus)
     env.eval("(watch rules)")
-    env.watcher.start()
+    env.watcher.set_hooks()
     seen = []
     for number, commands in enumerate(scenes(FAWKES_DIR, f"{name}.clp")):
         file = tmp_path / f"{number}.clp"

@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge.events import Level
 from cxbridge.executive.host import endless
-from cxbridge.executive.host.endless import ring_of
+from cxbridge.executive.host.endless import find_ring
 from tests.support import share
 
 FIRINGS = 6_000
@@ -224,4 +224,4 @@ def test_halt_ends_a_run_at_any_firing(env, last):
     [("a", "a"), ("aa", "a"), ("bcabca", "abc"), ("aabaab", "aab"), ("xabab", "abx"), ("abcd", "abcd")],
 )
 def test_the_ring_of_firings(firings, ring):
-    assert "".join(ring_of(firings)) == ring
+    assert "".join(find_ring(firings)) == ring

@@ -143,7 +143,7 @@ def test_asserting_what_does_not_exist_is_one_clear_error(env):
 def test_watched_facts_and_rules_are_events_and_unwatched_ones_are_not(bus, env):
     events: list[Any] = []
     bus.subscribe(events.append, FactChange, RuleFired)
-    env.watcher.start()
+    env.watcher.set_hooks()
     env.build("(defrule r (go ?x) => (assert (gone ?x)))")
     env.build("(defrule quiet (gone ?) => )")
     env.eval("(watch facts)")
@@ -164,7 +164,7 @@ def test_watched_facts_and_rules_are_events_and_unwatched_ones_are_not(bus, env)
 def test_templates_defined_after_watch_are_watched_too(bus, env):
     events: list[Any] = []
     bus.subscribe(events.append, FactChange)
-    env.watcher.start()
+    env.watcher.set_hooks()
     env.eval("(watch facts)")
     env.build("(deftemplate late (slot a))")
     env.assert_fact("late", {})
@@ -207,7 +207,7 @@ bus = EventBus(VirtualClock())
 bus.subscribe(lambda event: None, FactChange, RuleFired)
 for _ in range(3):
     env = ClipsEnvironment("e", bus)
-    env.watcher.start()
+    env.watcher.set_hooks()
     env.build("(deftemplate a (slot x (type FLOAT)) (multislot y (type SYMBOL)))")
     env.build("(defrule r ?f <- (a (x ?v&:(< ?v 9))) => (cx-modify ?f x (create$ (+ 1 ?v)) y (create$ 1 2)))")
     env.eval("(watch facts)")
@@ -226,7 +226,7 @@ for _ in range(3):
 def test_a_fact_goes_as_it_came_whatever_had_its_number_before(env, bus):
     events: list[FactChange] = []
     bus.subscribe(events.append, FactChange)
-    env.watcher.start()
+    env.watcher.set_hooks()
     env.build("(deftemplate a (slot x))")
     env.build("(deftemplate b (slot y))")
     env.eval("(watch facts a)")
@@ -285,16 +285,16 @@ def test_a_duplicate_with_many_values_for_a_single_slot_is_an_error_and_no_crash
 def test_a_run_that_is_broken_off_again_and_again_tells_it_once(env, log):
     """On a busy machine it told nothing: the second time came before the first was told."""
 
-    def break_off():
+    def abort_rule():
         for _ in range(3):
-            env.break_off()
+            env.abort_rule()
 
-    env.define("break-off", break_off)
+    env.define("break-off", abort_rule)
     env.build("(defrule a (x ?) => (break-off) (while TRUE (bind ?y 1)))")
     env.assert_string("(x 1)")
     env.run()
     assert len([text for text in log.texts(Level.ERROR) if "Execution halted" in text]) == 1
-    env.break_off()  # nothing fires: nothing is to be told, and what comes later is
+    env.abort_rule()  # nothing fires: nothing is to be told, and what comes later is
     env.assert_string("(x 2)")
     env.run()
     assert len([text for text in log.texts(Level.ERROR) if "Execution halted" in text]) == 2

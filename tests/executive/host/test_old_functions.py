@@ -7,7 +7,7 @@ import re
 import pytest
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.shims import FUNCTIONS, OLD_NAMES
+from cxbridge.executive.host.shims import CLIPS630_NAMES, FUNCTIONS
 
 ALONE = "(defmodule ALONE)"
 """A module that imports nothing."""
@@ -30,13 +30,13 @@ def parameters(name: str) -> list[str]:
     return match[1].split()
 
 
-@pytest.mark.parametrize("name", OLD_NAMES)
+@pytest.mark.parametrize("name", CLIPS630_NAMES)
 def test_each_is_known_in_a_module_that_imports_nothing(alone, name):
     arguments = " ".join("(create$ 1)" for each in parameters(name) if not each.startswith("$"))
     alone.build(f"(deffunction calls () ({name} {arguments}))")
 
 
-@pytest.mark.parametrize("name", OLD_NAMES)
+@pytest.mark.parametrize("name", CLIPS630_NAMES)
 def test_a_wrong_number_of_arguments_is_refused_by_the_name_that_is_written(alone, name):
     least = sum(not each.startswith("$") for each in parameters(name))
     if least < len(parameters(name)) and least == 0:

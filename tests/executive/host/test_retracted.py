@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.executive.host.retracted import slot_edits
-from cxbridge.executive.host.source import prepare
+from cxbridge.executive.host.retracted import retracted_slot_edits
+from cxbridge.executive.host.source import prepare_source
 
 TEMPLATE = (
     "(deftemplate item (slot name) (multislot tags))\n(deffacts start (item (name a) (tags 1 2)) (go))\n"
@@ -15,7 +15,7 @@ KEPT = "(bind ?cx-i-tags ?i:tags) (bind ?cx-i-name ?i:name)"
 
 def rewritten(body):
     text = f"(defrule r (go) => (do-for-fact ((?i item)) TRUE {body}))"
-    return prepare(text, rewrite_modify=True).text.partition("TRUE ")[2][:-2]
+    return prepare_source(text).text.partition("TRUE ")[2][:-2]
 
 
 @pytest.mark.parametrize(
@@ -46,14 +46,14 @@ def test_lines_stay_where_they_are():
     text = (
         "(defrule r =>\n (do-for-all-facts ((?i item))\n TRUE\n (retract ?i)\n (f ?i:name)))\n(defrule s =>)"
     )
-    assert prepare(text, rewrite_modify=True).constructs[1].line == 6
+    assert prepare_source(text).constructs[1].line == 6
 
 
 @pytest.mark.parametrize(
     "text", ["(do-for-fact", "(do-for-fact x (retract ?i) ?i:n)", "(do-for-fact ((?i item)) (retract ?i):)"]
 )
 def test_what_is_no_query_stays(text):
-    assert slot_edits(text, 0, len(text)) == []
+    assert retracted_slot_edits(text, 0, len(text)) == []
 
 
 def test_the_right_hand_side_goes_on(env, log, tmp_path):

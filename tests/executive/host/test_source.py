@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.executive.host.environment import CORE_DIR
-from cxbridge.executive.host.source import SourceConstruct, prepare, prepare_core
+from cxbridge.executive.host.source import SourceConstruct, prepare_core_source, prepare_source
 
 
 def rewritten(text: str) -> str:
-    return re.sub(" +", " ", prepare(text, rewrite_modify=True).text)
+    return re.sub(" +", " ", prepare_source(text).text)
 
 
 def test_a_modify_becomes_a_call_of_the_hosts_function():
@@ -60,9 +60,7 @@ def test_a_duplicate_becomes_a_call_of_the_hosts_function_too():
 def test_a_comment_between_the_parenthesis_and_the_word():
     text = "(; first\n modify ?f (; second\n a 1))"
     assert rewritten(text) == "(\ncx-modify ?f \n a (create$ 1))"
-    assert prepare("(defrule ; why\n a =>)", rewrite_modify=False).constructs == (
-        SourceConstruct("defrule", "a", 1),
-    )
+    assert prepare_source("(defrule ; why\n a =>)").constructs == (SourceConstruct("defrule", "a", 1),)
 
 
 @given(
@@ -76,7 +74,7 @@ def test_line_numbers_never_move(parts):
 def test_constructs_and_their_lines():
     rule = '(defrule a\n => (printout t "(defrule x)"))'
     text = f"; head\n{rule}\n\n  (deffunction MAIN::b () 1)(defglobal ?*c* = 1)"
-    source = prepare(text, rewrite_modify=False)
+    source = prepare_source(text)
     assert source.constructs == (
         SourceConstruct("defrule", "a", 2),
         SourceConstruct("deffunction", "MAIN::b", 5),
@@ -86,27 +84,28 @@ def test_constructs_and_their_lines():
 
 def test_a_command_behind_a_defglobal_takes_nothing_from_it():
     text = "(defglobal ?*a* = 1 ?*b* = 2) (bind ?*c* = 3)"
-    names = [construct.name for construct in prepare(text, rewrite_modify=False).constructs]
+    names = [construct.name for construct in prepare_source(text).constructs]
     assert names == ["?*a*", "?*b*"]
 
 
 def test_an_unclosed_parenthesis_is_found_where_it_opens():
-    source = prepare("(defrule a =>)\n(defrule b\n => (x)\n(defrule c =>)\n", rewrite_modify=False)
+    source = prepare_source("(defrule a =>)\n(defrule b\n => (x)\n(defrule c =>)\n")
     assert source.unclosed_line == 2
 
 
 def test_balanced_text_has_no_unclosed_line():
-    assert prepare('(a "(" (b)) ; (\n', rewrite_modify=False).unclosed_line is None
+    assert prepare_source('(a "(" (b)) ; (\n').unclosed_line is None
 
 
 def test_the_core_says_of_goals_that_it_means_the_modify_of_6_30():
-    text = "(modify ?a (x 1)) (cx-modify-goal ?g (mode A) (error))"
-    core = prepare(text, rewrite_modify=False)
-    assert re.sub(" +", " ", core.text) == "(modify ?a (x 1)) (cx-modify ?g mode (create$ A) error (create$))"
+    text = "(defrule a => (modify ?a (x 1)) (cx-modify-goal ?g (mode A) (error)))"
+    core = prepare_core_source(text)
+    expected = "(defrule a => (modify ?a (x 1)) (cx-modify ?g mode (create$ A) error (create$)))"
+    assert re.sub(" +", " ", core.text) == expected
     assert re.sub(" +", " ", rewritten("(cx-modify-goal ?g (mode A))")) == "(cx-modify ?g mode (create$ A))"
 
 
 @pytest.mark.parametrize("file", sorted(CORE_DIR.rglob("*.clp")), ids=lambda file: file.stem)
 def test_a_file_of_the_core_is_read_as_any_other(file: Path) -> None:
     text = file.read_text()
-    assert prepare_core(text) == prepare(text, rewrite_modify=False)
+    assert prepare_core_source(text).constructs == prepare_source(text).constructs

@@ -12,7 +12,7 @@ from cxbridge.clipstext.values import quoted
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.values import Symbol, Value, clips_value, printed, show
+from cxbridge.executive.host.values import Symbol, Value, clips_value, print_value, show
 
 _TEXTS = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]))
 _NUMBERS = st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False)
@@ -31,7 +31,7 @@ def values_env() -> Iterator[ClipsEnvironment]:
 def test_a_value_of_clips_is_printed_as_the_same_value_of_python_is_shown(
     values_env: ClipsEnvironment, value: Value
 ) -> None:
-    assert printed(clips_value(values_env.env, value)) == show(value)
+    assert print_value(clips_value(values_env.env, value)) == show(value)
 
 
 @given(st.text(st.characters(exclude_categories=["Cc", "Cs"])))

@@ -13,11 +13,11 @@ from cxbridge.clipstext.facts import fact_text
 from cxbridge.clipstext.facts import template_of as template_name
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import NULL, decode, encode, items_of
-from cxbridge.executive.host.constructs import template_names, unknown_template
+from cxbridge.executive.host.constructs import template_names, unknown_template_error
 from cxbridge.executive.host.facts.constants import constant_text, constant_values
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
 from cxbridge.executive.host.facts.modify import Modify
-from cxbridge.executive.host.source import check_excess
+from cxbridge.executive.host.source import check_parser_limits
 from cxbridge.executive.host.values import FactAddress, Symbol, Value
 from cxbridge.suggestions import did_you_mean
 
@@ -33,7 +33,7 @@ def fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int,
     :raises ClipsError: if the deftemplate is unknown.
     """
     if template and not env.has_template(template):
-        raise unknown_template(env, template)
+        raise unknown_template_error(env, template)
     for index, name, slots in env.facts(template or None):
         yield index, fact_text(name, slots)
 
@@ -75,12 +75,12 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
     :raises ClipsError: if CLIPS refuses the fact.
     """
     text = constant_text(env.env, text) if constant else text
-    check_excess(text)
+    check_parser_limits(text)
     # before the assertion, which would define an unknown relation
     templates = template_names(env)
-    outer = env.output.begin_errors()
+    outer = env.output.begin_error_capture()
     fact = lib.AssertString(env.env, encode(text))
-    errors = " ".join(env.output.end_errors(outer).split())
+    errors = " ".join(env.output.end_error_capture(outer).split())
     env.api.clear_halt()
     if fact == NULL or errors:
         raise ClipsError(

@@ -10,7 +10,7 @@ from typing import Final
 
 from clips._clips import ffi, lib
 
-from cxbridge.executive.host.capi import EXTRA, NULL, CData, callback
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, callback
 
 EXISTS_FUNCTION: Final = "fact-existp"
 """The name of the replaced function."""
@@ -43,7 +43,7 @@ class FactsByIndex:
             if lib.FactExistp(fact):
                 return True
             lib.ReleaseFact(self._held.pop(index))
-        fact = EXTRA.FindIndexedFact(self._env, index)
+        fact = EXTRA_FUNCTIONS.FindIndexedFact(self._env, index)
         if fact == NULL:
             return False
         if len(self._held) >= _MAX_HELD:

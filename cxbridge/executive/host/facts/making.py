@@ -11,7 +11,7 @@ from functools import cache
 
 from clips._clips import ffi, lib
 
-from cxbridge.executive.host.capi import EXTRA, NULL, CData, decode
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, decode
 
 _MULTIFIELD = 4  # CLIPS' type code of multifields
 _POINTER = 8  # bytes of a pointer
@@ -25,17 +25,17 @@ def contents_offset() -> int:
     env = lib.CreateEnvironment()
     try:
         lib.Build(env, b"(deftemplate probe (slot a) (slot b))")
-        fact = EXTRA.CreateFact(lib.FindDeftemplate(env, b"probe"))
+        fact = EXTRA_FUNCTIONS.CreateFact(lib.FindDeftemplate(env, b"probe"))
         marks = []
         for slot in (b"a", b"b"):
             value = ffi.new("CLIPSValue *")
             value.value = lib.CreateSymbol(env, b"mark-of-slot-" + slot)
-            EXTRA.PutFactSlot(fact, slot, value)
+            EXTRA_FUNCTIONS.PutFactSlot(fact, slot, value)
             marks.append(int(ffi.cast("intptr_t", value.value)))
         words = ffi.cast("intptr_t *", fact)
         for index in range(_SEARCHED_BYTES // _POINTER):
             if [words[index], words[index + 1]] == marks:
-                EXTRA.ReturnFact(env, fact)
+                EXTRA_FUNCTIONS.ReturnFact(env, fact)
                 return index * _POINTER
     finally:
         lib.DestroyEnvironment(env)
@@ -60,8 +60,8 @@ class FactMaker:
         :param changes: slot names and pointers to CLIPSValues (a multifield for multislots).
         :raises KeyError: if the deftemplate lacks a slot, or a single slot would get several values.
         """
-        new = EXTRA.CreateFact(lib.FactDeftemplate(fact))
-        EXTRA.CopyFactSlotValues(self._env, new, fact)
+        new = EXTRA_FUNCTIONS.CreateFact(lib.FactDeftemplate(fact))
+        EXTRA_FUNCTIONS.CopyFactSlotValues(self._env, new, fact)
         self._fill(new, changes)
         return new
 
@@ -71,18 +71,18 @@ class FactMaker:
         :param values: slot names and pointers to CLIPSValues; NULL names the fields of an ordered fact.
         :raises KeyError: as in :meth:`copy`.
         """
-        new = EXTRA.CreateFact(deftemplate)
+        new = EXTRA_FUNCTIONS.CreateFact(deftemplate)
         self._fill(new, values)
-        EXTRA.AssignFactSlotDefaults(new)
+        EXTRA_FUNCTIONS.AssignFactSlotDefaults(new)
         return new
 
     def add(self, new: CData) -> CData:
         """Assert a fact from :meth:`copy` or :meth:`new`; NULL if CLIPS refuses it."""
-        return EXTRA.Assert(new)
+        return EXTRA_FUNCTIONS.Assert(new)
 
     def find(self, index: int) -> CData:
         """Return the fact with this index, or NULL."""
-        return EXTRA.FindIndexedFact(self._env, index)
+        return EXTRA_FUNCTIONS.FindIndexedFact(self._env, index)
 
     def forget(self) -> None:
         """Clear the cached slots, because deftemplates may be redefined."""
@@ -90,8 +90,8 @@ class FactMaker:
 
     def _fill(self, new: CData, values: list[tuple[bytes, CData]]) -> None:
         for slot, value in values:
-            if not EXTRA.PutFactSlot(new, slot, value) and not self._force(new, slot, value):
-                EXTRA.ReturnFact(self._env, new)
+            if not EXTRA_FUNCTIONS.PutFactSlot(new, slot, value) and not self._force(new, slot, value):
+                EXTRA_FUNCTIONS.ReturnFact(self._env, new)
                 raise KeyError("" if slot == NULL else slot.decode())
 
     def _force(self, new: CData, slot: bytes, value: CData) -> bool:
@@ -106,8 +106,8 @@ class FactMaker:
         contents = ffi.cast("CLIPSValue *", ffi.cast("char *", new) + contents_offset())
         slot_value = contents + position
         if is_multifield:  # a fact owns its multifields, while atoms are shared
-            EXTRA.ReturnMultifield(self._env, slot_value.multifieldValue)
-            slot_value.multifieldValue = EXTRA.CopyMultifield(self._env, value.multifieldValue)
+            EXTRA_FUNCTIONS.ReturnMultifield(self._env, slot_value.multifieldValue)
+            slot_value.multifieldValue = EXTRA_FUNCTIONS.CopyMultifield(self._env, value.multifieldValue)
         else:
             slot_value.value = value.value
         return True
@@ -152,11 +152,11 @@ class NumberFact:
             item.value = make(env, number)
             lib.MBAppend(builder, item)
         self._fields.value = lib.MBCreate(builder)  # MBCreate also empties the builder
-        new = EXTRA.CreateFact(deftemplate)
-        if not EXTRA.PutFactSlot(new, NULL, self._fields):
-            EXTRA.ReturnFact(env, new)
+        new = EXTRA_FUNCTIONS.CreateFact(deftemplate)
+        if not EXTRA_FUNCTIONS.PutFactSlot(new, NULL, self._fields):
+            EXTRA_FUNCTIONS.ReturnFact(env, new)
             return False
-        return bool(EXTRA.Assert(new))
+        return bool(EXTRA_FUNCTIONS.Assert(new))
 
     def dispose(self) -> None:
         """Free the memory before the environment is destroyed. Further calls do nothing."""

@@ -71,7 +71,7 @@ class CxManager(EnvironmentManager):
             raise parameters.wrong(f"{name}.watch", f"has an {error.message}", error.hint) from None
         if to_debug:
             env.redirect_stdout_to_debug()
-        env.watcher.start()
+        env.watcher.set_hooks()
         self.log.info(f"Initialized new CLIPS environment: {name}")
         return env
 

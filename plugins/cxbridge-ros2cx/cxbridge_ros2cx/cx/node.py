@@ -85,7 +85,7 @@ class CxNode(Executive):
             self.manager.load_plugins(name)
         # as in the original, no rule fires before all environments have their plug-ins
         for env in map(self.manager.stock, self.names):
-            env.watcher.start()
+            env.watcher.set_hooks()
             with env.lock:
                 env.reset()
                 self._run_environment(env)

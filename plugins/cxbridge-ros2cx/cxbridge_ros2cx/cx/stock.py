@@ -12,11 +12,11 @@ from clips._clips import ffi, lib
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
-from cxbridge.executive.host.capi import EXTRA, NULL, encode
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, encode
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.existing import FactsByIndex
 from cxbridge.executive.host.output import OutputRouter
-from cxbridge.executive.host.shims import OldFunctions
+from cxbridge.executive.host.shims import Clips630Functions
 from cxbridge.executive.host.values import Value, to_python
 
 # the items that an environment can watch from its start
@@ -70,7 +70,7 @@ class StockEnvironment(ClipsEnvironment):
 
     def _apply_shims(self) -> None:
         self._by_index = FactsByIndex(self.env)
-        self._old = OldFunctions(self.env, self.udfs, self.build_unrecorded)
+        self._clips630_functions = Clips630Functions(self.env, self.udfs, self.build_unrecorded)
         self._executing: list[Path] = []
         for name, function, minimum, maximum, types in (
             ("exit", self._exit, 0, 1, "*"),
@@ -78,12 +78,12 @@ class StockEnvironment(ClipsEnvironment):
             ("load*", self._load_star, 1, 1, "*;sy"),
             ("batch*", self._batch_star, 1, 1, "*;sy"),
         ):
-            EXTRA.RemoveUDF(self.env, encode(name))
+            EXTRA_FUNCTIONS.RemoveUDF(self.env, encode(name))
             self.define(name, function, minimum, maximum, types)
         self.define("cx-shutdown", self._quit)
-        EXTRA.UnwatchString(self.env, b"all")
+        EXTRA_FUNCTIONS.UnwatchString(self.env, b"all")
 
-    def _build_functions(self) -> None:
+    def _build_clips630_functions(self) -> None:
         """Do nothing: a cleared environment has all functions of CLIPS."""
 
     def watch_items(self, items: tuple[str, ...]) -> None:
@@ -93,7 +93,7 @@ class StockEnvironment(ClipsEnvironment):
                 raise ClipsError(
                     f"Unknown watch item: {item}", hint=f"there are: {', '.join(sorted(WATCH_ITEMS))}"
                 )
-            EXTRA.WatchString(self.env, encode(item.lower().replace("_", "-")))
+            EXTRA_FUNCTIONS.WatchString(self.env, encode(item.lower().replace("_", "-")))
 
     def redirect_stdout_to_debug(self) -> None:
         """Log the output to stdout at the level DEBUG."""
@@ -127,7 +127,7 @@ class StockEnvironment(ClipsEnvironment):
         self._forget_templates()
         self._executing.append(file)
         try:
-            with self.loader.noting(str(path), batch=batch):
+            with self.loader.recorded_inner_load(str(path), batch=batch):
                 yield
         finally:
             self._executing.pop()
@@ -145,9 +145,9 @@ class StockEnvironment(ClipsEnvironment):
         :raises ClipsError: if the expression does not parse or fails.
         """
         value = ffi.new("CLIPSValue *")
-        outer = self.output.begin_errors()
+        outer = self.output.begin_error_capture()
         error = lib.Eval(self.env, encode(expression), value)
-        text = self.output.end_errors(outer)
+        text = self.output.end_error_capture(outer)
         if error != lib.EE_NO_ERROR:
             self.api.clear_halt()
             raise ClipsError(f"CLIPS cannot evaluate {expression}: {' '.join(text.split())}")
@@ -178,13 +178,13 @@ class StockEnvironment(ClipsEnvironment):
             part_fired = int(lib.Run(self.env, chunk))
             self.is_firing = self.output.is_firing = False
             fired += part_fired
-            if self.api.halted() or self.api.rules_halt():
+            if self.api.halted() or self.api.is_halt_requested():
                 self.api.clear_halt()
                 break
             if part_fired < chunk:
                 break
             # a run with a limit ends anyway, unless it is a part of a longer run
             if (reason := self.endless.check(part_fired)) and (limit < 0 or before):
-                self.end_for_good(reason)
+                self.end_faulty_run(reason)
                 self.api.clear_halt()
         return fired

@@ -112,7 +112,7 @@ class _Changes:
     def watch(self, agent: Run) -> None:
         watcher = agent.executive.env.watcher
         agent.bus.subscribe(self._fired, RuleFired)
-        watcher.start()
+        watcher.set_hooks()
         for template, slots in _SLOTS.items():
             watcher.follow(template, self._added, slots)
             watcher.follow_retractions(template, self._removed, slots)

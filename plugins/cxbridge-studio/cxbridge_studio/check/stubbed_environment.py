@@ -20,11 +20,11 @@ from clips import _clips
 from clips._clips import ffi, lib
 
 from cxbridge.events import EventBus
-from cxbridge.executive.host.capi import EXTRA, NULL, CData, callback, decode, encode
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, callback, decode, encode
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION
 from cxbridge.executive.host.loading import Diagnostic
-from cxbridge.executive.host.udf import store
+from cxbridge.executive.host.udf import store_value
 from cxbridge.executive.host.values import FALSE, InstanceName, Value
 from cxbridge.file_access import is_readable_file
 from cxbridge_studio.explain.rules.isolated import ALLOWED
@@ -84,7 +84,7 @@ class StubbedEnvironment(ClipsEnvironment):
             self._stub(str(function))
         self._is_initialised = True
         self._step_callback = callback("void(Environment *, void *)", self._count_step)
-        EXTRA.AddPeriodicFunction(self.env, b"cxbridge-look", self._step_callback, 0, NULL)
+        EXTRA_FUNCTIONS.AddPeriodicFunction(self.env, b"cxbridge-look", self._step_callback, 0, NULL)
 
     @property
     def stubs(self) -> frozenset[int]:
@@ -125,7 +125,7 @@ class StubbedEnvironment(ClipsEnvironment):
         """Replace a function by a stub unless :data:`KEPT_FUNCTIONS` keeps it."""
         if name in KEPT_FUNCTIONS:
             return
-        record = ffi.cast("intptr_t *", EXTRA.FindFunction(self.env, encode(name)))
+        record = ffi.cast("intptr_t *", EXTRA_FUNCTIONS.FindFunction(self.env, encode(name)))
         types = int(ffi.cast("unsigned *", record + _TYPES)[0])
         # One stub serves all functions with the same types of results. The key -1 is that of `open`.
         key = -1 if name == "open" else types
@@ -141,7 +141,7 @@ class StubbedEnvironment(ClipsEnvironment):
             self.api.halt()
         if self._steps == MAX_STEPS + 1:
             text = "a value, a default or a salience is computed without end: what follows it has none"
-            self.loader.report(Diagnostic(self.loader.within, None, "", ENDLESS, text))
+            self.loader.report(Diagnostic(self.loader.current_file, None, "", ENDLESS, text))
 
 
 def _check_records(env: CData) -> None:
@@ -149,7 +149,7 @@ def _check_records(env: CData) -> None:
 
     :raises RuntimeError: if the layout differs, because functions would then run in place of their stubs.
     """
-    record = ffi.cast("intptr_t *", EXTRA.FindFunction(env, b"system"))
+    record = ffi.cast("intptr_t *", EXTRA_FUNCTIONS.FindFunction(env, b"system"))
     address = ctypes.cast(ctypes.CDLL(_clips.__file__).SystemCommand, ctypes.c_void_p).value
     if record[_POINTER] != address:
         raise RuntimeError("this build of CLIPS lays out functions in an unknown way")
@@ -164,7 +164,7 @@ def _answer_of(types: int) -> Callable[[CData, CData, CData], None]:
         if value is None:
             result.voidValue = lib.VoidConstant(env)
         else:
-            store(env, value, result)
+            store_value(env, value, result)
 
     return answer
 

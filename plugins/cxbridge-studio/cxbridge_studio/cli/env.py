@@ -10,7 +10,7 @@ import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect, ask_daemon
 from cxbridge.cli.console import say, say_json, say_text
-from cxbridge.executive.host.loggers import ABOVE
+from cxbridge.executive.host.loggers import ADDED_LOGGER_PRIORITY
 from cxbridge.printing import indented
 from cxbridge_studio.debugger.fact_words import number_of
 
@@ -96,7 +96,7 @@ def add_logger(
         typer.Option(
             metavar="N", help="a logger with more priority receives lines first; the first logger has 30"
         ),
-    ] = ABOVE,
+    ] = ADDED_LOGGER_PRIORITY,
     level: Annotated[str, typer.Option(metavar="LEVEL", help="minimum level of the lines")] = "debug",
     contains: Annotated[str, typer.Option(metavar="TEXT", help="only lines that contain this text")] = "",
     replace: Annotated[

@@ -13,8 +13,8 @@ from cxbridge.clipstext.syntax import rule_lines
 from cxbridge.daemon.operations.operation import OperationContext
 from cxbridge.daemon.operations.table import carry_out
 from cxbridge.events import Event, FactChange, RuleFired
-from cxbridge.executive.host.agenda import agenda
-from cxbridge.executive.host.capi import EXTRA, NULL, decode, encode
+from cxbridge.executive.host.agenda import activations
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, decode, encode
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
 from cxbridge.rights import EVERYTHING
 from cxbridge_studio.dap.expressions import expand_known
@@ -114,7 +114,7 @@ class LiveMoment(StoppedEnvironment):
     """An agent with stopped rules."""
 
     def __init__(self, agent: DebuggedAgent, stop: Stop) -> None:
-        fired, next_activation = agent.fired, next(agenda(agent.env), None)
+        fired, next_activation = agent.fired, next(activations(agent.env), None)
         # A stop before a rule concerns the next rule, other stops concern the rule that has fired.
         if stop.line or stop.kind in ("transition", "after") or next_activation is None:
             firing = None if fired is None else Firing(fired.rule, fired.basis, stop.line)
@@ -150,7 +150,7 @@ class LiveMoment(StoppedEnvironment):
         if pointer == NULL:
             return self._agent.retracted.get(index)
         template = decode(lib.DeftemplateName(lib.FactDeftemplate(pointer)))
-        text = self._env.watcher.text(pointer)
+        text = self._env.watcher.fact_text(pointer)
         return FactChange(0, self._env.name, asserted=True, index=index, template=template, text=text)
 
     def agenda(self) -> Sequence[tuple[int, str, str]] | None:
@@ -164,8 +164,8 @@ class LiveMoment(StoppedEnvironment):
         return None if probes is None or not self._is_within_rule else probes.values()
 
     def is_function(self, name: str) -> bool:
-        function = EXTRA.FindFunction(self._env.env, encode(name))
-        return bool(function != NULL) or self._env.loader.is_function(name)
+        function = EXTRA_FUNCTIONS.FindFunction(self._env.env, encode(name))
+        return bool(function != NULL) or self._env.loader.has_function(name)
 
     def evaluate(self, expression: str) -> Evaluation:
         return self._agent.service.evaluate(self._env.name, expression)

@@ -15,7 +15,7 @@ from clips._clips import lib
 
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import Event, SkillStatus
-from cxbridge.executive.host.agenda import agenda, next_rule
+from cxbridge.executive.host.agenda import activations, next_rule
 from cxbridge.executive.host.capi import CData, callback, decode
 from cxbridge.executive.host.values import FALSE, show
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
@@ -239,7 +239,7 @@ class Debugger:
         # The next breakpoint may belong to another rule, so the agenda is checked again after this firing.
         self._interrupted = True
         if not self._one_by_one:
-            self._env.api.after_fire(self._after_fire)
+            self._env.api.set_hook("AfterRuleFires", self._after_fire)
 
     def _begin_loop(self) -> None:
         self._in_loop, self._agent_halts = True, False
@@ -273,13 +273,13 @@ class Debugger:
         self._hits.clear()
         self._interrupted = False
         self._firing = True
-        api.after_fire(self._after_fire if self._one_by_one else None)
+        api.set_hook("AfterRuleFires", self._after_fire if self._one_by_one else None)
         try:
             # -1 is CLIPS' number for all activations.
             fired = self._env.fire(1 if self._one_by_one else -1, self._fired_count)
         finally:
             self._firing = False
-            api.after_fire(None)
+            api.set_hook("AfterRuleFires", None)
         self._fired_count += fired
         return fired
 
@@ -287,7 +287,7 @@ class Debugger:
         """Return the stop before the next rule, once per activation: it is still first after the stop."""
         for item in breakpoints:
             if item.kind == "before" and item.has_rule(next_rule):
-                _, rule, basis = next(agenda(self._env))
+                _, rule, basis = next(activations(self._env))
                 activation = f"{rule}: {basis}"
                 is_new = activation != self._passed_activation
                 if is_new and (stop := self._count_hit(item, f"before rule {rule}")):
@@ -389,14 +389,14 @@ class Debugger:
         if self._step == "transition" and not isinstance(event, SkillStatus):
             hits.append(None)
         if hits and not self._hits and not self._one_by_one:
-            self._env.api.after_fire(self._after_fire)
+            self._env.api.set_hook("AfterRuleFires", self._after_fire)
         self._hits += [(item, event) for item in hits]
 
     def _handle_firing(self, _env: CData, activation: CData, _context: CData) -> None:
         """Record the fired rule and its ``(halt)``; end the run if a stop is pending."""
         self._last_rule = decode(lib.ActivationRuleName(activation))
-        if self._env.api.rules_halt():
+        if self._env.api.is_halt_requested():
             self._agent_halts = True
         if (self._hits or self._interrupted) and not self._one_by_one:
-            # After the check of rules_halt(), which cannot tell this halt from the agent's.
+            # After the check of is_halt_requested(), which cannot tell this halt from the agent's.
             self._env.hold()

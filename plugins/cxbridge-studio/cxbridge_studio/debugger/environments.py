@@ -13,10 +13,16 @@ from typing import TYPE_CHECKING, Final
 from msgspec import Struct
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.agenda import agenda_size
+from cxbridge.executive.host.agenda import activation_count
 from cxbridge.executive.host.constructs import rule_names, template_names
 from cxbridge.executive.host.facts.editing import count_facts
-from cxbridge.executive.host.loggers import ABOVE, DEFAULT_LOGGER, ClipsLogger, LevelName, find_level
+from cxbridge.executive.host.loggers import (
+    ADDED_LOGGER_PRIORITY,
+    DEFAULT_LOGGER,
+    ClipsLogger,
+    LevelName,
+    find_level,
+)
 from cxbridge.executive.host.values import FALSE
 from cxbridge.file_access import why_unreadable
 from cxbridge.suggestions import did_you_mean
@@ -90,7 +96,7 @@ class EnvironmentService:
                 name=name,
                 own=name in self._manager.extra,
                 facts=count_facts(env),
-                agenda=agenda_size(env),
+                agenda=activation_count(env),
                 features=self._manager.loaded_features(name),
                 watch=tuple(item for item, is_watched in watchers.items() if is_watched),
                 log_level=env.loggers.level_of(DEFAULT_LOGGER).name.lower(),
@@ -241,7 +247,7 @@ class EnvironmentService:
         name: str,
         logger: str,
         *,
-        priority: int = ABOVE,
+        priority: int = ADDED_LOGGER_PRIORITY,
         level: str = "debug",
         contains: str = "",
         replaces: bool = False,

@@ -9,7 +9,7 @@ from msgspec import Meta
 from msgspec.structs import asdict
 
 from cxbridge.daemon.operations.operation import NamedEnvironment, OperationContext, Operations
-from cxbridge.executive.host.loggers import ABOVE, LevelName
+from cxbridge.executive.host.loggers import ADDED_LOGGER_PRIORITY, LevelName
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.environments import LoggerInfo
 from cxbridge_studio.operations.environments import (
@@ -27,7 +27,9 @@ class _Logger(NamedEnvironment):
 
 class _NewLogger(NamedEnvironment):
     logger: Name
-    priority: Annotated[int, Meta(extra_json_schema={"minimum": -2000, "maximum": 2000})] = ABOVE
+    priority: Annotated[int, Meta(extra_json_schema={"minimum": -2000, "maximum": 2000})] = (
+        ADDED_LOGGER_PRIORITY
+    )
     level: LevelName = "debug"
     contains: str = ""
     replaces: bool = False

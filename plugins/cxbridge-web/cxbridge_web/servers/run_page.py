@@ -100,7 +100,7 @@ class RunHost(WebHost):
     def interrupt(self) -> None:
         # Clients do not know which agent hangs, so the rules of all agents are interrupted.
         for agent in self._run.agents:
-            agent.executive.env.break_off()
+            agent.executive.env.abort_rule()
 
     def plugins(self) -> Sequence[tuple[str, str, bool]]:
         return ()

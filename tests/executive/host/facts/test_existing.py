@@ -9,7 +9,7 @@ import pytest
 from cxbridge.clock import make_clock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
-from cxbridge.executive.host.capi import EXTRA
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.existing import FactsByIndex
 
@@ -23,7 +23,7 @@ ARGUMENTS = (
 @pytest.fixture
 def env() -> Iterator[ClipsEnvironment]:
     env = ClipsEnvironment("test", EventBus(make_clock("virtual")))
-    env.udfs.define_c("builtin-fact-existp", EXTRA.FactExistpFunction, 1, 1, "*;fl")
+    env.udfs.define_c("builtin-fact-existp", EXTRA_FUNCTIONS.FactExistpFunction, 1, 1, "*;fl")
     env.build_unrecorded("(deftemplate a (slot b))")
     yield env
     env.destroy()

@@ -12,7 +12,7 @@ from typing import Final
 
 from cxbridge.clipstext.syntax import Lines, SyntaxNode, literal
 from cxbridge.errors import CxbridgeError, PddlError
-from cxbridge.executive.host.shims import ADDED, OLD_NAMES
+from cxbridge.executive.host.shims import ADDED, CLIPS630_NAMES
 from cxbridge.executive.pddl import load_domain
 from cxbridge.resources import shipped_dir
 from cxbridge_studio.agent.names import Name, NameKind, Use
@@ -130,7 +130,7 @@ def _expressions(file: ClipsFile) -> Iterator[Finding]:
 
 def _names(file: ClipsFile) -> Iterator[Finding]:
     for construct in file.constructs:
-        if construct.kind == "deffunction" and construct.name in OLD_NAMES:
+        if construct.kind == "deffunction" and construct.name in CLIPS630_NAMES:
             place = file.place(construct.node.arguments[0])
             yield Finding(DEFINED, place, f"CLIPS 6.30 has a function '{construct.name}'", "rename it")
     for call in file.calls(*_BY_UID):

@@ -13,7 +13,7 @@ from cxbridge.clipstext.syntax import read
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
-from cxbridge.executive.host.agenda import agenda
+from cxbridge.executive.host.agenda import activations
 from cxbridge.executive.host.capi import NULL, CData, decode, encode
 from cxbridge.executive.host.constructs import defrules
 from cxbridge.executive.host.environment import ClipsEnvironment
@@ -84,7 +84,8 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
         needs.functions,
         {name: without_pointers(env.eval(f"?*{name}*")) for name in global_names},
         agenda=tuple(
-            Activation(name, salience, basis) for salience, name, basis in islice(agenda(env), MAX_AGENDA)
+            Activation(name, salience, basis)
+            for salience, name, basis in islice(activations(env), MAX_AGENDA)
         ),
         own_counts=_clips_counts(env, pointer),
         too_many=total if total > limit else 0,

@@ -15,8 +15,8 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.recursion import GUARD_FUNCTION
-from cxbridge.executive.host.shims import FUNCTIONS, OLD_NAMES, OWN_NAMES
-from cxbridge.executive.host.source import check_excess, prepare
+from cxbridge.executive.host.shims import CLIPS630_NAMES, FUNCTIONS, OWN_NAMES
+from cxbridge.executive.host.source import check_parser_limits, prepare_source
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import Value, show
 
@@ -52,7 +52,7 @@ _BY_REASON: Final = {
     "draws a number or a name, in the process of the diagnosis alone": "gensym gensym* random",
     "tells the time of the snapshot": "now now-systime",
     "does nothing but return its text, or nothing": "format print println printout",
-    "computes as in CLIPS 6.30": " ".join(name for name in OLD_NAMES if name not in _NOT_BUILT),
+    "computes as in CLIPS 6.30": " ".join(name for name in CLIPS630_NAMES if name not in _NOT_BUILT),
     "ours: parts of the shims for CLIPS 6.30, without an effect": " ".join(
         (GUARD_FUNCTION, *(own for own, name in OWN_NAMES.items() if name not in _NOT_BUILT))
     ),
@@ -76,7 +76,7 @@ class IsolatedEnvironment(ClipsEnvironment):
         super().__init__(name, bus)
         self._forbid()
 
-    def _build_functions(self) -> None:
+    def _build_clips630_functions(self) -> None:
         # Before the first construct, because CLIPS keeps pointers to the functions that constructs call.
         self._forbid(but=_LIST)
         for function in ("print", "println", "printout", "format"):
@@ -86,7 +86,7 @@ class IsolatedEnvironment(ClipsEnvironment):
         self.define("format", _format, 2, UNBOUNDED)
         for function in FUNCTIONS:
             if not any(f"(cx-{name} " in function for name in _NOT_BUILT):
-                self._old.build(function)
+                self._clips630_functions.build(function)
 
     def _forbid(self, but: str = "") -> None:
         """Remove all functions that are not allowed.
@@ -104,8 +104,8 @@ class IsolatedEnvironment(ClipsEnvironment):
 
         :raises ClipsError: if CLIPS refuses the construct, or cannot parse it safely.
         """
-        check_excess(construct)
-        super().build(prepare(construct, rewrite_modify=True, is_known=self.loader.is_function).text)
+        check_parser_limits(construct)
+        super().build(prepare_source(construct, self.loader.has_function).text)
 
 
 def _format(_target: Value, text: Value, *values: Value) -> str:

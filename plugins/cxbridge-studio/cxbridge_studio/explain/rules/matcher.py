@@ -19,9 +19,9 @@ from cxbridge.clipstext.values import FactRef
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
-from cxbridge.executive.host.agenda import agenda
+from cxbridge.executive.host.agenda import activations
 from cxbridge.executive.host.capi import NULL, encode
-from cxbridge.executive.host.source import check_excess
+from cxbridge.executive.host.source import check_parser_limits
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import FactAddress, Value, clips_value
 from cxbridge_studio.explain.rules.diagnosis import Count
@@ -160,7 +160,7 @@ class Matcher:
     def bases(self, ces: Sequence[str], limit: int) -> list[str]:
         """Return the facts of each match in the agenda's notation, with indices of the snapshot."""
         self._build(ces, "")
-        bases = [self._renumber(basis) for _, _, basis in islice(agenda(self._env), limit)]
+        bases = [self._renumber(basis) for _, _, basis in islice(activations(self._env), limit)]
         self._remove()
         return bases
 
@@ -175,11 +175,11 @@ class Matcher:
         return self._env.eval(expression)
 
     def _build(self, ces: Sequence[str], action: str) -> None:
-        check_excess(" ".join(ces))
+        check_parser_limits(" ".join(ces))
         output = self._env.output
-        previous_sink = output.begin_errors()
+        previous_sink = output.begin_error_capture()
         error = lib.Build(self._env.env, encode(f"(defrule {_PROBE} {' '.join(ces)} => {action})"))
-        text = output.end_errors(previous_sink)
+        text = output.end_error_capture(previous_sink)
         messages = [" ".join(match.split()) for match in _MESSAGE.findall(text)]
         if error != lib.BE_NO_ERROR:
             raise ClipsError(self._reason_of_rejection(messages))
@@ -204,7 +204,7 @@ class Matcher:
         """Fire a rule with these conditional elements for each match, and return the number of matches."""
         self._build(ces, action)
         fired = self._env.run(limit)
-        has_more = self._env.agenda_size_at_least(1)
+        has_more = self._env.has_activations(1)
         self._remove()
         if self._env.faults:
             raise ClipsError(self._env.faults[0])

@@ -8,7 +8,7 @@ from cxbridge.clipstext.values import FactRef, Symbol
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, FactChange
-from cxbridge.executive.host.agenda import agenda
+from cxbridge.executive.host.agenda import activations
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_studio.dap.bindings import bindings
 from cxbridge_studio.dap.expressions import expand
@@ -32,7 +32,7 @@ def _env():
 
 def fact(env, index):
     pointer = env.maker.find(index)
-    text = env.watcher.text(pointer)
+    text = env.watcher.fact_text(pointer)
     return FactChange(0, "executive", True, index, text[1:].split(" ")[0].rstrip(")"), text)
 
 
@@ -41,7 +41,7 @@ def bound(env, rule, *facts):
     for each in facts:
         env.assert_string(each)
     found = []
-    for _, name, basis in agenda(env):
+    for _, name, basis in activations(env):
         assert name == "r"
         found.append(bindings(take_snapshot(env, "r", max_facts=0), basis, lambda index: fact(env, index)))
     return found

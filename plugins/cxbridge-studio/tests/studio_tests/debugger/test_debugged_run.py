@@ -30,7 +30,7 @@ def play(folder, specs, on_stop=None, steps=""):
             debugger.add(spec)
         assembly.start()
         assembly.executive.env.watcher.rules.set((), on=True)
-        assembly.executive.env.watcher.start()
+        assembly.executive.env.watcher.set_hooks()
         end_us = assembly.clock.now_us() + 60 * MICROSECONDS
         assembly.loop.run(lambda: assembly.is_over or assembly.clock.now_us() > end_us)
         assert assembly.is_over

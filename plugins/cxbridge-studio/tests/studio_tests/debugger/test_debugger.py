@@ -9,7 +9,7 @@ import pytest
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import EventBus, GoalTransition, RuleFired, SkillStatus
-from cxbridge.executive.host.agenda import agenda
+from cxbridge.executive.host.agenda import activations
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.editing import assert_text, fact_texts, modify_fact, retract_fact
 from cxbridge_studio.debugger.debugger import Debugger
@@ -53,7 +53,7 @@ def fired(env):
     rules = []
     env.bus.subscribe(lambda event: rules.append((event.number, event.rule)), RuleFired)
     env.watcher.rules.set((), on=True)
-    env.watcher.start()
+    env.watcher.set_hooks()
     return rules
 
 
@@ -304,7 +304,7 @@ def test_facts_can_be_edited_while_it_is_stopped(env, debugger):
     assert [*fact_texts(env, "count")] == [(new, '(count (n 2) (of "text" x))')]
     retract_fact(env, new)
     assert [*fact_texts(env, "count")] == []
-    (_, rule, basis), *_rest = agenda(env)
+    (_, rule, basis), *_rest = activations(env)
     [(one, _text)] = fact_texts(env, "one")
     assert (rule, basis) == ("one", f"f-{one}")
     retract_fact(env, one)

@@ -93,7 +93,7 @@ def test_what_is_left_still_works(looking):
     looking.build(
         "(defrule r (robot (name ?n&:(neq ?n x)) (seen $? 2 $?)) (test (> ?*limit* 2)) (not (y)) =>)"
     )
-    assert looking.agenda_size_at_least(1)
+    assert looking.has_activations(1)
 
 
 @pytest.mark.parametrize(

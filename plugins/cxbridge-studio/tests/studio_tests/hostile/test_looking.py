@@ -25,7 +25,7 @@ from clips._clips import ffi
 from cxbridge.cli.main import invoke
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
-from cxbridge.executive.host.capi import EXTRA, encode
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, encode
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.plugins import GROUP
 from cxbridge_studio.check.stubbed_environment import ENDLESS, KEPT_FUNCTIONS, StubbedEnvironment
@@ -398,7 +398,7 @@ def _env() -> Iterator[StubbedEnvironment]:
 
 def pointer(env: ClipsEnvironment, function: str) -> int:
     """Return what CLIPS calls for a function."""
-    return int(ffi.cast("intptr_t *", EXTRA.FindFunction(env.env, encode(function)))[3])
+    return int(ffi.cast("intptr_t *", EXTRA_FUNCTIONS.FindFunction(env.env, encode(function)))[3])
 
 
 def test_each_function_of_the_table_has_a_reason_or_is_a_stub(env):

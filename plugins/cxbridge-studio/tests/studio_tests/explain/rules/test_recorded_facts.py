@@ -32,7 +32,9 @@ def test_what_is_printed_reads_back(contents):
             env.assert_ordered("o", (one, *many))
         snapshot = take_snapshot(env, "it")
         changes = [
-            FactChange(0, "world", True, row.index, row.template, env.watcher.text(env.maker.find(row.index)))
+            FactChange(
+                0, "world", True, row.index, row.template, env.watcher.fact_text(env.maker.find(row.index))
+            )
             for row in snapshot.facts
         ]
     templates, rows = rows_of(changes, snapshot.templates)
