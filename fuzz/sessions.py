@@ -121,7 +121,7 @@ class Fuzzed:
         self.server: Any = ZmqBlackBoardServer(self.board, ["ipc:///nowhere"], window=_WINDOW, max_sessions=4)
         self.server._epoch = bytes(SERIAL_SIZE)  # noqa: SLF001 - what start() does, without sockets
         self.server._wakeup = cast("Any", _Wakeup())  # noqa: SLF001
-        self.server._ident = threading.get_ident()  # noqa: SLF001
+        self.server._thread_id = threading.get_ident()  # noqa: SLF001
         self.board.register_observer(self.server)
         self.wire: Any = _Wire()
         self.local: list[Any] = []

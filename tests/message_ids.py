@@ -94,7 +94,7 @@ def one_batch(reader: Any, writer: Any, count: int, transport: str) -> list[str]
     sent = []
     for _ in range(count):
         if transport == "fawkes":
-            skip_stale_ids(reader, controls=False)
+            skip_stale_ids(reader, may_control=False)
         message = reader.create_message("StopExecMessage")
         number = reader.msgq_enqueue(message)
         if number == 0:

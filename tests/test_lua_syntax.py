@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.blackboard.stale_errors import ErrorTracker, syntax_error
+from cxbridge.blackboard.stale_errors import ErrorTracker, find_syntax_error
 from cxbridge.lua_syntax import LuaCompiler
 from tests.support import module_files
 
@@ -19,7 +19,7 @@ _RUNTIME = re.compile(r"LuaRuntime\((?!\s*encoding=\"latin-1\")")
 def test_a_message_that_cuts_a_character_in_two_is_readable(length: int):
     """Lua quotes the first part of a text, and counts bytes."""
     for text in ("é" * length, f"a{'é' * length}", f"say{{text='{'é' * length}"):
-        told = syntax_error(text)
+        told = find_syntax_error(text)
         assert told.startswith("the skill string is not Lua: ")
         told.encode()
 
@@ -30,12 +30,12 @@ def test_every_text_is_lua_or_has_a_reason(text: str):
     skill_string = data.decode("utf-8", "surrogateescape")
     told = ErrorTracker(1, "the error before").current_error(2, skill_string, "the error before", failed=True)
     told.encode()
-    assert bool(syntax_error(skill_string)) == (LuaCompiler().problem(data) is not None)
-    assert told == (syntax_error(skill_string) or "the error before")
+    assert bool(find_syntax_error(skill_string)) == (LuaCompiler().problem(data) is not None)
+    assert told == (find_syntax_error(skill_string) or "the error before")
 
 
 def test_precompiled_lua_is_not_read():
-    assert syntax_error("\x1bLua") == "the skill string is not Lua: precompiled Lua is not accepted"
+    assert find_syntax_error("\x1bLua") == "the skill string is not Lua: precompiled Lua is not accepted"
 
 
 def test_the_first_line_of_a_file_may_name_an_interpreter():

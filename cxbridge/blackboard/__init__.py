@@ -2,7 +2,6 @@
 
 ::
 
-
     board = LocalBlackBoard(registry, clock)
     with board.open_for_writing("SkillerInterface", "Skiller", owner="skiller") as skiller:
         skiller.skill_string = "say{}"

@@ -1,7 +1,9 @@
 """The base class of local and remote blackboards.
 
-The base class checks names, finds the classes of types, and keeps the observers. Each transport opens, closes
-and lists interfaces in its own way.
+A blackboard holds interfaces, which are typed blocks of data named by type and id. Each interface has at most
+one writer and any number of readers, and readers send messages to the writer. :class:`BlackBoard` checks
+names, finds the classes of types, and keeps the observers; the subclass of each transport opens, closes and
+lists interfaces.
 """
 
 from __future__ import annotations
@@ -18,8 +20,8 @@ from cxbridge.blackboard.errors import BlackBoardError, NoWriterError, UnknownTy
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.listeners import (
     EventKind,
-    Listen,
     Listener,
+    ListenerRegistrar,
     ListenerTable,
     Observer,
     ObserverTable,
@@ -43,7 +45,7 @@ class ListenedPort(Port[Interface], Protocol):
 class OpenRequest(Struct, frozen=True):
     """A request to open an interface, with checked names.
 
-    :param owner: the opener's name, for lists and messages.
+    :param owner: the opener's name, for lists and log lines.
     :param queue_limit: the maximum number of a writer's queued messages, by default 1,024.
     :param listen: called with the instance before other code can access it.
     """
@@ -53,7 +55,7 @@ class OpenRequest(Struct, frozen=True):
     owner: str = ""
     writer: bool = False
     queue_limit: int | None = None
-    listen: Listen | None = None
+    listen: ListenerRegistrar | None = None
 
     @property
     def type(self) -> str:
@@ -87,11 +89,11 @@ class OpenRequest(Struct, frozen=True):
 I = TypeVar("I", bound=Interface)  # noqa: E741 - I for interface
 
 COMPONENT: Final = "BlackBoard"
-"""The log component of blackboards."""
+"""The component of a blackboard's log lines."""
 
 
 class Registry(Protocol):
-    """A source of interface classes, :class:`cxbridge.interfaces.InterfaceRegistry`."""
+    """A source of interface classes, such as :class:`cxbridge.interfaces.InterfaceRegistry`."""
 
     def get(self, name: str) -> type[Interface]:
         """Return the class of an interface type.
@@ -101,13 +103,13 @@ class Registry(Protocol):
 
 
 class BlackBoard(ABC):
-    """Opens, lists and watches interfaces; each transport has a subclass. A context manager shuts it down.
+    """Opens, lists and watches interfaces. As a context manager, it shuts down at the end of the block.
 
-    :cvar reports_writes: whether the bus gets every write of the open interfaces; otherwise each listener
-        reads the block of its write.
-    :param registry: the classes of types given by name.
+    :cvar reports_writes: whether the blackboard emits every write of the open interfaces on the bus; if not,
+        a recorder must register listeners, which read the block of each write.
+    :param registry: returns the classes of types that are named by a string.
     :param clock: the source of time stamps.
-    :param bus: gets log lines and writes; without it, errors of listeners go to :mod:`logging`.
+    :param bus: gets log lines and writes; without a bus, errors of listeners go to :mod:`logging`.
     """
 
     reports_writes: ClassVar[bool] = True
@@ -132,11 +134,16 @@ class BlackBoard(ABC):
 
     @overload
     def open_for_reading(
-        self, interface: type[I], interface_id: str, *, owner: str = "", listen: Listen | None = None
+        self,
+        interface: type[I],
+        interface_id: str,
+        *,
+        owner: str = "",
+        listen: ListenerRegistrar | None = None,
     ) -> I: ...
     @overload
     def open_for_reading(
-        self, interface: str, interface_id: str, *, owner: str = "", listen: Listen | None = None
+        self, interface: str, interface_id: str, *, owner: str = "", listen: ListenerRegistrar | None = None
     ) -> Interface: ...
     def open_for_reading(
         self,
@@ -144,19 +151,19 @@ class BlackBoard(ABC):
         interface_id: str,
         *,
         owner: str = "",
-        listen: Listen | None = None,
+        listen: ListenerRegistrar | None = None,
     ) -> Interface:
-        """Open an interface for reading, which need not exist yet.
+        """Open an interface for reading; the interface need not exist yet.
 
         :param interface: the class or the type's name.
-        :param owner: the opener's name, for lists and messages.
+        :param owner: the opener's name, for lists and log lines.
         :param listen: registers a listener before any event of the instance, see :func:`listening`.
         :raises InvalidNameError: if the type or the id is empty or too long.
         :raises UnknownTypeError: if the type is unknown.
         :raises InterfaceDefinitionError: if the definition is wrong.
         :raises VersionMismatchError: if the interface is open in another version of the type.
         """
-        interface_class = self._resolve(interface, interface_id)
+        interface_class = self._find_class(interface, interface_id)
         return self._open(OpenRequest(interface_class, interface_id, owner, listen=listen))
 
     @overload
@@ -167,7 +174,7 @@ class BlackBoard(ABC):
         *,
         owner: str = "",
         queue_limit: int | None = None,
-        listen: Listen | None = None,
+        listen: ListenerRegistrar | None = None,
     ) -> I: ...
     @overload
     def open_for_writing(
@@ -177,7 +184,7 @@ class BlackBoard(ABC):
         *,
         owner: str = "",
         queue_limit: int | None = None,
-        listen: Listen | None = None,
+        listen: ListenerRegistrar | None = None,
     ) -> Interface: ...
     def open_for_writing(
         self,
@@ -186,14 +193,14 @@ class BlackBoard(ABC):
         *,
         owner: str = "",
         queue_limit: int | None = None,
-        listen: Listen | None = None,
+        listen: ListenerRegistrar | None = None,
     ) -> Interface:
         """Open an interface for writing.
 
         The instance's copy is zero-filled; :meth:`Interface.read` loads the present data.
 
         :param interface: the class or the type's name.
-        :param owner: the opener's name, for lists and messages.
+        :param owner: the opener's name, for lists and log lines.
         :param queue_limit: the maximum number of queued messages, by default 1,024.
         :param listen: registers a listener before any event of the instance, see :func:`listening`.
         :raises WriterActiveError: if the interface has a writer.
@@ -201,7 +208,7 @@ class BlackBoard(ABC):
         :raises UnknownTypeError: if the type is unknown.
         :raises VersionMismatchError: if the interface is open in another version of the type.
         """
-        interface_class = self._resolve(interface, interface_id)
+        interface_class = self._find_class(interface, interface_id)
         return self._open(OpenRequest(interface_class, interface_id, owner, True, queue_limit, listen))
 
     def open_multiple_for_reading(
@@ -209,9 +216,7 @@ class BlackBoard(ABC):
     ) -> Sequence[Interface]:
         """Open all existing interfaces that match the patterns, see :meth:`list`.
 
-        If an opening fails, no interface is opened.
-
-        :raises BlackBoardError: if an interface cannot be opened.
+        :raises BlackBoardError: if an interface cannot be opened; the instances opened so far are closed.
         """
         opened: list[Interface] = []
         # an interface may vanish or change its version between the list and its opening
@@ -224,7 +229,7 @@ class BlackBoard(ABC):
             raise
         return opened
 
-    def _resolve(self, interface: type[Interface] | str, interface_id: str) -> type[Interface]:
+    def _find_class(self, interface: type[Interface] | str, interface_id: str) -> type[Interface]:
         """Check the names and return the class."""
         check_names(interface if isinstance(interface, str) else interface.SCHEMA.name, interface_id)
         if not isinstance(interface, str):
@@ -241,10 +246,10 @@ class BlackBoard(ABC):
 
     @abstractmethod
     def close(self, instance: Interface) -> None:
-        """Close an instance of this blackboard, which becomes invalid. Closing twice is permitted.
+        """Close an instance, which becomes invalid. Closing it again has no effect.
 
-        The interface disappears with its last instance. As long as readers exist, its data outlive the
-        writer.
+        The interface disappears with its last instance. The last data remain readable after the writer's
+        end as long as the interface has readers.
 
         :raises ForeignInstanceError: if the instance belongs to another blackboard.
         """
@@ -267,45 +272,45 @@ class BlackBoard(ABC):
 
     @property
     def connected(self) -> bool:
-        """Whether the interfaces are reachable. A local blackboard is always connected."""
+        """Whether the interfaces are reachable; a local blackboard is always connected."""
         return True
 
-    def on_connection(self, callback: Callable[[bool], None]) -> None:  # noqa: B027 - a transport need not override it
-        """Register a callback for the connection.
+    def on_connection(self, callback: Callable[[bool], None]) -> None:  # noqa: B027 - a local blackboard has no connection
+        """Register a callback for the loss and the return of the connection.
 
-        The argument is False when the connection is lost, True when all interfaces are open again. Called in
-        the thread of listeners. A local blackboard never calls it.
+        :param callback: called in the thread of listeners, with False after the loss of the connection, and
+            with True when all interfaces are open again. A local blackboard never calls it.
         """
 
     @property
     def skipped(self) -> int:
-        """The number of updates replaced by newer ones before delivery, as far as known."""
+        """The number of updates that newer updates replaced before delivery, as far as known."""
         return 0
 
-    def flush(self, timeout: float | None = None) -> None:  # noqa: B027 - as above
-        """Wait until all earlier calls have arrived and listeners have handled all earlier events.
+    def flush(self, timeout: float | None = None) -> None:  # noqa: B027 - a local blackboard delivers at once
+        """Wait until the server has received all earlier calls and listeners have handled all earlier events.
 
-        :param timeout: the limit in seconds, by default that of requests.
+        :param timeout: the limit in seconds; by default the timeout of requests.
         :raises BlackBoardError: after the timeout.
         """
 
     def register_listener(self, listener: Listener, instance: Interface, *kinds: EventKind) -> None:
         """Register a listener for events of an instance's interface, until the instance is closed.
 
-        :param kinds: the events, by default those whose methods the listener overrides, without messages for
-            a reader.
+        :param kinds: the events; by default the events whose methods the listener overrides, without
+            messages if the instance is a reader.
         :raises ForeignInstanceError: if the instance is not open on this blackboard.
         :raises BlackBoardError: if ``kinds`` has messages and the instance is a reader.
         """
-        listening(listener, *kinds)(instance, self._listeners_of(instance))
+        listening(listener, *kinds)(instance, self._listener_table(instance))
 
     def unregister_listener(self, listener: Listener, instance: Interface) -> None:
         """Unregister a listener. Does nothing if it is not registered or the instance is closed."""
         if instance.valid:  # closing has unregistered the listeners of a closed instance
-            self._listeners_of(instance).unregister(listener, instance)
+            self._listener_table(instance).unregister(listener, instance)
 
     @abstractmethod
-    def _listeners_of(self, instance: Interface) -> ListenerTable:
+    def _listener_table(self, instance: Interface) -> ListenerTable:
         """Return the listeners of an instance's interface."""
 
     def register_observer(self, observer: Observer, type_glob: str = "*", id_glob: str = "*") -> None:
@@ -317,10 +322,11 @@ class BlackBoard(ABC):
         self._observers.unregister(observer)
 
     def refuse_message(self, sender: Interface, message: Message) -> NoReturn:
-        """Log, with Fawkes' text, that a message has no writer.
+        """Log the refusal of a message to an interface without writer.
 
         :raises NoWriterError: always.
         """
+        # the text of Fawkes' log line
         self.warn(
             f"Cannot transmit message from sender {message.sender_thread_name} via interface {sender.id} "
             f"(type {sender.type}), no writing instance exists!"

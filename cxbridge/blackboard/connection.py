@@ -13,10 +13,9 @@ from cxbridge.resources import DAEMON_URL
 
 
 def connect(url: str = DAEMON_URL, *, interface_dirs: Sequence[str | Path] = ()) -> BlackBoard:
-    """Connect to the blackboard at a URL; return it as a context manager.
+    """Connect to the blackboard at a URL; the blackboard is a context manager.
 
     For example::
-
 
         with cx.connect("fawkes://robot:1910") as board:
             battery = board.open_for_reading(cx.BatteryInterface, "Robot")

@@ -1,7 +1,6 @@
-"""The tree of a blackboard's errors. The texts are those of Fawkes, if Fawkes has the error.
+"""The tree of a blackboard's errors. Errors that Fawkes has, too, have the texts of Fawkes.
 
 ::
-
 
     BlackBoardError
     ├── InvalidNameError         a type, an id or a uid is empty, too long or unusable
@@ -95,12 +94,13 @@ class WriterActiveError(BlackBoardError):
 class VersionMismatchError(BlackBoardError):
     """The interface is open in another version of its type: the hashes of the definitions differ."""
 
-    def __init__(self, uid: str, in_memory: bytes, requested: bytes) -> None:
+    def __init__(self, uid: str, open_hash: bytes, requested_hash: bytes) -> None:
         super().__init__(
             "Interface versions do not match, need to update and recompile interfaces?",
-            hint=f"{uid} is open with hash {in_memory.hex().upper()}, wanted is {requested.hex().upper()}",
+            hint=f"{uid} is open with hash {open_hash.hex().upper()}, "
+            f"wanted is {requested_hash.hex().upper()}",
         )
-        self.in_memory = in_memory
+        self.open_hash = open_hash
 
 
 class NoWriterError(BlackBoardError):

@@ -1,15 +1,16 @@
-"""Interfaces with exclusive control, such as a Skiller's: the controller, its messages, and lost writers.
+"""Interfaces with exclusive control, such as SkillerInterface: controller, messages, and lost writers.
 
-A Skiller shows three facts to the clients that share it: the controller, the id of the message that it
-executes, and the outcome. Two of these can go stale:
+The controller is the one client whose skills a Skiller executes. The interface shows the controller, the id
+of the message in execution, and the outcome. The shown values can be stale in two ways:
 
 - Readers keep the last block of a lost writer. Without a final block, a killed Skiller would appear to run
-  its skill, with its controller in control, forever (:func:`write_farewell`).
+  its skill forever, and its controller to have control (:func:`write_final_block`).
 
-- Fawkes numbers the messages of each sender from 1. The next message may therefore get the id that the
-  interface already shows for another sender, and the sender would take the result of the earlier message for
-  the result of the new one. It may also get 0, which means no message. The blackboards of cxbridge leave out
-  both ids, see :mod:`~cxbridge.interfaces.message_ids`; with Fawkes, :func:`skip_stale_ids` uses them up.
+- Fawkes numbers the messages of each sender from 1. The next message of a sender may therefore get the id
+  that the interface shows for another sender's message, and the sender would mistake the shown result for
+  the result of its own message. The next message may also get the id 0, which means no message. The
+  blackboards of cxbridge skip both ids, see :mod:`~cxbridge.interfaces.message_ids`; for Fawkes,
+  :func:`skip_stale_ids` uses them up.
 """
 
 from __future__ import annotations
@@ -31,10 +32,10 @@ _RUNNING: Final = "S_RUNNING"
 _FAILED: Final = "S_FAILED"
 
 
-def name_controller(instance: Interface, serial: str) -> str:
+def describe_controller(instance: Interface, serial: str) -> str:
     """Return the controller as text: its owner, if known, and its serial.
 
-    :param serial: the published serial of the controller; empty without a controller.
+    :param serial: the serial that the interface shows as its controller; empty without a controller.
     """
     if not serial:
         return "nobody"
@@ -42,19 +43,19 @@ def name_controller(instance: Interface, serial: str) -> str:
     return f"{owner} ({serial})" if owner else serial
 
 
-def write_farewell(writer: Interface, reason: str) -> None:
+def write_final_block(writer: Interface, reason: str) -> None:
     """Clear the controller and mark a running call as failed.
 
-    Finished calls and interfaces without exclusive control stay unchanged.
+    The outcome of a finished call stays, and interfaces without exclusive control stay unchanged.
 
     :param writer: an instance opened for writing.
-    :param reason: the error text of the call.
+    :param reason: the error text of a running call.
     :raises BlackBoardError: if writing fails.
     """
     schema = writer.SCHEMA
     if schema.field(CONTROLLER) is None:
         return
-    writer.read()  # values that were set but not written belong to no block that readers have
+    writer.read()  # discards values that were set but never written, which readers do not have
     status = None if schema.field(_STATUS) is None else getattr(writer.get(_STATUS), "name", "")
     if status != _RUNNING and not writer.get(CONTROLLER):
         return
@@ -66,21 +67,21 @@ def write_farewell(writer: Interface, reason: str) -> None:
     writer.write()
 
 
-def skip_stale_ids(instance: Interface, *, controls: bool) -> int:
-    """Send harmless messages until the next id is neither 0 nor the id that the interface shows.
+def skip_stale_ids(instance: Interface, *, may_control: bool) -> int:
+    """Send messages without effect until the next id is neither 0 nor the id that the interface shows.
 
-    A Skiller ignores both kinds of message: a controller that acquires again keeps control, and a sender
-    without control has nothing to release. Interfaces without control stay unchanged.
+    An AcquireControlMessage of the controller and a ReleaseControlMessage of another sender change nothing.
+    An interface without these messages gets none.
 
-    :param controls: whether the instance may have control.
+    :param may_control: whether the instance may be the controller.
     :returns: the number of messages sent.
-    :raises BlackBoardError: if they cannot be sent.
+    :raises BlackBoardError: if a message cannot be sent.
     """
-    harmless = ACQUIRE if controls else RELEASE
-    if harmless not in instance.MESSAGES:
+    message_type = ACQUIRE if may_control else RELEASE
+    if message_type not in instance.MESSAGES:
         return 0
-    sent = 0
+    sent_count = 0
     while instance.next_id_is_stale:
-        instance.msgq_enqueue(instance.create_message(harmless))
-        sent += 1
-    return sent
+        instance.msgq_enqueue(instance.create_message(message_type))
+        sent_count += 1
+    return sent_count

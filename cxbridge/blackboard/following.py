@@ -1,7 +1,7 @@
-"""Waiting for events of interfaces in a command's thread.
+"""Waiting for events of interfaces in the thread of a command such as ``bb watch``.
 
-Listeners run in the thread of the event, but a command waits in the main thread. A feed queues the events
-with the values that the interface had, for commands such as ``bb watch``.
+A blackboard calls listeners in the thread of the event, but a command waits in the main thread. A feed queues
+the events for the command, with the values of the interface at the time of the event.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cxbridge.closing import Closing
 from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance import Interface
 
-_KINDS = (EventKind.DATA_REFRESHED, EventKind.WRITER_ADDED, EventKind.WRITER_REMOVED)
+_FOLLOWED_KINDS = (EventKind.DATA_REFRESHED, EventKind.WRITER_ADDED, EventKind.WRITER_REMOVED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class InterfaceChange:
 class Deadline:
     """A point in real time.
 
-    :param seconds: the seconds from now; None for a deadline that never comes.
+    :param seconds: the seconds from now; None without limit.
     """
 
     def __init__(self, seconds: float | None) -> None:
@@ -52,9 +52,10 @@ class Deadline:
 
 
 class Feed(Listener, Observer, Closing):
-    """Events of interfaces, in order. A context manager closes the opened instances.
+    """Events of interfaces, in order. As a context manager, it closes its instances.
 
     :param board: the blackboard, which stays open.
+    :param owner: the owner of the instances that the feed opens.
     """
 
     def __init__(self, board: BlackBoard, owner: str) -> None:
@@ -65,9 +66,9 @@ class Feed(Listener, Observer, Closing):
         self._instances: dict[tuple[str, str], Interface] = {}
 
     def open(self, interface_type: str, interface_id: str) -> Interface:
-        """Open an interface for reading and follow it.
+        """Open an interface for reading and follow its events.
 
-        Use the values of events: the instance's copy belongs to the feed.
+        Callers use the values of the events, because the feed's listeners replace the copy of the instance.
 
         :raises BlackBoardError: if the interface cannot be opened.
         """
@@ -75,7 +76,7 @@ class Feed(Listener, Observer, Closing):
         if existing is not None and existing.valid:
             return existing
         instance = self._board.open_for_reading(
-            interface_type, interface_id, owner=self._owner, listen=listening(self, *_KINDS)
+            interface_type, interface_id, owner=self._owner, listen=listening(self, *_FOLLOWED_KINDS)
         )
         self._instances[interface_type, interface_id] = instance
         with self._lock:
@@ -112,7 +113,8 @@ class Feed(Listener, Observer, Closing):
                 return item
             if item not in self._instances:
                 instance = self.open(*item)
-                if instance.timestamp_us:  # otherwise it has no data, and its first write is an event
+                # a time stamp of 0: the interface has no data yet, and its first write will be an event
+                if instance.timestamp_us:
                     return self.now(instance)
 
     def close(self) -> None:
@@ -132,7 +134,7 @@ class Feed(Listener, Observer, Closing):
         self._queue_change(interface, "writer removed")
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
-        """Queue an interface, to be opened by the waiting thread."""
+        """Queue the name of an interface, which the waiting thread opens."""
         self._events.put((interface_type, interface_id))
 
     def _queue_change(self, interface: Interface, kind: str) -> None:

@@ -8,8 +8,8 @@ from msgspec import Struct
 class InterfaceInfo(Struct, frozen=True):
     """An open interface.
 
-    :param hash: the version of the type, 16 bytes.
-    :param serial: the number of the shared memory on its blackboard.
+    :param hash: the hash of the type's definition, 16 bytes, by which Fawkes tells versions apart.
+    :param serial: the number of the interface on its blackboard; in Fawkes, of its shared memory.
     :param writer: the writer's owner; empty without writer.
     :param readers: the readers' owners in order of opening.
     :param timestamp_us: the block's time stamp, microseconds since the epoch; 0 before the first write.

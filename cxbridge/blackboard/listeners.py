@@ -1,8 +1,9 @@
 """Listeners of interfaces and observers of a blackboard, and the tables that notify them.
 
-A blackboard calls listeners and observers in the thread of the event without a lock, so a listener may use
-the blackboard. Tables replace their tuples of registrations: registrations do not disturb a notification that
-has begun.
+A listener handles the events of one interface, an observer the creation and destruction of interfaces. A
+blackboard calls both in the thread of the event without a lock, so that they may use the blackboard. A table
+replaces its tuple of registrations at each change, so that a notification in progress iterates over the old
+tuple.
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ from cxbridge.interfaces.instance import Interface, Message
 
 
 class Observer:
-    """Base of observers, which are notified of interfaces that are created and destroyed.
+    """Base class of observers, which handle the creation and destruction of interfaces.
 
-    An observer overrides the first two methods, or the third one for both events.
+    An observer overrides `interface_created` and `interface_destroyed`, or only `existence_changed`.
     """
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
@@ -31,11 +32,11 @@ class Observer:
         self.existence_changed(interface_type, interface_id, created=True)
 
     def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
-        """Handle the closing of an interface's last instance, with which its data are lost."""
+        """Handle the closing of an interface's last instance, which discards the data."""
         self.existence_changed(interface_type, interface_id, created=False)
 
     def existence_changed(self, interface_type: str, interface_id: str, *, created: bool) -> None:
-        """Handle the creation or the end of an interface."""
+        """Handle the creation or destruction of an interface."""
 
 
 class _ObserverRegistration(Struct, eq=False):
@@ -45,8 +46,8 @@ class _ObserverRegistration(Struct, eq=False):
     active: bool = True
 
 
-Report = Callable[[str, Exception], None]
-"""Takes the operation in which a listener or observer failed, and the error."""
+FaultReport = Callable[[str, Exception], None]
+"""Called with the operation in which a listener or observer failed, and with the error."""
 
 
 class ObserverTable:
@@ -57,7 +58,7 @@ class ObserverTable:
 
     __slots__ = ("_lock", "_registrations", "_report")
 
-    def __init__(self, report: Report) -> None:
+    def __init__(self, report: FaultReport) -> None:
         self._report: Final = report
         self._lock = threading.Lock()
         self._registrations: tuple[_ObserverRegistration, ...] = ()
@@ -78,36 +79,36 @@ class ObserverTable:
 
     def notify_created(self, interface_type: str, interface_id: str) -> None:
         """Notify the observers of a new interface."""
-        for registration in self._select(interface_type, interface_id):
-            self._deliver(registration, registration.observer.interface_created, interface_type, interface_id)
+        for registration in self._find_registrations(interface_type, interface_id):
+            self._notify(registration, registration.observer.interface_created, interface_type, interface_id)
 
     def notify_destroyed(self, interface_type: str, interface_id: str) -> None:
         """Notify the observers of a destroyed interface."""
-        for registration in self._select(interface_type, interface_id):
-            self._deliver(
+        for registration in self._find_registrations(interface_type, interface_id):
+            self._notify(
                 registration, registration.observer.interface_destroyed, interface_type, interface_id
             )
 
-    def _select(self, interface_type: str, interface_id: str) -> list[_ObserverRegistration]:
-        """Return one registration per observer, even if several of its patterns match."""
+    def _find_registrations(self, interface_type: str, interface_id: str) -> list[_ObserverRegistration]:
+        """Return the first matching registration of each observer, even if several of its patterns match."""
         selected: dict[int, _ObserverRegistration] = {}
         for registration in self._registrations:
             if matches(interface_type, interface_id, registration.type_glob, registration.id_glob):
                 selected.setdefault(id(registration.observer), registration)
         return list(selected.values())
 
-    def _deliver(
-        self, registration: _ObserverRegistration, call: Callable[[str, str], None], *names: str
+    def _notify(
+        self, registration: _ObserverRegistration, method: Callable[[str, str], None], *names: str
     ) -> None:
         if registration.active:
             try:
-                call(*names)
+                method(*names)
             except Exception as error:  # noqa: BLE001 - an observer's fault is not the caller's
-                self._report(f"{call.__name__} of {'::'.join(names)}", error)
+                self._report(f"{method.__name__} of {'::'.join(names)}", error)
 
 
 class EventKind(StrEnum):
-    """Kinds of events of an interface; the value is the name of the listener's method."""
+    """Kinds of events of an interface; the value is the name of the :class:`Listener`'s method."""
 
     DATA_REFRESHED = "data_refreshed"
     DATA_CHANGED = "data_changed"
@@ -119,10 +120,10 @@ class EventKind(StrEnum):
 
 
 class Listener:
-    """Base of listeners, which override the methods of the events that they handle.
+    """Base class of listeners, which override the methods of the events that they handle.
 
-    The first argument is always the instance for which the listener was registered. Its private copy holds
-    the data of the last read.
+    The first argument is always the instance for which the listener was registered. The instance shows the
+    data of its last ``read()``: a listener that needs the new data reads first.
     """
 
     def data_refreshed(self, interface: Interface) -> None:
@@ -148,11 +149,11 @@ class Listener:
         """Handle the opening of the writing instance."""
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:
-        """Handle the closing of the writing instance; its data remain."""
+        """Handle the closing of the writing instance; the last data remain readable."""
 
 
 class MembershipListener(Listener):
-    """Base of listeners that handle the openings and closings of instances in one method."""
+    """Base class of listeners that handle the openings and closings of instances in one method."""
 
     def membership_changed(self, interface: Interface, kind: EventKind, serial: UUID) -> None:
         """Handle the opening or closing of an instance.
@@ -184,7 +185,7 @@ MEMBERSHIP_KINDS: Final = (
 
 
 def membership_kind(*, writer: bool, added: bool) -> EventKind:
-    """Return the event of an opened (``added``) or closed instance."""
+    """Return the kind of event for an opened (``added``) or closed instance."""
     # MEMBERSHIP_KINDS lists the readers first, and the opening before the closing
     return MEMBERSHIP_KINDS[2 * writer + (not added)]
 
@@ -192,7 +193,7 @@ def membership_kind(*, writer: bool, added: bool) -> EventKind:
 class _Registration(Struct, eq=False):
     listener: Listener
     instance: Interface
-    call: Callable[..., bool | None]
+    method: Callable[..., bool | None]
     active: bool = True
 
 
@@ -219,22 +220,19 @@ DataAudience = tuple[Audience, Audience]
 class ListenerTable:
     """The listeners of an interface.
 
-    The tuples of registrations are replaced, never changed, so a delivery iterates over the tuple with which
-    it began.
-
     :param report: called with the operation and error of a failed listener.
     """
 
-    __slots__ = ("_entries", "_keys", "_lock", "_report", "data_audience")
+    __slots__ = ("_keys", "_lock", "_registrations", "_report", "data_audience")
 
-    def __init__(self, report: Report) -> None:
+    def __init__(self, report: FaultReport) -> None:
         self._report: Final = report
         self._lock = threading.Lock()
-        self._entries: dict[str, tuple[_Registration, ...]] = {}
-        self._keys: set[tuple[str, int, int]] = set()  # kind, listener and instance of each entry
-        # computed at registration, because it is read at each write
+        self._registrations: dict[str, tuple[_Registration, ...]] = {}
+        self._keys: set[tuple[str, int, int]] = set()  # kind, listener and instance of each registration
+        # computed at registration, because each write reads it
         self.data_audience: DataAudience | None = None
-        """The listeners of writes, None if there are none."""
+        """The registrations for writes; None without any."""
 
     def register(self, listener: Listener, instance: Interface, kinds: tuple[EventKind, ...]) -> None:
         """Register a listener of an instance; a repeated registration has no effect."""
@@ -243,30 +241,27 @@ class ListenerTable:
                 key = (kind, id(listener), id(instance))  # listeners need not be hashable
                 if key not in self._keys:
                     self._keys.add(key)
-                    entry = _Registration(listener, instance, getattr(listener, kind))
-                    self._entries[kind] = (*self._entries.get(kind, ()), entry)
+                    registration = _Registration(listener, instance, getattr(listener, kind))
+                    self._registrations[kind] = (*self._registrations.get(kind, ()), registration)
             self._update_data_audience()
 
-    def unregister(self, listener: Listener | None, instance: Interface | None) -> bool:
-        """Remove registrations and return whether there were any; None matches all."""
-        removed = False
+    def unregister(self, listener: Listener | None, instance: Interface) -> None:
+        """Remove the registrations of a listener for an instance; with None, of all listeners."""
         with self._lock:
-            for kind, entries in list(self._entries.items()):
+            for kind, registrations in list(self._registrations.items()):
                 remaining = []
-                for entry in entries:
-                    if listener in (None, entry.listener) and instance in (None, entry.instance):
-                        entry.active = False  # a delivery in another thread may still hold the entry
-                        self._keys.discard((kind, id(entry.listener), id(entry.instance)))
-                        removed = True
+                for registration in registrations:
+                    if instance is registration.instance and listener in (None, registration.listener):
+                        registration.active = False  # a notification in another thread may still hold it
+                        self._keys.discard((kind, id(registration.listener), id(instance)))
                     else:
-                        remaining.append(entry)
-                self._entries[kind] = tuple(remaining)
+                        remaining.append(registration)
+                self._registrations[kind] = tuple(remaining)
             self._update_data_audience()
-        return removed
 
     def _update_data_audience(self) -> None:
-        refreshed = self._entries.get(EventKind.DATA_REFRESHED, ())
-        altered = self._entries.get(EventKind.DATA_CHANGED, ())
+        refreshed = self._registrations.get(EventKind.DATA_REFRESHED, ())
+        altered = self._registrations.get(EventKind.DATA_CHANGED, ())
         self.data_audience = (refreshed, altered) if refreshed or altered else None
 
     def notify_data(self, audience: DataAudience, changed: bool) -> None:
@@ -279,46 +274,46 @@ class ListenerTable:
 
     def notify(self, kind: EventKind, *args: UUID) -> None:
         """Notify all listeners of an event, in the order of registration."""
-        self.notify_audience(self.audience(kind), kind, *args)
+        self.notify_audience(self.find_audience(kind), kind, *args)
 
-    def audience(self, kind: EventKind) -> Audience:
-        """Return the present registrations for an event that is delivered later."""
-        return self._entries.get(kind, ())
+    def find_audience(self, kind: EventKind) -> Audience:
+        """Return the present registrations for a kind of event, for a later notification."""
+        return self._registrations.get(kind, ())
 
     def notify_audience(self, audience: Audience, kind: EventKind, *args: UUID) -> None:
         """Notify the active listeners of ``audience``."""
-        for entry in audience:
-            if entry.active:
+        for registration in audience:
+            if registration.active:
                 try:
-                    entry.call(entry.instance, *args)
+                    registration.method(registration.instance, *args)
                 except Exception as error:  # noqa: BLE001 - a listener's fault is not the caller's
-                    self._report(f"{kind} of {entry.instance.uid}", error)
+                    self._report(f"{kind} of {registration.instance.uid}", error)
 
     def accept(self, message: Message) -> bool:
-        """Ask the listeners whether a message is queued; the first refusal decides.
+        """Call the message listeners until a listener handles the message.
 
-        A listener that fails does not count as a refusal.
+        :returns: whether to queue the message: no listener has returned False. The failure of a listener
+            does not count as False.
         """
-        for entry in self._entries.get(EventKind.MESSAGE_RECEIVED, ()):
-            if entry.active:
+        for registration in self._registrations.get(EventKind.MESSAGE_RECEIVED, ()):
+            if registration.active:
                 try:
-                    if entry.call(entry.instance, message) is False:
+                    if registration.method(registration.instance, message) is False:
                         return False
                 except Exception as error:  # noqa: BLE001 - a listener's fault is not the sender's
-                    self._report(f"message_received of {entry.instance.uid}", error)
+                    self._report(f"message_received of {registration.instance.uid}", error)
         return True
 
 
-Listen = Callable[[Interface, ListenerTable], None]
+ListenerRegistrar = Callable[[Interface, ListenerTable], None]
 """Registers listeners of an instance in the table of its interface."""
 
 
-def listening(listener: Listener, *kinds: EventKind) -> Listen:
+def listening(listener: Listener, *kinds: EventKind) -> ListenerRegistrar:
     """Return a function that registers a listener while its instance is being opened.
 
-    A listener that is registered later misses earlier events: messages wait in the queue, and openings and
-    closings are not announced. The listener must use the instance in its arguments, because no variable holds
-    it before opening returns.
+    A listener that is registered after the opening misses the events in between. The listener must use the
+    instance in its arguments, because its events may precede the return of ``open_for_reading``.
 
     :param kinds: as in :meth:`~cxbridge.blackboard.base.BlackBoard.register_listener`.
     """

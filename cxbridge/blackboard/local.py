@@ -1,6 +1,8 @@
-"""The blackboard in this process: one memory for each interface, used by the instances of all threads.
+"""The blackboard of this process, with one memory for each interface.
 
-Servers publish it to other processes: :mod:`~cxbridge.blackboard.zmq`, :mod:`~cxbridge.blackboard.fawkesnet`.
+The instances of all threads share the memory of their interface. The servers of
+:mod:`~cxbridge.blackboard.zmq` and :mod:`~cxbridge.blackboard.fawkesnet` publish the blackboard to other
+processes.
 """
 
 from __future__ import annotations
@@ -20,11 +22,11 @@ from cxbridge.blackboard.errors import (
     VersionMismatchError,
     WriterActiveError,
 )
-from cxbridge.blackboard.exclusive_control import write_farewell
+from cxbridge.blackboard.exclusive_control import write_final_block
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.transport import BadUrlError, Transport
 from cxbridge.blackboard.listeners import ListenerTable, membership_kind
-from cxbridge.blackboard.names import is_plain, matches
+from cxbridge.blackboard.names import is_literal, matches
 from cxbridge.blackboard.port import BoardPort
 from cxbridge.blackboard.publications import REFUSED, emit_message, emit_write
 from cxbridge.clock import Clock, join_us
@@ -36,10 +38,10 @@ from cxbridge.interfaces.message import OpenedBlock
 class InterfaceMemory(BoardPort):
     """One interface of a local blackboard; the port of all its instances.
 
-    Its lock guards the lists of instances and orders the writes. It is released before foreign code runs, so
-    that a listener may open, write and close.
+    The lock guards the lists of instances and orders the writes. The memory releases the lock before it calls
+    listeners, so that a listener may open, write and close interfaces.
 
-    :param serial: unique on the blackboard.
+    :param serial: the number of the memory, unique on the blackboard.
     """
 
     def __init__(
@@ -53,7 +55,7 @@ class InterfaceMemory(BoardPort):
     def attach(self, request: OpenRequest, serial: UUID) -> Interface:
         """Make and register an instance.
 
-        :raises WriterActiveError: if there is a writer already.
+        :raises WriterActiveError: if the request is for a second writer.
         :raises VersionMismatchError: if the class belongs to another version of the type.
         """
         with self._lock:
@@ -80,11 +82,11 @@ class InterfaceMemory(BoardPort):
             instance.invalidate()
             return True
 
-    def has(self, instance: Interface) -> bool:
+    def has_instance(self, instance: Interface) -> bool:
         return self._writer is instance or self._readers.get(instance.serial) is instance
 
     @property
-    def unused(self) -> bool:
+    def is_unused(self) -> bool:
         """Whether no instance is open."""
         return self._writer is None and not self._readers
 
@@ -112,6 +114,7 @@ class InterfaceMemory(BoardPort):
     def values(self) -> dict[str, Any]:
         """Return the present values of the fields by name."""
         view = self.interface_class.VIEW.from_buffer_copy(self._snapshot.block)
+        # READ appends two values without a field, because attrgetter returns a tuple only for several names
         return dict(zip(self.interface_class.ACCESSORS, self.interface_class.READ(view), strict=False))
 
     def has_writer(self) -> bool:
@@ -125,21 +128,21 @@ class InterfaceMemory(BoardPort):
         return tuple(reader.owner for reader in tuple(self._readers.values()))
 
     def reader_owner(self, serial: str) -> str:
-        """Return the owner of the reading instance with this serial, empty if there is none."""
+        """Return the owner of the reader with a serial; empty if no reader has the serial."""
         readers = tuple(self._readers.values())
         return next((reader.owner for reader in readers if str(reader.serial) == serial), "")
 
     def publish(
         self, writer: OpenedBlock, block: bytes | bytearray, stamped: bool | None, changed: bool
     ) -> int:
-        """Take over the writer's block and notify the listeners.
+        """Store the writer's block and notify the listeners.
 
         :raises InvalidInstanceError: if the writer was closed.
         """
         with self._lock:
             if writer is not self._writer:
                 raise InvalidInstanceError(writer.uid, writer.serial, "write()")
-            version = self._store(bytes(block), stamped, changed).version
+            version = self._replace_snapshot(bytes(block), stamped, changed).version
             # listeners that register later read the data and are not notified
             audience = self.listeners.data_audience
         if self._bus is not None and self._bus.wants(Publication):
@@ -149,9 +152,9 @@ class InterfaceMemory(BoardPort):
         return version
 
     def transmit(self, sender: Interface, message: Message) -> None:
-        """Ask the message listeners and append the message to the writer's queue.
+        """Append a message to the writer's queue, unless a listener handles the message.
 
-        :raises NoWriterError: if there is no writer.
+        :raises NoWriterError: if the interface has no writer.
         :raises QueueFullError: if the queue is bounded and full.
         """
         if self._bus is None or not self._bus.wants(InterfaceMessage):
@@ -183,7 +186,7 @@ class LocalBlackBoard(BlackBoard):
 
     :param registry: returns the classes of types that are named by a string.
     :param bus: gets log lines and writes.
-    :param serials: makes unique serials for instances; a counting function makes runs reproducible.
+    :param serials: returns a unique serial for each instance; a counting function makes runs reproducible.
     """
 
     def __init__(
@@ -199,12 +202,12 @@ class LocalBlackBoard(BlackBoard):
         self._lock = threading.Lock()
         self._memories: dict[tuple[str, str], InterfaceMemory] = {}
         self._mem_serials = itertools.count(1)
-        self._gone = False
+        self._is_shut_down = False
 
     def _open(self, request: OpenRequest) -> Interface:
         key = request.key
         with self._lock:
-            if self._gone:
+            if self._is_shut_down:
                 raise BlackBoardGoneError
             existing = self._memories.get(key)
             memory = existing or InterfaceMemory(
@@ -223,12 +226,12 @@ class LocalBlackBoard(BlackBoard):
             return
         key = (instance.type, instance.id)
         if instance.is_writer:
-            self._write_farewell(instance)
+            self._write_final_block(instance)
         with self._lock:
             memory = self._memories.get(key)
             if memory is None or not memory.detach(instance):
                 raise ForeignInstanceError(instance.uid)
-            destroyed = memory.unused
+            destroyed = memory.is_unused
             if destroyed:
                 del self._memories[key]
         memory.listeners.notify(membership_kind(writer=instance.is_writer, added=False), instance.serial)
@@ -236,19 +239,18 @@ class LocalBlackBoard(BlackBoard):
         if destroyed:
             self._observers.notify_destroyed(*key)
 
-    def _write_farewell(self, writer: Interface) -> None:
+    def _write_final_block(self, writer: Interface) -> None:
         """Write the last block of a writer.
 
         :raises ForeignInstanceError: if the writer belongs to another blackboard.
         """
-        self.memory_of(writer)  # before the block is written to the other blackboard
+        self.find_memory(writer)  # a writer of another blackboard would write the block there
         with suppress(InvalidInstanceError):  # another thread has closed the writer
-            write_farewell(writer, f"{writer.owner} does not write {writer.uid} any more")
+            write_final_block(writer, f"{writer.owner} does not write {writer.uid} any more")
 
     def shutdown(self) -> None:
-        """Invalidate all instances and refuse further opening."""
         with self._lock:
-            self._gone = True
+            self._is_shut_down = True
             for memory in self._memories.values():
                 for instance in memory.instances():
                     memory.detach(instance)
@@ -256,7 +258,7 @@ class LocalBlackBoard(BlackBoard):
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
         with self._lock:
-            if is_plain(type_glob) and is_plain(id_glob):
+            if is_literal(type_glob) and is_literal(id_glob):
                 # the usual request, for a single interface among perhaps thousands
                 memory = self._memories.get((type_glob, id_glob))
                 memories: tuple[InterfaceMemory, ...] = () if memory is None else (memory,)
@@ -269,19 +271,19 @@ class LocalBlackBoard(BlackBoard):
         with self._lock:
             return tuple(self._memories.values())
 
-    def memory_of(self, instance: Interface) -> InterfaceMemory:
+    def find_memory(self, instance: Interface) -> InterfaceMemory:
         """Return the memory of an instance, for servers of this blackboard.
 
         :raises ForeignInstanceError: if the instance is not open on this blackboard.
         """
         with self._lock:
             memory = self._memories.get((instance.type, instance.id))
-        if memory is None or not memory.has(instance):
+        if memory is None or not memory.has_instance(instance):
             raise ForeignInstanceError(instance.uid)
         return memory
 
-    def _listeners_of(self, instance: Interface) -> ListenerTable:
-        return self.memory_of(instance).listeners
+    def _listener_table(self, instance: Interface) -> ListenerTable:
+        return self.find_memory(instance).listeners
 
 
 class LocalTransport(Transport):
@@ -295,6 +297,6 @@ class LocalTransport(Transport):
         :param options: arguments of `LocalBlackBoard`.
         :raises BlackBoardError: if the URL has more than its scheme.
         """
-        if url.partition(":")[2].strip("/"):
+        if url.partition(":")[2].strip("/"):  # local: and local:// are the same
             raise BadUrlError(f"'{url}' has more than a local blackboard needs", hint="write local:")
         return LocalBlackBoard(registry, clock, bus, **options)

@@ -21,7 +21,8 @@ _WILDCARDS = "*?["
 def check_names(interface_type: str, interface_id: str) -> None:
     """Check a type and an id.
 
-    :raises InvalidNameError: if one is empty or too long, or the id contains NUL.
+    :raises InvalidNameError: if the type or the id is empty or too long, or the id contains NUL, which ends
+        a name in Fawkes' messages.
     """
     if not interface_type:
         raise InvalidNameError("Interface type may not be empty")
@@ -31,6 +32,7 @@ def check_names(interface_type: str, interface_id: str) -> None:
         raise InvalidNameError(
             f"Interface type '{interface_type}' too long, maximum length is {MAX_TYPE_LENGTH}"
         )
+    # "replace", because an id from a command line may have bytes that are not UTF-8, as lone surrogates
     if len(interface_id.encode(errors="replace")) > MAX_ID_LENGTH:
         raise InvalidNameError(f"Interface ID '{interface_id}' too long, maximum length is {MAX_ID_LENGTH}")
     if "\0" in interface_id:
@@ -40,7 +42,7 @@ def check_names(interface_type: str, interface_id: str) -> None:
 def parse_uid(uid: str) -> tuple[str, str]:
     """Split ``Type::id`` into type and id; the id may contain ``::``.
 
-    :raises InvalidNameError: if the form is different, or a part is too long.
+    :raises InvalidNameError: if the text has another form, or the type or the id is too long.
     """
     interface_type, separator, interface_id = uid.partition("::")
     if not separator or not interface_id or not _TYPE.fullmatch(interface_type):
@@ -53,14 +55,14 @@ def parse_uid(uid: str) -> tuple[str, str]:
 
 def matches(interface_type: str, interface_id: str, type_glob: str, id_glob: str) -> bool:
     """Return whether the shell patterns for type and id select an interface."""
-    return _fits(interface_type, type_glob) and _fits(interface_id, id_glob)
+    return _matches_glob(interface_type, type_glob) and _matches_glob(interface_id, id_glob)
 
 
-def is_plain(glob: str) -> bool:
+def is_literal(glob: str) -> bool:
     """Return whether a shell pattern has no wildcards."""
-    return not any(sign in glob for sign in _WILDCARDS)
+    return not any(wildcard in glob for wildcard in _WILDCARDS)
 
 
-def _fits(text: str, glob: str) -> bool:
-    # most patterns are plain names, and fnmatch compiles each new pattern
-    return text == glob if is_plain(glob) else fnmatchcase(text, glob)
+def _matches_glob(name: str, glob: str) -> bool:
+    # most patterns are literal names, and fnmatch compiles each new pattern
+    return name == glob if is_literal(glob) else fnmatchcase(name, glob)

@@ -16,7 +16,7 @@ _OPEN_BRACKET: Final = re.compile(r"\[[^\]]*$")
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """Shell patterns for type and id."""
+    """Shell patterns for the type and the id of interfaces."""
 
     type_glob: str
     id_glob: str = "*"
@@ -25,7 +25,7 @@ class Pattern:
     def parse(cls, text: str) -> Self:
         """Parse ``TYPE`` or ``TYPE::ID``.
 
-        :raises InvalidNameError: if a part is empty or too long, or cannot match any type.
+        :raises InvalidNameError: if a pattern is empty or too long, or the type's pattern matches no type.
         """
         type_glob, separator, id_glob = text.partition("::")
         try:
@@ -46,6 +46,6 @@ class Pattern:
         return matches(*key, self.type_glob, self.id_glob)
 
 
-def escaped(name: str) -> str:
-    """Return a pattern that matches only ``name``."""
+def escape_glob(name: str) -> str:
+    """Return a shell pattern that matches only ``name``."""
     return re.sub(r"([*?\[])", r"[\1]", name)

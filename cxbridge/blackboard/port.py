@@ -1,7 +1,7 @@
-"""The base of ports, which connect the instances of one interface to its blackboard.
+"""The base class of ports, which connect the instances of one interface to their blackboard.
 
-A port has the data, the message ids and the listeners of the interface. Each transport has a subclass, and
-makes the received messages by :func:`receive_message`.
+A port has the data, the message ids and the listeners of the interface. Each transport has a subclass of
+:class:`BoardPort`, and constructs received messages by :func:`receive_message`.
 """
 
 from __future__ import annotations
@@ -76,14 +76,14 @@ class BoardPort:
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
         """Copy the block, see :class:`~cxbridge.interfaces.message.Port`."""
-        snapshot = self._snapshot  # once: another thread may replace it
+        snapshot = self._snapshot  # read once, because another thread may replace the snapshot meanwhile
         into[:] = snapshot.block
         return snapshot.version, snapshot.last_stamped, snapshot.last_changed
 
-    def _store(self, block: bytes, stamped: bool | None, changed: bool) -> Snapshot:
-        """Replace the data by those of a write; the caller holds the lock.
+    def _replace_snapshot(self, block: bytes, stamped: bool | None, changed: bool) -> Snapshot:
+        """Replace the data by the data of a write; the caller holds the lock.
 
-        :param stamped: whether the time stamp is new; None if only a comparison of the blocks can tell.
+        :param stamped: whether the time stamp is new; None to compare the time stamps of the blocks.
         """
         previous = self._snapshot
         version = previous.version + 1
@@ -108,8 +108,8 @@ class BoardPort:
         """Return the id that follows ``last``, skipping the id that the interface shows at present."""
         return next_id(last, id_in(self._snapshot.block, self._id_offset))
 
-    def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - the port to Fawkes needs it
-        """Return False: the ids that this port gives are never stale."""
+    def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - only a Fawkes server's ids depend on it
+        """Return False, because `next_id` skips the id that the interface shows."""
         return False
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from cxbridge.events import BlockWrite, EventBus, InterfaceMessage, InterfaceWrite
 from cxbridge.interfaces.message import Message
 
+# the outcomes of messages
 HANDLED = "handled"
 QUEUED = "queued"
 REFUSED = "refused"
@@ -26,12 +27,12 @@ def emit_write(
     block: bytes | bytearray,
     values: Callable[[], dict[str, Any]],
 ) -> None:
-    """Emit a write in the forms that listeners of the bus take.
+    """Emit the event classes of a write for which the bus has listeners.
 
-    :param hash_: the 16 byte hash of the type's definition, by which Fawkes tells versions apart.
+    :param hash_: the hash of the type's definition, 16 bytes, by which Fawkes tells versions apart.
     :param values: returns the values of the block.
     """
-    # most recorders need the values, and those of bblogger files need the bytes
+    # most recorders need the values; recorders of bblogger files need the bytes
     if bus.wants(InterfaceWrite):
         bus.emit(InterfaceWrite(time_us, uid, values()))
     if bus.wants(BlockWrite):
@@ -41,7 +42,7 @@ def emit_write(
 def emit_message(
     bus: EventBus | None, time_us: int, uid: str, sender: str, message: Message, outcome: str = ""
 ) -> None:
-    """Emit the outcome of a message if a listener takes it.
+    """Emit the outcome of a message if the bus has a listener for messages.
 
     :param uid: the interface that receives the message.
     :param sender: the owner of the sending instance.

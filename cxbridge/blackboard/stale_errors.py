@@ -1,7 +1,7 @@
-"""The error of a skill string, distinguished from that of the previous skill string.
+"""The error of the present skill string, distinguished from the error of the previous skill string.
 
 A Skiller of Fawkes that cannot compile a skill string shows S_FAILED together with the error of the previous
-skill string.
+skill string, because Fawkes sets the error only after a compilation.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from cxbridge.lua_syntax import LuaCompiler
 class ErrorTracker:
     """Tracks the message ids and errors that a Skiller shows.
 
-    :param msgid: the id of the message whose skill string is shown first.
-    :param error: the error that is shown first.
+    :param msgid: the id of the message that the Skiller shows at first.
+    :param error: the error that the Skiller shows at first.
     """
 
     def __init__(self, msgid: int = 0, error: str = "") -> None:
@@ -24,26 +24,28 @@ class ErrorTracker:
         self._previous_error = ""
 
     def current_error(self, msgid: int, skill_string: str, error: str, *, failed: bool) -> str:
-        """Return the shown error, or the syntax error if the shown error is the previous one.
+        """Return the error of the present skill string.
 
-        :param failed: whether S_FAILED is shown.
+        :param msgid: the id of the message that the Skiller shows.
+        :param error: the error that the Skiller shows; replaced by the syntax error of the skill string if
+            the previous skill string had the same error.
+        :param failed: whether the Skiller shows S_FAILED.
         """
         if msgid != self._msgid:
             self._previous_error = self._error
         self._msgid, self._error = msgid, error
-        # Fawkes sets the error only after a skill string that it could compile
         if failed and error == self._previous_error:
-            return syntax_error(skill_string) or error
+            return find_syntax_error(skill_string) or error
         return error
 
 
-def syntax_error(chunk: str) -> str:
-    """Return the error of compiling a Lua chunk, empty if there is none."""
-    problem = _compiler().problem(chunk.encode("utf-8", "surrogateescape"))
+def find_syntax_error(chunk: str) -> str:
+    """Return the error of compiling a Lua chunk; empty if the chunk is valid."""
+    problem = _get_compiler().problem(chunk.encode("utf-8", "surrogateescape"))
     return "" if problem is None else f"the skill string is not Lua: {problem[1]}"
 
 
 @cache
-def _compiler() -> LuaCompiler:
-    """Return the compiler of this process, made at the first failure, because it loads Lua."""
+def _get_compiler() -> LuaCompiler:
+    """Return the compiler of this process, constructed at the first failure, because it loads Lua."""
     return LuaCompiler()

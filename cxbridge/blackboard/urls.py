@@ -1,4 +1,7 @@
-"""Opening of a blackboard by its URL: a local blackboard, that of a daemon over ZeroMQ, or that of Fawkes."""
+"""Opening of blackboards by URL: a local blackboard, a daemon's over ZeroMQ, or Fawkes' over TCP.
+
+The scheme of the URL selects a row of :data:`TRANSPORTS`, to which plug-ins add transports.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.plugins import Row, Table
 
-__all__ = ["TRANSPORTS", "BadUrlError", "open_blackboard", "transport_of"]
+__all__ = ["TRANSPORTS", "BadUrlError", "find_transport", "open_blackboard"]
 
 _ZMQ = "cxbridge.blackboard.zmq.transport:ZmqTransport"
 
@@ -32,17 +35,17 @@ TRANSPORTS: Final[Table[type[Transport]]] = Table(
 """The transports by URL scheme."""
 
 
-def transport_of(url: str) -> Transport:
+def find_transport(url: str) -> Transport:
     """Return the transport for a URL.
 
     :raises BadUrlError: if no transport has the URL's scheme.
     """
     scheme, colon, _ = url.partition(":")
-    # not by `find`, whose error would name the scheme instead of the URL
+    # not by `TRANSPORTS.find`, whose error would name the scheme instead of the URL
     row = next((row for row in TRANSPORTS.rows if row.name == scheme.lower()), None)
     if not colon or row is None:
-        starts = ", ".join("local:" if row.name == "local" else f"{row.name}://" for row in TRANSPORTS.rows)
-        raise BadUrlError(f"'{url}' names no blackboard", hint=f"it starts with one of {starts}")
+        prefixes = ", ".join("local:" if row.name == "local" else f"{row.name}://" for row in TRANSPORTS.rows)
+        raise BadUrlError(f"'{url}' names no blackboard", hint=f"it starts with one of {prefixes}")
     return TRANSPORTS.load(row)()
 
 
@@ -55,13 +58,13 @@ def open_blackboard(
         optionally with the query that the transport's ``read_query`` defines.
     :param registry: returns the classes of types that are named by a string.
     :param bus: gets log lines.
-    :param options: further arguments of the blackboard, see e.g.
+    :param options: further arguments of the transport's blackboard class, see e.g.
         :class:`cxbridge.blackboard.zmq.ZmqBlackBoard`.
     :raises BadUrlError: if no transport has the scheme.
     :raises BlackBoardError: if the URL is invalid, or no server answers.
     """
-    address, mark, query = url.partition("?")
-    transport = transport_of(address)
-    if mark:
+    address, separator, query = url.partition("?")
+    transport = find_transport(address)
+    if separator:
         options |= transport.read_query(url, query)
     return transport.open(address, registry, clock, bus, **options)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from uuid import uuid4
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.blackboard.exclusive_control import CONTROLLER, name_controller
+from cxbridge.blackboard.exclusive_control import CONTROLLER, describe_controller
 from cxbridge.blackboard.following import Deadline, Feed
 from cxbridge.daemon.board import DAEMON_ID, EXPLAIN_ID, EXPLAIN_TYPE, REQUEST_TYPE
 from cxbridge.errors import BlackBoardError, CxbridgeError
@@ -62,7 +62,7 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
             (info.id, feed.open(info.type, info.id)) for info in board.list(SKILLER) if info.has_writer
         ]
         controllers = {
-            skiller: name_controller(instance, str(feed.now(instance).values[CONTROLLER]))
+            skiller: describe_controller(instance, str(feed.now(instance).values[CONTROLLER]))
             for skiller, instance in skillers
         }
         components = [feed.now(feed.open(info.type, info.id)) for info in board.list("ComponentInterface")]

@@ -13,7 +13,7 @@ from enum import Enum
 from typing import Any, TypeAlias, TypeVar
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.blackboard.exclusive_control import name_controller, skip_stale_ids
+from cxbridge.blackboard.exclusive_control import describe_controller, skip_stale_ids
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.blackboard.stale_errors import ErrorTracker
 from cxbridge.closing import Closing
@@ -122,7 +122,7 @@ class SkillerCall(Closing):
         refusal = self._drive(self._acquire(), Deadline(None))
         if refusal:
             raise SkillerError(refusal)
-        skip_stale_ids(self._interface, controls=True)
+        skip_stale_ids(self._interface, may_control=True)
         return self._send("ExecSkillMessage", skill_string=skill_string)
 
     def stop(self) -> None:
@@ -163,7 +163,7 @@ class SkillerCall(Closing):
         refusal = yield from self._acquire()
         if refusal:
             return SkillResult(CallOutcome.FAILED, refusal, 0)
-        skip_stale_ids(self._interface, controls=True)
+        skip_stale_ids(self._interface, may_control=True)
         former_state = self._feed.now(self._interface)
         self._msgid = self._send("ExecSkillMessage", skill_string=skill_string)
         self._is_running = True
@@ -180,7 +180,7 @@ class SkillerCall(Closing):
         while (holder := news.values["exclusive_controller"]) not in ("", own_serial) and not self._steal:
             news = yield deadline
             if news is None:
-                name = name_controller(self._interface, holder)
+                name = describe_controller(self._interface, holder)
                 return f"{name} has control of the Skiller; --steal takes it"
         self._send("AcquireControlMessage", steal_control=self._steal)
         deadline = Deadline(CONTROL_S)
@@ -193,7 +193,7 @@ class SkillerCall(Closing):
         """Return the reason for the loss of control."""
         if not controller and not self._interface.has_writer:
             return "the Skiller is gone"
-        return f"control of the Skiller was lost to {name_controller(self._interface, controller)}"
+        return f"control of the Skiller was lost to {describe_controller(self._interface, controller)}"
 
     def _wait(self, msgid: int, skill_string: str, former_state: InterfaceChange) -> _Steps[SkillResult]:
         """Wait for the end of a message's skill string.

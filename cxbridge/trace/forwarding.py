@@ -14,7 +14,7 @@ from uuid import UUID
 
 from cxbridge.blackboard import BlackBoard, EventKind, Listener, Observer, listening
 from cxbridge.blackboard.names import parse_uid
-from cxbridge.blackboard.patterns import Pattern, escaped
+from cxbridge.blackboard.patterns import Pattern, escape_glob
 from cxbridge.clock import join_us
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import BlockWrite, Event, EventBus, InterfaceWrite, SkillStatus
@@ -161,7 +161,7 @@ class WriteForwarder(Listener, Observer):
                 if followed.instance.has_writer or followed.instance.num_readers > 1:
                     return
                 self._close(key)
-            if self._board.list(escaped(key[0]), escaped(key[1])):
+            if self._board.list(escape_glob(key[0]), escape_glob(key[1])):
                 self._open(*key, is_later=True)
             elif is_new and key not in self._opened_before:
                 self._log.info(f"{'::'.join(key)} came and went before it could be opened")

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.blackboard.errors import InvalidNameError
-from cxbridge.blackboard.patterns import Pattern, escaped
+from cxbridge.blackboard.patterns import Pattern, escape_glob
 
 
 @pytest.mark.parametrize(
@@ -47,5 +47,5 @@ def test_what_can_select_nothing_is_refused(text, message):
 
 @given(st.text("a*?[]!", min_size=1, max_size=6), st.text("a*?[]!", min_size=1, max_size=6))
 def test_an_escaped_name_matches_itself_only(name, other):
-    assert fnmatchcase(name, escaped(name))
-    assert fnmatchcase(other, escaped(name)) == (other == name)
+    assert fnmatchcase(name, escape_glob(name))
+    assert fnmatchcase(other, escape_glob(name)) == (other == name)

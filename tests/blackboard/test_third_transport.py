@@ -64,7 +64,7 @@ class ShelfBlackBoard(BlackBoard):
     def unregister_observer(self, observer):
         self._served.unregister_observer(observer)
 
-    def _listeners_of(self, instance):
+    def _listener_table(self, instance):
         return self._served._listeners_of(instance)
 '''
 

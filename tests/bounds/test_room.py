@@ -11,7 +11,7 @@ from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.blackboard.errors import BlackBoardError, QueueFullError
 from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
-from cxbridge.blackboard.kit.server import MAX_BYTES
+from cxbridge.blackboard.kit.server import MAX_BLOCK_BYTES
 from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
@@ -49,10 +49,10 @@ def test_a_client_opens_large_interfaces_up_to_a_limit(
         size = InterfaceRegistry().schema(LARGE).datasize
         opened = 0
         with suppress(BlackBoardError):
-            while opened * size <= 2 * MAX_BYTES:
+            while opened * size <= 2 * MAX_BLOCK_BYTES:
                 client.open_for_reading(LARGE, "x", owner="greedy")
                 opened += 1
-        assert opened * size <= MAX_BYTES < (opened + 1) * size
+        assert opened * size <= MAX_BLOCK_BYTES < (opened + 1) * size
         assert client.open_for_reading("SkillerInterface", "Skiller", owner="modest").valid
 
 

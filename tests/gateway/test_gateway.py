@@ -29,7 +29,9 @@ class Rig:
         self.bus = EventBus(self.clock)
         self.log: list[str] = []
         self.bus.subscribe(lambda event: self.log.append(event.text), LogLine)  # type: ignore[attr-defined]
-        self.gateway = Gateway(self.left, self.right, patterns or (SKILLER,), bus=self.bus, sweep_s=3600)
+        self.gateway = Gateway(
+            self.left, self.right, patterns or (SKILLER,), bus=self.bus, sweep_period_s=3600
+        )
 
     def __enter__(self):
         return self
@@ -408,14 +410,14 @@ def test_two_writers_are_told_once_and_left_alone(rig, monkeypatch):
         rig.look_again()
     assert rig.gateway.mirrors() == []
     assert sum("writers on both sides" in text for text in rig.log) == 1
-    monkeypatch.setattr("cxbridge.blackboard.gateway.gateway.RIVAL_S", 0.0)
+    monkeypatch.setattr("cxbridge.blackboard.gateway.gateway.RIVAL_PAUSE_S", 0.0)
     second.close()
     rig.look_again()
     assert [mirror.source for mirror in rig.gateway.mirrors()] == ["left"]
 
 
 def test_two_gateways_in_a_row_do_not_answer_each_other(rig):
-    with Gateway(rig.left, rig.right, [SKILLER], sweep_s=3600) as second:
+    with Gateway(rig.left, rig.right, [SKILLER], sweep_period_s=3600) as second:
         skiller = rig.skiller(rig.left)
         for _ in range(3):
             skiller.msgid += 1
@@ -428,8 +430,8 @@ def test_two_gateways_in_a_row_do_not_answer_each_other(rig):
 
 def test_gateways_in_a_ring_leave_a_free_writers_place_free(rig, monkeypatch):
     """Each stood in for the other, for ever: a Fawkes could not load its skiller again."""
-    monkeypatch.setattr("cxbridge.blackboard.gateway.gateway.RIVAL_S", 3600.0)
-    with Gateway(rig.left, rig.right, [SKILLER], sweep_s=0) as second:
+    monkeypatch.setattr("cxbridge.blackboard.gateway.gateway.RIVAL_PAUSE_S", 3600.0)
+    with Gateway(rig.left, rig.right, [SKILLER], sweep_period_s=0) as second:
         skiller, agent = rig.skiller(rig.left), rig.agent(rig.right)
         rig.gateway.loop()
         second.loop()

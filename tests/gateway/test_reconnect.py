@@ -78,7 +78,7 @@ def here():
 def gateway(side, here):
     with ExitStack() as stack:
         remote = stack.enter_context(side.connect())
-        made = stack.enter_context(Gateway(remote, here, ["SkillerInterface"], sweep_s=0.05))
+        made = stack.enter_context(Gateway(remote, here, ["SkillerInterface"], sweep_period_s=0.05))
         made.start()
         yield made
 
@@ -144,7 +144,10 @@ def test_what_appeared_while_the_connection_was_away_is_mirrored(side, here, gat
 
 def test_a_gateway_lists_again_when_a_connection_is_back(side, here):
     """Without waiting for the next look."""
-    with side.connect() as remote, Gateway(remote, here, ["SkillerInterface"], sweep_s=3600) as gateway:
+    with (
+        side.connect() as remote,
+        Gateway(remote, here, ["SkillerInterface"], sweep_period_s=3600) as gateway,
+    ):
         side.board.open_for_writing(SkillerInterface, "old", owner="skiller")
         gateway.start()
         until(gateway.mirrors)

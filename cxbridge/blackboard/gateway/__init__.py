@@ -2,7 +2,6 @@
 
 ::
 
-
     with Gateway(left, right, ["SkillerInterface::*"]) as gateway:
         gateway.start()
         ...

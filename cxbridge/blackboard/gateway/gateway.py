@@ -1,7 +1,8 @@
-"""Mirrors chosen interfaces from the writer's blackboard to another blackboard.
+"""Mirrors interfaces from the blackboard of their writer to another blackboard.
 
-The gateway compares both boards after events and periodically, and adjusts its mirrors
-(:meth:`Gateway.loop`). Listeners only set flags, so neither board waits for the other.
+A sweep compares the lists of both boards, ends mirrors that lost a side and starts possible ones. The gateway
+sweeps after events and periodically (:meth:`Gateway.loop`). Listeners only queue data and set flags, so that
+neither board waits for the other.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from math import inf
 from typing import Final
 
 from cxbridge.blackboard import BlackBoard, InterfaceInfo, Observer
-from cxbridge.blackboard.gateway.mirror import MAX_PROXIES, Hooks, InterfaceMirror
+from cxbridge.blackboard.gateway.mirror import MAX_PROXIES, InterfaceMirror, MirrorHooks
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.closing import Closing
 from cxbridge.errors import BlackBoardError, CxbridgeError
@@ -25,23 +26,23 @@ from cxbridge.events import EventBus, Logger
 COMPONENT: Final = "Gateway"
 """The gateway's log component."""
 
-# events can be missed, for example while a connection is lost; four lists a second cost little
-SWEEP_S: Final = 0.25
-"""The period of comparing both boards without events, in seconds."""
+# the gateway misses events while a connection is lost; four lists a second cost little
+SWEEP_PERIOD_S: Final = 0.25
+"""The seconds between sweeps without events."""
 
-RIVAL_S: Final = 1.0
-"""Seconds that a writer must outlive a rival on the other board before it is mirrored."""
+RIVAL_PAUSE_S: Final = 1.0
+"""The seconds between the end of a rival writer on the other board and the mirroring of the remaining one."""
 
 _STOP_S: Final = 10.0  # the thread may wait for a request to a lost board
 
 Key = tuple[str, str]
-Survey = dict[Key, InterfaceInfo]
+Listing = dict[Key, InterfaceInfo]
 """The matching interfaces of a blackboard."""
 
 
 @dataclass(frozen=True, slots=True)
 class MirrorInfo:
-    """Describes a mirrored interface.
+    """A mirrored interface.
 
     :param uid: ``Type::id``.
     :param source: ``left`` or ``right``, the writer's board.
@@ -56,19 +57,19 @@ class MirrorInfo:
 
 
 class Gateway(Observer, Closing):
-    """Mirrors interfaces between two blackboards, which it leaves open. A context manager closes it.
+    """Mirrors interfaces between two blackboards, which stay open. A context manager closes the gateway.
 
-    Call either :meth:`start`, which uses a thread, or :meth:`loop` periodically.
+    Either :meth:`start` makes a thread, or the caller calls :meth:`loop` periodically.
 
     :param left: a blackboard.
     :param right: another blackboard.
     :param patterns: the interfaces: ``Type::id`` with shell patterns, or a pattern for the type alone.
     :param bus: gets log lines.
     :param names: the boards' names in log lines.
-    :param sweep_s: the period of comparing both boards without events, in seconds.
+    :param sweep_period_s: the seconds between sweeps without events.
     :param hide_past: whether a Skiller appears idle until it works for a client of this gateway.
-    :param on_end: called in the gateway's thread with ``Type::id`` and reason of an ending mirror, before its
-        readers notice.
+    :param on_end: called in the gateway's thread with ``Type::id`` and the reason before a mirror ends, while
+        its readers still have the last block of the writer.
     """
 
     def __init__(
@@ -79,7 +80,7 @@ class Gateway(Observer, Closing):
         *,
         bus: EventBus | None = None,
         names: tuple[str, str] = ("left", "right"),
-        sweep_s: float = SWEEP_S,
+        sweep_period_s: float = SWEEP_PERIOD_S,
         hide_past: bool = False,
         on_end: Callable[[str, str], None] = lambda _uid, _reason: None,
     ) -> None:
@@ -89,18 +90,18 @@ class Gateway(Observer, Closing):
         self._patterns: Final = tuple(Pattern.parse(text) for text in patterns)
         self._names: Final = names
         self._log: Final = None if bus is None else Logger(bus, COMPONENT)
-        self._sweep_s = sweep_s
+        self._sweep_period_s = sweep_period_s
         self._mirrors: dict[Key, InterfaceMirror] = {}
         self._orphans: defaultdict[Key, deque[str]] = defaultdict(partial(deque, maxlen=MAX_PROXIES))
-        self._rivals: dict[Key, float] = {}  # the time when both sides had foreign writers
+        self._rivals: dict[Key, float] = {}  # the last time at which both boards had writers
         self._warned: dict[object, str] = {}  # the last warning about a side or an interface
-        self._wake = threading.Event()  # the thread has work
-        self._dirty = threading.Event()  # the boards may have changed
+        self._has_work = threading.Event()
+        self._sweep_requested = threading.Event()
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self._next_sweep_s = 0.0
         for board in self._boards:
-            # events during a disconnection are not repeated
+            # a board does not repeat the events of its disconnection
             board.on_connection(lambda _connected: self.request_sweep())
             for pattern in self._patterns:
                 board.register_observer(self, pattern.type_glob, pattern.id_glob)
@@ -114,15 +115,15 @@ class Gateway(Observer, Closing):
     def _run(self) -> None:
         while not self._stopping.is_set():
             self.loop()
-            self._wake.wait(self._sweep_s)
-            self._wake.clear()
+            self._has_work.wait(self._sweep_period_s)
+            self._has_work.clear()
 
     def close(self) -> None:
-        """Deliver pending messages and close all instances on both boards. Further calls do nothing."""
+        """Deliver pending messages and close all instances on both boards. Further calls have no effect."""
         if self._stopping.is_set():
             return
         self._stopping.set()
-        self._wake.set()
+        self._has_work.set()
         if self._thread is not None:
             self._thread.join(_STOP_S)
         for board in self._boards:
@@ -137,51 +138,53 @@ class Gateway(Observer, Closing):
         self.request_sweep()
 
     def request_sweep(self) -> None:
-        """Request a comparison of both boards. Callable from any thread."""
-        self._dirty.set()
-        self._wake.set()
+        """Request a sweep. Callable from any thread."""
+        self._sweep_requested.set()
+        self._has_work.set()
 
     def mirrors(self) -> Sequence[MirrorInfo]:
         """Return the present mirrors in order of their start."""
         return [
-            MirrorInfo(f"{kind}::{id_}", ("left", "right")[mirror.side], mirror.writes, mirror.sent)
-            for (kind, id_), mirror in tuple(self._mirrors.items())
+            MirrorInfo(
+                "::".join(key), ("left", "right")[mirror.side], mirror.write_count, mirror.message_count
+            )
+            for key, mirror in tuple(self._mirrors.items())
         ]
 
     @property
     def owes_release(self) -> bool:
-        """Whether a returning writer may have a closed instance of this gateway as its controller."""
+        """Whether a writer that returns may show a closed proxy of this gateway as its controller."""
         return any(orphans and key not in self._mirrors for key, orphans in tuple(self._orphans.items()))
 
     def loop(self) -> None:
-        """Mirror new data, and start or end mirrors. Returns soon."""
+        """Transfer queued data and messages, and sweep if a sweep is due."""
         self._deliver_messages()
         now_s = time.monotonic()
-        if self._dirty.is_set() or now_s >= self._next_sweep_s:
-            self._dirty.clear()
-            self._next_sweep_s = now_s + self._sweep_s
+        if self._sweep_requested.is_set() or now_s >= self._next_sweep_s:
+            self._sweep_requested.clear()
+            self._next_sweep_s = now_s + self._sweep_period_s
             self._reconcile()
             self._deliver_messages()
 
     def _deliver_messages(self) -> None:
         for mirror in self._mirrors.values():
-            mirror.carry()
+            mirror.transfer()
 
     def _reconcile(self) -> None:
         """End mirrors that lost a side, and start possible ones."""
         for key, mirror in list(self._mirrors.items()):
-            if mirror.ended:  # before the surveys, which take long on a lost board
+            if mirror.end_reason:  # before the lists, which take long on a lost board
                 connected = self._boards[mirror.side].connected
-                self._end_mirror(key, mirror.ended if connected else "the connection is lost")
-        surveys = (self._survey(0), self._survey(1))
+                self._end_mirror(key, mirror.end_reason if connected else "the connection is lost")
+        listings = (self._list_interfaces(0), self._list_interfaces(1))
         for key, mirror in list(self._mirrors.items()):
-            reason = mirror.ended or self._reason_to_end(key, mirror, surveys)
+            reason = mirror.end_reason or self._find_end_reason(key, mirror, listings)
             if reason:
                 self._end_mirror(key, reason)
-                surveys = (self._survey(0), self._survey(1))
-        for key in dict.fromkeys(key for survey in surveys for key in survey or ()):
+                listings = (self._list_interfaces(0), self._list_interfaces(1))
+        for key in dict.fromkeys(key for listing in listings for key in listing or ()):
             if key not in self._mirrors:
-                self._try_to_mirror(key, surveys)
+                self._try_to_mirror(key, listings)
 
     def _end_mirror(self, key: Key, reason: str) -> None:
         uid = "::".join(key)
@@ -190,40 +193,40 @@ class Gateway(Observer, Closing):
         mirror.close(f"{uid} of {self._names[mirror.side]} is lost: {reason}")
         self._info(f"{uid} is not mirrored any more: {reason}")
 
-    def _survey(self, side: int) -> Survey | None:
-        """Return the matching interfaces of a board; None if it is unreachable."""
-        survey: Survey = {}
-        # a request would wait for the lost board, and block the other one
+    def _list_interfaces(self, side: int) -> Listing | None:
+        """Return the matching interfaces of a board; None if the board is unreachable."""
+        listing: Listing = {}
+        # a request to a lost board would wait for its return, and delay the mirrors
         if not self._boards[side].connected:
             self._warn_once(side, f"{self._names[side]} is away")
             return None
         try:
             for pattern in self._patterns:
                 for info in self._boards[side].list(pattern.type_glob, pattern.id_glob):
-                    survey[info.type, info.id] = info
+                    listing[info.type, info.id] = info
         except BlackBoardError as error:
             self._warn_once(side, f"{self._names[side]} cannot be asked: {error.message}")
             return None
         self._warned.pop(side, None)
-        return survey
+        return listing
 
     @staticmethod
-    def _reason_to_end(
-        key: Key, mirror: InterfaceMirror, surveys: tuple[Survey | None, Survey | None]
+    def _find_end_reason(
+        key: Key, mirror: InterfaceMirror, listings: tuple[Listing | None, Listing | None]
     ) -> str:
-        """Return why a mirror must end; empty if it can continue."""
+        """Return the reason why a mirror must end; empty if it can continue."""
         for side, writer in ((mirror.side, "its writer"), (1 - mirror.side, "the mirrored writer")):
-            survey = surveys[side]
-            if survey is None:
+            listing = listings[side]
+            if listing is None:
                 return f"the blackboard of {writer} does not answer"
-            if key not in survey or not survey[key].has_writer:
+            if key not in listing or not listing[key].has_writer:
                 return f"{writer} is gone"
         return ""
 
-    def _try_to_mirror(self, key: Key, surveys: tuple[Survey | None, Survey | None]) -> None:
-        infos = [None if survey is None else survey.get(key) for survey in surveys]
+    def _try_to_mirror(self, key: Key, listings: tuple[Listing | None, Listing | None]) -> None:
+        infos = [None if listing is None else listing.get(key) for listing in listings]
         writers = [side for side, info in enumerate(infos) if info is not None and info.has_writer]
-        if None in surveys:
+        if None in listings:
             return
         if not writers:
             self._rivals.pop(key, None)
@@ -232,14 +235,14 @@ class Gateway(Observer, Closing):
             self._rivals[key] = time.monotonic()
             self._warn_once(key, "there are writers on both sides, it is not mirrored")
             return
-        if time.monotonic() - self._rivals.get(key, -inf) < RIVAL_S:
-            # perhaps another gateway's writer, which replaced the lost one and will end soon: replacing it
-            # would block the next writer and keep both gateways replacing each other forever
+        if time.monotonic() - self._rivals.get(key, -inf) < RIVAL_PAUSE_S:
+            # the remaining writer may be another gateway's mirror of the lost writer, which will end soon: a
+            # mirror of it would become the next rival, and both gateways would replace each other forever
             return
         self._rivals.pop(key, None)
         side = writers[0]
         try:
-            hooks = Hooks(self._wake.set, self.request_sweep, partial(self._warn_once, key))
+            hooks = MirrorHooks(self._has_work.set, self.request_sweep, partial(self._warn_once, key))
             source, target = self._boards[side], self._boards[1 - side]
             self._mirrors[key] = InterfaceMirror(
                 source, target, *key, side, hooks, self._orphans[key], hide_past=self._hide_past
@@ -251,7 +254,7 @@ class Gateway(Observer, Closing):
         self._info(f"{'::'.join(key)}: {self._names[side]} -> {self._names[1 - side]}")
 
     def _warn_once(self, subject: object, text: str) -> None:
-        """Log a warning unless it is the last one about its subject.
+        """Log a warning unless it repeats the last warning about its subject.
 
         :param subject: a side, or the key of an interface.
         """

@@ -1,8 +1,8 @@
-"""The mirror of one interface during the life of its writer.
+"""The mirror of one interface, from the start to the end of its writer.
 
-Blocks go from the writer's board, the source, to the other board, the target; messages go back. On the
-target the gateway is the writer. On the source it has a reading instance for each sender, so that the writer
-can distinguish the senders.
+The source is the writer's board, the target the other board. The mirror copies blocks from the source to the
+target, where it is the writer, and messages from the target to the source. On the source, it has a reading
+instance (a proxy) for each sender, so that the writer can distinguish the senders.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from cxbridge.blackboard import BlackBoard, EventKind, Listener, listening
 from cxbridge.blackboard.exclusive_control import (
     ACQUIRE,
     RELEASE,
-    name_controller,
+    describe_controller,
     skip_stale_ids,
-    write_farewell,
+    write_final_block,
 )
 from cxbridge.blackboard.gateway.translation import StateTranslator
 from cxbridge.errors import BlackBoardError
@@ -35,15 +35,15 @@ MAX_BLOCKS: Final = 256
 """The maximum number of queued blocks for the slower board; further blocks replace the oldest."""
 
 MAX_MESSAGES: Final = 1000
-"""The maximum number of queued messages; further ones are refused."""
+"""The maximum number of queued messages; the mirror refuses further messages."""
 
-# each proxy is an open instance on the source; agents and operators are few
+# each proxy is an open instance on the source, and a robot has few agents and operators
 MAX_PROXIES: Final = 64
-"""The maximum number of separate senders; the one silent for longest is dropped."""
+"""The maximum number of proxies; a further sender replaces the sender that was silent for longest."""
 
 
 @dataclass(frozen=True, slots=True)
-class Hooks:
+class MirrorHooks:
     """Callbacks of a mirror, called in any thread.
 
     :param wake: called when data are queued.
@@ -59,10 +59,10 @@ class Hooks:
 class SenderProxy:
     """Sends messages for one sender, so that ids are counted per sender.
 
-    The writer sees an instance of the gateway as the source. When that instance is closed, by the gateway or
-    a lost connection, the writer revokes its control.
+    The writer sees the proxy's instance as the sender. When the instance ends, closed by the gateway or with
+    its connection, the writer revokes its control.
 
-    :param instance: a reading instance on the writer's board, closed with the proxy.
+    :param instance: a reading instance on the writer's board, which the proxy closes.
     """
 
     def __init__(self, instance: Interface) -> None:
@@ -75,23 +75,25 @@ class SenderProxy:
         return self._instance.serial
 
     def send(self, message: Message) -> int:
-        """Send a copy of a message; return its id, which differs from the one shown by the writer.
+        """Send a copy of a message; return the id of the copy.
 
-        :raises BlackBoardError: if delivery fails.
+        The id differs from the id that the writer shows, so that the sender recognises its own outcome.
+
+        :raises BlackBoardError: if the message cannot be delivered.
         """
-        twin = self._instance.create_message(message.type)
-        twin.set_from_chunk(message.to_bytes())
-        skip_stale_ids(self._instance, controls=self.may_control)
+        copy = self._instance.create_message(message.type)
+        copy.set_from_chunk(message.to_bytes())
+        skip_stale_ids(self._instance, may_control=self.may_control)
         if message.type in (ACQUIRE, RELEASE):
             self.may_control = message.type == ACQUIRE
-        return self._instance.msgq_enqueue(twin)
+        return self._instance.msgq_enqueue(copy)
 
     def close(self, controller: str) -> None:
         """Release control that the sender has or may get, and close the instance.
 
-        :param controller: the known serial of the controller, or empty.
+        :param controller: the serial of the controller; empty if unknown.
         """
-        with suppress(BlackBoardError):  # a lost writer has lost its controller, too
+        with suppress(BlackBoardError):  # the writer may be lost, and with it the control
             if self.may_control and controller in ("", str(self.serial)):
                 self._instance.msgq_enqueue(self._instance.create_message(RELEASE))
         with suppress(BlackBoardError):  # the blackboard may be gone already
@@ -99,17 +101,16 @@ class SenderProxy:
 
 
 class InterfaceMirror(Listener):
-    """Mirrors the writes of one board to the other, and messages back.
+    """Mirrors the writes of the source to the target, and messages back.
 
-    It listens to data and the end of the writer on the source, and to messages and the ends of readers on the
-    target.
+    The mirror listens to data and to the end of the writer on the source, and to messages and to the ends of
+    readers on the target. The listeners fill queues in any thread; :meth:`transfer` empties them in the
+    gateway's thread.
 
-    Listeners fill queues in any thread; :meth:`carry` empties them in one thread.
-
-    :param side: the number of the source, for the owner.
+    :param side: the index of the source among the gateway's boards.
     :param hooks: the callbacks to the gateway.
-    :param orphans: serials of closed instances of earlier mirrors. A disconnected writer may not know that
-        they are closed, and show one as its controller.
+    :param orphans: serials of closed proxies of earlier mirrors. A writer that was disconnected may have
+        missed their end, and show an orphan as its controller.
     :param hide_past: see :class:`~cxbridge.blackboard.gateway.gateway.Gateway`.
     :raises CxbridgeError: if the interface cannot be opened on both boards, or its layouts differ.
     """
@@ -121,16 +122,16 @@ class InterfaceMirror(Listener):
         interface_type: str,
         interface_id: str,
         side: int,
-        hooks: Hooks,
+        hooks: MirrorHooks,
         orphans: deque[str],
         *,
         hide_past: bool = False,
     ) -> None:
         self.side: Final = side
-        self.ended = ""
-        """Why the mirror must end; else empty."""
-        self.writes = 0
-        self.sent = 0
+        self.end_reason = ""
+        """The reason why the mirror must end; empty if it can continue."""
+        self.write_count = 0
+        self.message_count = 0
         self._source = source
         self._hooks = hooks
         self._lock = threading.Lock()  # guards the reader
@@ -149,26 +150,28 @@ class InterfaceMirror(Listener):
                 interface_type,
                 interface_id,
                 owner=OWNER,
-                queue_limit=0,  # no message may be queued there, because nothing would remove it
+                queue_limit=0,  # the mirror never reads this queue, so no message may wait in it
                 listen=listening(self, *kinds),
             )
             stack.callback(self._writer.close)
             _check_layouts(self._reader, self._writer)
-            self._writer.read()  # continue with the last block of an earlier writer, which readers have
+            self._writer.read()  # readers have the last block of an earlier writer
             self._last_block = self._writer.to_bytes()
-            self._translator = StateTranslator(type(self._reader), hide=hide_past, sender_of=self._sender_of)
+            self._translator = StateTranslator(
+                type(self._reader), hide=hide_past, find_sender=self._find_sender
+            )
             self.data_refreshed(self._reader)
             self._stack = stack.pop_all()
 
     def close(self, reason: str) -> None:
         """Close the instances on both boards."""
-        with suppress(BlackBoardError):  # first, because readers see it and the source may reply slowly
-            write_farewell(self._writer, reason)
+        with suppress(BlackBoardError):  # first, because readers wait for it and the source may reply slowly
+            write_final_block(self._writer, reason)
         with suppress(BlackBoardError):  # the blackboard may be gone already, and with it the instance
             self._writer.close()
-        self._carry_requests()  # the messages that the mirror has accepted
+        self._process_requests()  # the messages that the mirror has accepted
         for proxy in self._proxies.values():
-            if proxy.may_control:  # a disconnected writer would miss that the instance is closed
+            if proxy.may_control:  # a disconnected writer misses the end of the proxy
                 self._orphans.append(str(proxy.serial))
             proxy.close(self._controller())
         self._proxies.clear()
@@ -185,15 +188,15 @@ class InterfaceMirror(Listener):
         self._hooks.wake()
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - a listener's signature
-        """Queue a message for the writer; without room the target's queue refuses it, by its limit of 0."""
+        """Queue a message for the writer."""
         if len(self._requests) >= MAX_MESSAGES:
-            return True
+            return True  # to the target's queue, which refuses the message by its limit of 0
         self._requests.append(message.copy())
         self._hooks.wake()
         return False
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        """Queue the end of a sender, after its messages."""
+        """Queue the end of a sender behind its messages."""
         self._requests.append(serial)
         self._hooks.wake()
 
@@ -202,21 +205,21 @@ class InterfaceMirror(Listener):
 
     def _request_end(self, reason: str) -> None:
         """Request the end of the mirror."""
-        if not self.ended:
-            self.ended = reason
+        if not self.end_reason:
+            self.end_reason = reason
         self._hooks.sweep()
 
-    def carry(self) -> None:
+    def transfer(self) -> None:
         """Process all queued blocks and messages, oldest first."""
         try:
-            while self._blocks and not self.ended:
+            while self._blocks and not self.end_reason:
                 self._write(self._blocks.popleft())
         except BlackBoardError as error:
-            self._request_end(f"the other side does not take its data: {error.message}")
-        self._carry_requests()
+            self._request_end(f"the other side does not accept its data: {error.message}")
+        self._process_requests()
 
-    def _carry_requests(self) -> None:
-        while self._requests and not self.ended:
+    def _process_requests(self) -> None:
+        while self._requests and not self.end_reason:
             request = self._requests.popleft()
             if isinstance(request, Message):
                 try:
@@ -227,28 +230,28 @@ class InterfaceMirror(Listener):
                 proxy.close(self._controller())
 
     def _write(self, block: bytes) -> None:
-        """Write a block on the other board with its time stamp."""
-        controller = self._translator.controller(block)
+        """Write a block to the target with its time stamp."""
+        controller = self._translator.read_controller(block)
         self._release_orphan(controller)
         if any(proxy.may_control for proxy in self._proxies.values()):
-            self._warn_of(controller)
+            self._warn_of_foreign_controller(controller)
         block = self._translator.translate(block)
         if block == self._last_block:
             return  # readers would see no difference
         changed = block[STAMP.size :] != self._last_block[STAMP.size :]
-        if not changed and self._translator.hides:
-            return  # an update for other senders: their work and its times are hidden
+        if not changed and self._translator.hides_state:
+            return  # the writer works for senders that are not the gateway's, which the translator hides
         self._last_block = block
         self._writer.set_from_chunk(block)
         if changed:
             self._writer.mark_data_changed()
         self._writer.write()
-        self.writes += 1
+        self.write_count += 1
 
     def _forward(self, message: Message) -> None:
         """Send a message to the writer on behalf of its original sender."""
         source = message.source_id
-        assert source is not None  # set by the queue that the message came through
+        assert source is not None  # set when the message was sent
         proxy = self._proxies.get(source)
         if proxy is None:
             instance = self._source.open_for_reading(self._writer.type, self._writer.id, owner=OWNER)
@@ -257,30 +260,31 @@ class InterfaceMirror(Listener):
                 self._proxies.popitem(last=False)[1].close(self._controller())
         self._proxies.move_to_end(source)
         if message.type == ACQUIRE and not message.get("steal_control"):
-            self._warn_of(self._controller())
+            self._warn_of_foreign_controller(self._controller())
         writer_id = proxy.send(message)
-        self.sent += 1
-        self._translator.record(message.type, writer_id, message.id)
+        self.message_count += 1
+        self._translator.record_ids(message.type, writer_id, message.id)
 
     def _release_orphan(self, controller: str) -> None:
-        """Send ReleaseControl for a closed controller if the writer missed its end."""
+        """Release the control of an orphan, on behalf of which the writer still has a controller."""
         if controller in self._orphans:
             self._orphans.remove(controller)
             message = self._reader.create_message(RELEASE)
             message.address(0, 0, self._reader.serial, UUID(controller))
             self._reader.msgq_enqueue(message, proxy=True)
 
-    def _warn_of(self, controller: str) -> None:
-        """Warn of a controller that is not a sender of this gateway."""
-        if controller and self._sender_of(controller) is None:
-            self._hooks.warn(f"{name_controller(self._reader, controller)} has control")
+    def _warn_of_foreign_controller(self, controller: str) -> None:
+        """Warn of a controller that is not a proxy of this mirror."""
+        if controller and self._find_sender(controller) is None:
+            self._hooks.warn(f"{describe_controller(self._reader, controller)} has control")
 
     def _controller(self) -> str:
-        """Return the serial of the writer's exclusive controller, or empty."""
+        """Return the serial of the writer's controller; empty without a controller."""
         with self._lock:
-            return self._translator.controller(self._reader.to_bytes())
+            return self._translator.read_controller(self._reader.to_bytes())
 
-    def _sender_of(self, serial: str) -> str | None:
+    def _find_sender(self, serial: str) -> str | None:
+        """Return the serial of the sender whose proxy has a serial."""
         for source, proxy in self._proxies.items():
             if serial == str(proxy.serial):
                 return str(source)
@@ -289,13 +293,14 @@ class InterfaceMirror(Listener):
 
 def _check_layouts(reader: Interface, writer: Interface) -> None:
     """Refuse an interface whose blocks or messages have different layouts on the two boards."""
-    ours = [(f.name, f.type, f.length, f.offset) for f in reader.SCHEMA.fields]
-    theirs = [(f.name, f.type, f.length, f.offset) for f in writer.SCHEMA.fields]
-    sizes = [
-        {message.name: message.datasize for message in instance.SCHEMA.messages}
+    source_layout, target_layout = (
+        (
+            [(field.name, field.type, field.length, field.offset) for field in instance.SCHEMA.fields],
+            {message.name: message.datasize for message in instance.SCHEMA.messages},
+        )
         for instance in (reader, writer)
-    ]
-    if ours != theirs or sizes[0] != sizes[1]:
+    )
+    if source_layout != target_layout:
         raise BlackBoardError(
             f"{reader.uid} has another layout on the other blackboard",
             hint="both sides need the same definition; hashes are "

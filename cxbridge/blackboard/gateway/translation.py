@@ -1,7 +1,8 @@
-"""Translation of a writer's states for senders on the other board.
+"""Translation of a Skiller's blocks for the senders on the other board of a gateway.
 
-A Skiller shows the id of the message that it executes, and the serial of its controller. On its own board
-these belong to instances of the gateway; senders on the other board know their own ids and serials.
+A Skiller's interface shows the id of the message in execution, and the serial of the controller. The gateway
+sends the messages of the other board's senders through its own instances, so the Skiller shows the ids and
+serials of these instances. The senders need their own ids and serials instead.
 """
 
 from __future__ import annotations
@@ -18,40 +19,40 @@ from cxbridge.interfaces.schema import FieldSchema
 
 
 class StateTranslator:
-    """Translates an interface's blocks: message ids, serial of the controller, outdated error.
-
-    On the writer's board, a message has another id than for its sender, and the controller is an instance of
-    the gateway.
+    """Replaces message ids, serials of controllers, and errors of earlier skill strings in blocks.
 
     :param hide: whether the writer appears idle until it works for a sender of this gateway.
-    :param sender_of: returns the sender's serial for an instance of the gateway, or None.
+    :param find_sender: returns the serial of the sender for which an instance of the gateway sends; None for
+        an instance that does not belong to the gateway.
     """
 
     def __init__(
-        self, interface_class: type[Interface], *, hide: bool, sender_of: Callable[[str], str | None]
+        self, interface_class: type[Interface], *, hide: bool, find_sender: Callable[[str], str | None]
     ) -> None:
         schema = interface_class.SCHEMA
         self._class: Final = interface_class
         self._id_offset: Final = id_offset(schema)
         self._controller: Final = schema.field(CONTROLLER)
-        self.hides = hide and self._id_offset is not None and self._controller is not None
+        self.hides_state = hide and self._id_offset is not None and self._controller is not None
         """Whether the writer is shown as idle."""
-        self._sender_of: Final = sender_of
+        self._find_sender: Final = find_sender
         self._error: Final = schema.field("error") if schema.field("skill_string") is not None else None
         self._error_tracker = ErrorTracker()
-        # the sender's id by the id on the writer's board; 128 KiB, made for the first message
+        # the sender's id by the id on the writer's board; 128 KiB, so allocated for the first message
         self._sender_ids: array[int] | None = None
-        self._orders: set[int] = set()  # ids of messages that start work, while the writer is hidden
+        self._work_ids: set[int] = (
+            set()
+        )  # ids of the messages that start work, kept while the state is hidden
 
-    def record(self, message_type: str, writer_id: int, sender_id: int) -> None:
+    def record_ids(self, message_type: str, writer_id: int, sender_id: int) -> None:
         """Record the ids of a sent message on the writer's board and on the sender's."""
         if self._id_offset is None:
             return
         if self._sender_ids is None:
             self._sender_ids = array("H", bytes(2 * (MESSAGE_ID_MASK + 1)))
         self._sender_ids[writer_id & MESSAGE_ID_MASK] = sender_id & MESSAGE_ID_MASK
-        if self.hides and message_type not in (ACQUIRE, RELEASE):
-            self._orders.add(writer_id)
+        if self.hides_state and message_type not in (ACQUIRE, RELEASE):
+            self._work_ids.add(writer_id)
 
     def translate(self, block: bytes) -> bytes:
         """Return a writer's block for the other board."""
@@ -59,57 +60,58 @@ class StateTranslator:
             return block
         message_id = id_in(block, self._id_offset)
         if self._controller is not None and self._error is not None:
-            block = self._with_own_error(block, message_id, self._error)
+            block = self._replace_stale_error(block, message_id, self._error)
         sender_id = NO_MESSAGE
         if self._sender_ids is not None and message_id <= MESSAGE_ID_MASK:
             sender_id = self._sender_ids[message_id]
-        if self.hides:
-            if message_id in self._orders:
-                # from now on, the writer's state concerns the senders of this gateway
-                self.hides = False
-                self._orders.clear()
+        if self.hides_state:
+            if message_id in self._work_ids:
+                # the writer works for a sender of this gateway, so its state concerns them from now on
+                self.hides_state = False
+                self._work_ids.clear()
             else:
-                block = self._idle(block)
+                block = self._make_idle_block(block)
                 message_id = NO_MESSAGE
         if sender_id not in (NO_MESSAGE, message_id):
             block = with_id(block, self._id_offset, sender_id)
-        return block if self._controller is None else self._with_controller(block, self._controller)
+        return block if self._controller is None else self._translate_controller(block, self._controller)
 
-    def _with_own_error(self, block: bytes, message_id: int, field: FieldSchema) -> bytes:
-        """Return the block without the error of an earlier skill string."""
+    def _replace_stale_error(self, block: bytes, message_id: int, field: FieldSchema) -> bytes:
+        """Return the block with the error of the present skill string instead of an earlier one."""
         view = self._class.VIEW.from_buffer_copy(block)
+        # READ appends two values without a field, because attrgetter returns a tuple only for several names
         values = dict(zip(self._class.ACCESSORS, self._class.READ(view), strict=False))
         skill_string, error = (values[name].decode("utf-8", "replace") for name in ("skill_string", "error"))
         failed = values["status"] == getattr(self._class, "S_FAILED", None)
-        own_error = self._error_tracker.current_error(message_id, skill_string, error, failed=failed)
-        return block if own_error == error else _with_text(block, field, own_error)
+        current_error = self._error_tracker.current_error(message_id, skill_string, error, failed=failed)
+        return block if current_error == error else _replace_text(block, field, current_error)
 
-    def _idle(self, block: bytes) -> bytes:
-        """Return the block of an unused writer with the present controller."""
+    def _make_idle_block(self, block: bytes) -> bytes:
+        """Return the block of an idle writer, with time stamp and controller of the present block."""
         idle = bytearray(len(block))
         idle[: STAMP.size] = block[: STAMP.size]
         if self._controller is not None:
-            position = _slice(self._controller)
+            position = _field_slice(self._controller)
             idle[position] = block[position]
         return bytes(idle)
 
-    def _with_controller(self, block: bytes, field: FieldSchema) -> bytes:
-        sender = self._sender_of(self.controller(block))
-        return block if sender is None else _with_text(block, field, sender)
+    def _translate_controller(self, block: bytes, field: FieldSchema) -> bytes:
+        sender = self._find_sender(self.read_controller(block))
+        return block if sender is None else _replace_text(block, field, sender)
 
-    def controller(self, block: bytes) -> str:
-        """Return the serial of the controller in a block, or empty."""
+    def read_controller(self, block: bytes) -> str:
+        """Return the serial of the controller in a block; empty without a controller."""
         if self._controller is None:
             return ""
-        return block[_slice(self._controller)].partition(b"\0")[0].decode("ascii", "replace")
+        return block[_field_slice(self._controller)].partition(b"\0")[0].decode("ascii", "replace")
 
 
-def _slice(field: FieldSchema) -> slice:
-    """Return the position of a field in a block."""
+def _field_slice(field: FieldSchema) -> slice:
+    """Return the slice of a field in a block."""
     return slice(field.offset, field.offset + field.size)
 
 
-def _with_text(block: bytes, field: FieldSchema, text: str) -> bytes:
-    """Return a block with another text in a string field, cut at the end of the field."""
-    data = text.encode()[: field.size - 1].ljust(field.size, b"\0")
+def _replace_text(block: bytes, field: FieldSchema, text: str) -> bytes:
+    """Return a block with another text in a string field, cut to the field's size."""
+    data = text.encode()[: field.size - 1].ljust(field.size, b"\0")  # room for the NUL of a C string
     return block[: field.offset] + data + block[field.offset + field.size :]

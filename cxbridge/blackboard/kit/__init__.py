@@ -1,1 +1,1 @@
-"""Common parts of transports. docs/architecture.md shows how to add a transport."""
+"""Common parts of the transports in `zmq` and `fawkesnet`, and of transports of plug-ins."""

@@ -1,4 +1,4 @@
-"""The base of blackboards in other processes: connection callbacks and shutdown."""
+"""The base class of blackboards in other processes: connection callbacks and shutdown."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cxbridge.events import EventBus
 class RemoteBlackBoard(BlackBoard):
     """A blackboard in another process, over a connection that is restored after a loss.
 
-    Listeners and observers are called in the dispatcher's thread, soon after the event.
+    The dispatcher's thread calls listeners and observers, soon after the event.
     """
 
     _dispatcher: Dispatcher
@@ -25,32 +25,32 @@ class RemoteBlackBoard(BlackBoard):
     def __init__(self, registry: Registry, clock: Clock, bus: EventBus | None) -> None:
         super().__init__(registry, clock, bus)
         self._complaints = Complaints(self.warn)
-        self._gone = False
+        self._is_shut_down = False
         self._shutdown_lock = threading.Lock()  # two threads may shut down at once
-        self._on_connection: list[Callable[[bool], None]] = []
+        self._connection_callbacks: list[Callable[[bool], None]] = []
 
     def on_connection(self, callback: Callable[[bool], None]) -> None:
-        self._on_connection.append(callback)
+        self._connection_callbacks.append(callback)
 
-    def announce(self, connected: bool, text: str) -> None:
-        """Log the loss or return of the connection and notify the callbacks."""
+    def report_connection(self, connected: bool, text: str) -> None:
+        """Log the loss or return of the connection and queue the callbacks."""
         self.warn(text)
-        for callback in tuple(self._on_connection):
+        for callback in tuple(self._connection_callbacks):
             self._dispatcher.put(callback, connected)
 
     def shutdown(self) -> None:
         """Invalidate all instances, end the connection and stop the threads."""
         with self._shutdown_lock:
-            if self._gone:
+            if self._is_shut_down:
                 return
-            self._gone = True
+            self._is_shut_down = True
         self._shut_down()
 
     @abstractmethod
     def _shut_down(self) -> None:
-        """Carry out the shutdown; called once."""
+        """End the connection; called once, in the thread that shuts down."""
 
     def _check_open(self) -> None:
         """Raise `BlackBoardGoneError` after the shutdown."""
-        if self._gone:
+        if self._is_shut_down:
             raise BlackBoardGoneError

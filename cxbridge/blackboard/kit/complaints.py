@@ -1,4 +1,7 @@
-"""Log lines about mistakes of peers, each kind at most once a minute."""
+"""Log lines about mistakes of peers, at most one a minute for each kind of mistake.
+
+A faulty client may repeat its mistake thousands of times a second, which would fill the disk with log lines.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from typing import Final
 PAUSE_S: Final = 60.0
 """The seconds between log lines about mistakes of the same kind."""
 
-# the names of kinds may come from the wire: the table must not grow without limit
+# kinds may contain names that a peer sent, so the table needs a limit
 MAX_KINDS: Final = 1000
 """The maximal number of kinds with a separate pause."""
 
@@ -21,18 +24,18 @@ class Complaints:
     def __init__(self, log: Callable[[str], None]) -> None:
         self._log: Final = log
         self._lock = threading.Lock()
-        # time of the last log line of a kind, and number of complaints since
+        # by kind: the time of the last log line, and the number of suppressed complaints since then
         self._logged: dict[str, tuple[float, int]] = {}
 
     def add(self, kind: str, text: str) -> None:
-        """Log ``text`` unless a complaint of its kind was logged within the pause."""
-        now = time.monotonic()
+        """Log ``text``, or count it if a complaint of its kind was logged within the pause."""
+        now_s = time.monotonic()
         with self._lock:
             if kind not in self._logged and len(self._logged) >= MAX_KINDS:
                 kind = ""  # all further kinds share one pause
-            since, count = self._logged.get(kind, (-PAUSE_S, 0))
-            if now - since < PAUSE_S:
-                self._logged[kind] = since, count + 1
+            last_s, count = self._logged.get(kind, (-PAUSE_S, 0))
+            if now_s - last_s < PAUSE_S:
+                self._logged[kind] = last_s, count + 1
                 return
-            self._logged[kind] = now, 0
+            self._logged[kind] = now_s, 0
         self._log(f"{text} ({count} more times since the last line)" if count else text)

@@ -1,7 +1,7 @@
 """The thread in which a remote blackboard calls its listeners and observers.
 
-Listeners may take long, and may send requests. In the receiving thread they would delay the frames, and wait
-for a reply that the thread itself has to receive.
+Listeners may take long, and may send requests. In the receiving thread, they would delay the frames, and wait
+for replies that the same thread has to receive.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, Final
 
-Work = tuple[Callable[..., object], tuple[Any, ...], bool]
+Call = tuple[Callable[..., object], tuple[Any, ...], bool]
 """The function, its arguments, and whether it is urgent."""
 
 
@@ -23,19 +23,19 @@ class Dispatcher:
 
     def __init__(self, name: str, report: Callable[[str, Exception], None]) -> None:
         self._report: Final = report
-        self._queue: queue.SimpleQueue[Work | None] = queue.SimpleQueue()
+        self._queue: queue.SimpleQueue[Call | None] = queue.SimpleQueue()
         # a daemon thread, because a listener that hangs must not keep the process alive
         self._thread: Final = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
         self.ident: Final = self._thread.ident
         """The identifier of the thread, as in `threading.get_ident`."""
 
-    def put(self, work: Callable[..., object], *args: Any, urgent: bool = False) -> None:
+    def put(self, function: Callable[..., object], *args: Any, urgent: bool = False) -> None:
         """Queue a call.
 
-        :param urgent: whether to make the call even while a listener waits for a reply, if the transport can.
+        :param urgent: whether a transport may make the call even while a listener waits for a reply.
         """
-        self._queue.put((work, args, urgent))
+        self._queue.put((function, args, urgent))
 
     def is_current_thread(self) -> bool:
         """Return whether the caller runs in the dispatcher's thread."""
@@ -44,8 +44,8 @@ class Dispatcher:
     def drain(self, timeout: float) -> bool:
         """Wait until the calls queued so far were made; return False after the timeout.
 
-        Within the dispatcher's thread it returns at once, because the queue cannot proceed before the caller
-        returns.
+        A listener that waits in the dispatcher's thread would block the queue, so there the method returns at
+        once.
         """
         if self.is_current_thread() or not self._thread.is_alive():
             return True
@@ -66,8 +66,8 @@ class Dispatcher:
         while (item := self._queue.get()) is not None:
             self._call(*item)
 
-    def _call(self, work: Callable[..., object], args: tuple[Any, ...], _: bool) -> None:
+    def _call(self, function: Callable[..., object], args: tuple[Any, ...], _urgent: bool) -> None:
         try:
-            work(*args)
-        except Exception as error:  # noqa: BLE001 - a listener's fault must not end the thread of all others
-            self._report(getattr(work, "__name__", "event"), error)
+            function(*args)
+        except Exception as error:  # noqa: BLE001 - a listener's fault must not end the thread of all listeners
+            self._report(getattr(function, "__name__", "event"), error)

@@ -4,9 +4,9 @@
 
     BlackBoardError
     └── TransportError
-        ├── DisconnectedError      there is no connection, or it ended before the reply
+        ├── DisconnectedError      the connection is lost
         ├── RequestTimeoutError    no reply in time
-        ├── RemoteRefusalError     the peer refuses for another reason
+        ├── RemoteRefusalError     the peer refuses for a reason without error class
         ├── ProtocolError          invalid bytes
         └── EndpointError          an endpoint cannot be used
             └── InsecureEndpointError
@@ -22,11 +22,11 @@ class TransportError(BlackBoardError):
 
 
 class DisconnectedError(TransportError):
-    """There is no connection to the server, or it ended before the reply."""
+    """The client has no connection to the server, or the connection ended before the reply."""
 
 
 class RequestTimeoutError(TransportError):
-    """No reply came in time; the request may still be carried out."""
+    """No reply came in time; the server may still carry out the request."""
 
 
 class RemoteRefusalError(TransportError):
@@ -42,4 +42,4 @@ class EndpointError(TransportError):
 
 
 class InsecureEndpointError(EndpointError):
-    """An endpoint that other machines can reach was given without keys."""
+    """An endpoint that other machines can reach has no keys."""

@@ -1,4 +1,4 @@
-"""Threads that run an asyncio event loop, for servers."""
+"""A thread that runs an asyncio event loop, for servers of plug-ins."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _STOP_S: Final = 5.0  # a callback that does not return must not block the end o
 class LoopThread(Closing):
     """A thread that runs an event loop until it is closed.
 
-    All methods may be called from any thread. Calls that are made before the thread runs are queued; calls,
-    coroutines and `close` are processed in order.
+    All methods may be called from any thread, even before the loop runs. The loop starts calls and coroutines
+    in order, and ends at `close` after the earlier calls.
     """
 
     def __init__(self, name: str) -> None:
         self._runner = asyncio.Runner(loop_factory=asyncio.new_event_loop)
         self._loop = self._runner.get_loop()
-        self._closed = asyncio.Event()
-        self._thread = threading.Thread(target=self._work, name=name, daemon=True)
+        self._close_requested = asyncio.Event()
+        self._thread = threading.Thread(target=self._run_loop, name=name, daemon=True)
         try:
             self._thread.start()
         except RuntimeError:  # the machine has no thread left
@@ -41,28 +41,28 @@ class LoopThread(Closing):
             return False
         return True
 
-    def spawn(self, work: Coroutine[Any, Any, T]) -> Future[T]:
+    def spawn(self, coroutine: Coroutine[Any, Any, T]) -> Future[T]:
         """Run a coroutine in the loop.
 
         :raises RuntimeError: if the loop is closed.
         """
         try:
-            return asyncio.run_coroutine_threadsafe(work, self._loop)
+            return asyncio.run_coroutine_threadsafe(coroutine, self._loop)
         except RuntimeError:
-            work.close()
+            coroutine.close()
             raise
 
     def close(self) -> None:
         """Cancel the coroutines, close the loop and join the thread; further calls do nothing."""
-        if self.call(self._closed.set):
+        if self.call(self._close_requested.set):
             self._thread.join(_STOP_S)
 
-    def _work(self) -> None:
+    def _run_loop(self) -> None:
         with self._runner:
             self._runner.run(self._serve())
 
     async def _serve(self) -> None:
-        await self._closed.wait()
+        await self._close_requested.wait()
         tasks = asyncio.all_tasks() - {asyncio.current_task()}
         for task in tasks:
             task.cancel()

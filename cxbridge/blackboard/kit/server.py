@@ -1,4 +1,4 @@
-"""The base of servers: the serving thread, its wake-up, log lines, start and stop; the limits of clients."""
+"""The base class of servers, with the serving thread and its wake-up, and the limits of their clients."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ from cxbridge.interfaces.schema import InterfaceSchema
 MAX_INSTANCES: Final = 4096
 """The maximal number of open instances of a client."""
 
-# each open instance has a copy of its data block in the server's memory
-MAX_BYTES: Final = 16 * 1024 * 1024
-"""The maximal bytes of the blocks of a client's instances together."""
+# the server's memory holds a copy of the data block of each open instance
+MAX_BLOCK_BYTES: Final = 16 * 1024 * 1024
+"""The maximal total size of the blocks of a client's instances, in bytes."""
 
 
-def check_room(instances: Iterable[Interface], schema: InterfaceSchema) -> None:
+def check_client_limits(instances: Iterable[Interface], schema: InterfaceSchema) -> None:
     """Check that a client may open one more instance.
 
     :param instances: the client's open instances.
     :param schema: the type of the instance to be opened.
-    :raises RemoteRefusalError: if the client has too many instances open, or too many bytes.
+    :raises RemoteRefusalError: if the client would exceed the limits.
     """
     sizes = [instance.SCHEMA.datasize for instance in instances]
     if len(sizes) >= MAX_INSTANCES:
         raise RemoteRefusalError(f"a client may have at most {MAX_INSTANCES} interfaces open")
-    if sum(sizes) + schema.datasize > MAX_BYTES:
-        raise RemoteRefusalError(f"the interfaces of a client may have {MAX_BYTES} bytes together")
+    if sum(sizes) + schema.datasize > MAX_BLOCK_BYTES:
+        raise RemoteRefusalError(f"the interfaces of a client may have {MAX_BLOCK_BYTES} bytes together")
 
 
 class BoardServer(ABC):
     """Serves a blackboard in one thread from `start` to `stop`.
 
-    The server of a transport implements the abstract methods. `_wakeup` exists from the start and interrupts
-    the poll of the thread.
+    The server of each transport implements the abstract methods, and polls `_wakeup`, which :meth:`stop` sets
+    to interrupt the poll.
     """
 
     def __init__(self, thread_name: str, log: Logger | None) -> None:
@@ -50,7 +50,7 @@ class BoardServer(ABC):
         self._stopping = False
         self._started = False
         self._released = False
-        self._ident = 0  # the identifier of the serving thread, set by that thread before it serves
+        self._thread_id = 0  # the identifier of the serving thread, set by that thread before it serves
         self._thread = threading.Thread(target=self._serve_thread, name=thread_name, daemon=True)
 
     def __enter__(self) -> Self:
@@ -70,7 +70,7 @@ class BoardServer(ABC):
 
         :raises BlackBoardError: if the server cannot listen.
         """
-        assert not self._started, "it was started before"
+        assert not self._started, "a server starts only once"
         self._started = True
         self._wakeup = SocketWakeup()
         try:
@@ -83,7 +83,7 @@ class BoardServer(ABC):
     def stop(self, timeout: float | None = None) -> None:
         """End the sessions, close the instances of their clients and release the resources.
 
-        Further calls do nothing.
+        Further calls have no effect.
 
         :param timeout: seconds to wait for the thread; None waits without limit.
         """
@@ -98,10 +98,10 @@ class BoardServer(ABC):
 
     def is_current_thread(self) -> bool:
         """Return whether the caller runs in the serving thread."""
-        return threading.get_ident() == self._ident
+        return threading.get_ident() == self._thread_id
 
     def _serve_thread(self) -> None:
-        self._ident = threading.get_ident()
+        self._thread_id = threading.get_ident()
         self._run()
 
     def _release_once(self) -> None:

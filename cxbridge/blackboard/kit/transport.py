@@ -1,4 +1,4 @@
-"""The base of transports: how URLs of a scheme become blackboards."""
+"""The base class of transports, which open the blackboards of URLs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cxbridge.events import EventBus
 
 
 class BadUrlError(BlackBoardError):
-    """A URL does not name a blackboard."""
+    """A URL is not that of a blackboard."""
 
 
 class Transport(ABC):
@@ -32,7 +32,9 @@ class Transport(ABC):
         """
 
     def read_query(self, url: str, query: str) -> dict[str, Any]:
-        """Return the options of a URL's query; by default a query is refused.
+        """Return the options of a URL's query, as arguments for :meth:`open`.
+
+        A transport without such options refuses all queries.
 
         :raises BlackBoardError: if the query is invalid.
         """

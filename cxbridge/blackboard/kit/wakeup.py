@@ -9,37 +9,37 @@ import threading
 class SocketWakeup:
     """A wake-up that any thread sets and one thread polls."""
 
-    __slots__ = ("_closed", "_lock", "_pending", "_reading", "_writing")
+    __slots__ = ("_closed", "_lock", "_pending", "_receiver", "_sender")
 
     def __init__(self) -> None:
-        self._reading, self._writing = socket.socketpair()
+        self._receiver, self._sender = socket.socketpair()
         self._lock = threading.Lock()
         self._pending = self._closed = False
 
     def fileno(self) -> int:
         """Return the descriptor to poll for reading."""
-        return self._reading.fileno()
+        return self._receiver.fileno()
 
     def set(self) -> None:
-        """Make the descriptor readable; nothing happens after `close`."""
-        # at most one pending byte: a full socket would block the caller
+        """Make the descriptor readable; without effect after `close`."""
+        # at most one pending byte, because a full socket would block the caller
         with self._lock:
             if not self._pending and not self._closed:
                 self._pending = True
-                self._writing.send(b"!")
+                self._sender.send(b"!")
 
     def clear(self) -> None:
-        """Make the descriptor unreadable; the caller looks for work afterwards."""
-        if not self._pending:  # the usual case, which needs no lock
+        """Make the descriptor unreadable. The caller clears first and looks for work afterwards."""
+        if not self._pending:  # the usual case, tested without the cost of the lock
             return
         with self._lock:
             if self._pending and not self._closed:
                 self._pending = False
-                self._reading.recv(16)
+                self._receiver.recv(1)
 
     def close(self) -> None:
         """Close the descriptors; further calls do nothing."""
         with self._lock:
             self._closed = True
-            self._reading.close()
-            self._writing.close()
+            self._receiver.close()
+            self._sender.close()

@@ -86,7 +86,7 @@ def list_skills(
 
     Example: cxbridge skill list
     """
-    from cxbridge.blackboard.exclusive_control import name_controller
+    from cxbridge.blackboard.exclusive_control import describe_controller
     from cxbridge.interfaces.assignments import json_value
     from cxbridge.skiller.calls import OWNER, TYPE, skill_names
 
@@ -101,7 +101,7 @@ def list_skills(
                 row: dict[str, Any] = {"skiller": info.id}
                 for name, value in instance.as_dict().items():
                     row[name] = json_value(value)
-                names[info.id] = name_controller(instance, row["exclusive_controller"])
+                names[info.id] = describe_controller(instance, row["exclusive_controller"])
             row["skills"] = skill_names(board, info.id, _LIST_S)
             rows.append(row)
     if as_json:

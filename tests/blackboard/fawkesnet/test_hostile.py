@@ -182,7 +182,7 @@ def test_a_gateway_goes_on_when_a_stopped_server_does(server):
     here = LocalBlackBoard(default_registry(), RealClock())
     with (
         connect(server.port, timeout=1.0, silence=0.2) as there,
-        Gateway(there, here, ["TestInterface"], sweep_s=0.05) as gateway,
+        Gateway(there, here, ["TestInterface"], sweep_period_s=0.05) as gateway,
     ):
         gateway.start()
         reader: Any = here.open_for_reading("TestInterface", "served")

@@ -73,7 +73,7 @@ class Bench:
     def settle(self) -> None:
         """Return when what any client has done has arrived at all others."""
         for client in (*self.clients, *self.clients):
-            if not client._gone:
+            if not client._is_shut_down:
                 client.flush()
 
 

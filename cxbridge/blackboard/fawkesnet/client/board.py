@@ -190,7 +190,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         """Whether the client is connected and all interfaces are open."""
         return self._reconnector.settled
 
-    def _listeners_of(self, instance: Interface) -> ListenerTable:
+    def _listener_table(self, instance: Interface) -> ListenerTable:
         return self._port_of(instance).listeners
 
     def _port_of(self, instance: Interface) -> RemotePort:

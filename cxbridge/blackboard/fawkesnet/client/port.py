@@ -88,7 +88,7 @@ class RemotePort(BoardPort):
             self._changed_may_follow = not changed
             if completes_pair:
                 if snapshot.last_changed != snapshot.version:
-                    self._store(block, stamped=False, changed=True)
+                    self._replace_snapshot(block, stamped=False, changed=True)
                 return self._events(EventKind.DATA_CHANGED)
             self._store_received(block, changed=changed)
             if changed:
@@ -97,7 +97,7 @@ class RemotePort(BoardPort):
 
     def _events(self, *kinds: EventKind) -> DataEvents:
         """Return events for the present listeners. The caller holds the lock."""
-        return tuple((kind, self.listeners.audience(kind)) for kind in kinds)
+        return tuple((kind, self.listeners.find_audience(kind)) for kind in kinds)
 
     def count(self, kind: EventKind) -> None:
         """Count an added or removed instance."""
@@ -146,7 +146,7 @@ class RemotePort(BoardPort):
     def _store_received(self, block: bytes, *, changed: bool) -> None:
         """Store a block; a client that joins during a write gets REFRESHED without CHANGED."""
         changed = changed or block[_STAMP_SIZE:] != self._snapshot.block[_STAMP_SIZE:]
-        self._store(block, stamped=True if changed else None, changed=changed)
+        self._replace_snapshot(block, stamped=True if changed else None, changed=changed)
 
     def publish(
         self,
@@ -164,12 +164,12 @@ class RemotePort(BoardPort):
         self._requests.send(frame, must_arrive=True)
         self.written = data
         with self._lock:
-            version = self._store(data, stamped, changed).version
+            version = self._replace_snapshot(data, stamped, changed).version
             # listeners that register later read the data and are not notified
-            audience = self.listeners.data_audience
+            find_audience = self.listeners.data_audience
         self._emitter.emit_write(self, data)
-        if audience is not None:
-            self.listeners.notify_data(audience, changed)
+        if find_audience is not None:
+            self.listeners.notify_data(find_audience, changed)
         return version
 
     def next_id(self, last: int) -> int:

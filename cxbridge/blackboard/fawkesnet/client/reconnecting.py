@@ -49,7 +49,7 @@ class Reconnectable(Protocol):
     def give_up(self, port: RemotePort, error: BlackBoardError) -> None:
         """Invalidate an instance that cannot be reopened."""
 
-    def announce(self, connected: bool, text: str) -> None:
+    def report_connection(self, connected: bool, text: str) -> None:
         """Report a lost or restored connection to log and callbacks."""
 
 
@@ -119,7 +119,7 @@ class Reconnector:
                 return
             self._lost.clear()
             if not announced:
-                self._client.announce(False, f"lost the connection to {self.name}: {self._reason}")
+                self._client.report_connection(False, f"lost the connection to {self.name}: {self._reason}")
             else:  # the client is connected, but could not reopen all interfaces
                 self._stopping.wait(pause)
                 pause = min(2 * pause, MAX_WAIT_S)
@@ -150,7 +150,7 @@ class Reconnector:
         if self._lost.is_set():  # the new connection was lost in the meantime
             self._settled.clear()
             return False
-        self._client.announce(True, f"the connection to {self.name} is back")
+        self._client.report_connection(True, f"the connection to {self.name} is back")
         return True
 
     def _repeat(self, attempt: Callable[[], bool]) -> bool:

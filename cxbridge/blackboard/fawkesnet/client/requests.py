@@ -62,7 +62,7 @@ class RequestSender:
         self.must_confirm = False
         """Whether a shutdown must wait until the server has received the sent messages."""
         self._pending: _PendingRequest | None = None
-        self._gone = False
+        self._is_shut_down = False
 
     def attach(self, connection: FawkesConnection) -> None:
         """Use a new connection."""
@@ -82,7 +82,7 @@ class RequestSender:
     def shut_down(self) -> None:
         """Refuse all further requests."""
         with self._state:
-            self._gone = True
+            self._is_shut_down = True
             self._state.notify_all()
         self.detach("the blackboard was shut down")
 
@@ -167,10 +167,10 @@ class RequestSender:
     def _send_request(self, request: _PendingRequest, timeout: float) -> FawkesConnection:
         deadline = time.monotonic() + timeout
         with self._state:
-            while self.connection is None and not self._gone:
+            while self.connection is None and not self._is_shut_down:
                 if not self._state.wait(deadline - time.monotonic()):
                     raise self.unavailable_error()
-            if self._gone or self.connection is None:
+            if self._is_shut_down or self.connection is None:
                 raise BlackBoardGoneError
             # before sending: the reply may arrive before the call of send returns
             self._pending = request

@@ -22,7 +22,7 @@ from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.session import FawkesNetworkHub, FawkesSession, NetworkHandler
 from cxbridge.blackboard.kit.complaints import Complaints
-from cxbridge.blackboard.kit.server import check_room
+from cxbridge.blackboard.kit.server import check_client_limits
 from cxbridge.blackboard.listeners import (
     MEMBERSHIP_KINDS,
     EventKind,
@@ -150,7 +150,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         if not accepts_hash(schema, request.hash):
             # before opening, otherwise the interface would stay open
             raise VersionMismatchError(f"{request.type}::{request.id}", schema.hash, request.hash)
-        check_room((opened.instance for opened in client_instances.values()), schema)
+        check_client_limits((opened.instance for opened in client_instances.values()), schema)
         opened = self._open_listening(session, interface_class, request)
         if request.writing:
             opened.instance.auto_timestamping = False  # the client sets the time stamps

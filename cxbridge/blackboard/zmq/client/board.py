@@ -163,7 +163,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         self._sender.request(Sync(), timeout=seconds)
         self._dispatcher.drain(seconds)
 
-    def _listeners_of(self, instance: Interface) -> ListenerTable:
+    def _listener_table(self, instance: Interface) -> ListenerTable:
         port = self._interfaces.copy_of(instance)
         if port is None:
             raise ForeignInstanceError(instance.uid)

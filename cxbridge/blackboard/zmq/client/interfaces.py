@@ -348,14 +348,14 @@ class OpenInterfaces:
             self.flush()
         if self._loss_announced:
             self._loss_announced = False
-            self._board.announce(True, f"connected to {self._url} again")
+            self._board.report_connection(True, f"connected to {self._url} again")
 
     def handle_loss(self, reason: str) -> None:
         """Handle the loss of the session, which makes the instances of other clients invisible."""
         if self._epoch and not self._loss_announced:
             self._loss_announced = True
             text = f"lost the blackboard at {self._url}: {reason}; trying to connect again"
-            self._board.announce(False, text)
+            self._board.report_connection(False, text)
         self.reason = reason
         with self._lock:
             for copy in self._copies.values():

@@ -93,7 +93,7 @@ class InterfaceCopy(BoardPort):
         with self._lock:
             self.seq = seq
             self.written = False
-            snapshot = self._store(block, stamped, changed)
+            snapshot = self._replace_snapshot(block, stamped, changed)
             audience = self.listeners.data_audience
             if audience is None:
                 return
@@ -208,7 +208,7 @@ class InterfaceCopy(BoardPort):
     ) -> int:
         data = bytes(block)
         with self._lock:
-            version = self._store(data, stamped, changed).version
+            version = self._replace_snapshot(data, stamped, changed).version
             self.written = True
             # listeners that register later read the data and are not notified
             audience = self.listeners.data_audience

@@ -26,7 +26,7 @@ from typing import Any, Final, Protocol
 
 import zmq
 
-from cxbridge.blackboard.kit.dispatcher import Dispatcher, Work
+from cxbridge.blackboard.kit.dispatcher import Call, Dispatcher
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.zmq.wire.frames import Gone, ServerFrame, Update, Welcome, decode_server_frame
 from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, Context, Socket, receiver
@@ -90,7 +90,7 @@ class EventReceiver(Dispatcher):
         self._watched_turns = 0  # the rounds at the last call of `watch`
         self._nudging: Final = threading.Lock()
         self._nudge: Socket | None = None
-        self._backlog: deque[Work | None] = deque()  # calls taken from the queue while a listener waited
+        self._backlog: deque[Call | None] = deque()  # calls taken from the queue while a listener waited
         self._ended = False
         self._idle = False  # the thread waits for calls
         self._receiving = False  # the thread waits for the server, so a new call has to nudge it

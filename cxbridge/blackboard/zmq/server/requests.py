@@ -9,7 +9,7 @@ from uuid import UUID
 
 from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
 from cxbridge.blackboard.kit.errors import ProtocolError
-from cxbridge.blackboard.kit.server import check_room
+from cxbridge.blackboard.kit.server import check_client_limits
 from cxbridge.blackboard.listeners import EventKind, ListenerTable
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.names import check_names
@@ -104,7 +104,7 @@ class RequestHandler:
     def _open(self, session: ZmqSession, frame: Open) -> None:
         interface_class = self._class_of(frame.type, frame.id)
         schema = interface_class.SCHEMA
-        check_room(session.instances.values(), schema)
+        check_client_limits(session.instances.values(), schema)
         if frame.writer:
             self._rights.check_writer(f"{frame.type}::{frame.id}")
         # before opening, otherwise a wrong client could create the interface in its version
@@ -143,7 +143,7 @@ class RequestHandler:
             raise UnknownTypeError(interface_type, hint=error.hint) from error
 
     def _channel_of(self, instance: Interface) -> Channel:
-        memory = self._board.memory_of(instance)
+        memory = self._board.find_memory(instance)
         channel = self._channels.get(memory.mem_serial)
         if channel is None:
             channel = self._channels[memory.mem_serial] = Channel(self._board, self._loop, memory)
@@ -231,7 +231,7 @@ class RequestHandler:
 
             self._start_delivery(writer, received, frame.hops, done)
         elif sender.has_writer:
-            self._board.memory_of(sender).transmit(sender, received)
+            self._board.find_memory(sender).transmit(sender, received)
             session.reply(frame.request, ResultCode.OK if received.enqueued else ResultCode.DECLINED)
         else:
             self._emit(sender, received, REFUSED)

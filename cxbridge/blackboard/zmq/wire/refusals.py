@@ -60,7 +60,7 @@ def refusal_of(error: CxbridgeError, request: int) -> Reply:  # noqa: PLR0911 - 
         case WriterActiveError():
             return Reply(ResultCode.WRITER_ACTIVE, text=error.owner, request=request)
         case VersionMismatchError():
-            return Reply(ResultCode.VERSION_MISMATCH, hash=error.in_memory, request=request)
+            return Reply(ResultCode.VERSION_MISMATCH, hash=error.open_hash, request=request)
         case QueueFullError():
             return Reply(ResultCode.QUEUE_FULL, error.limit, request=request)
         case UnknownTypeError():

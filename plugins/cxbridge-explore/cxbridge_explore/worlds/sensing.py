@@ -86,7 +86,7 @@ class MessageChoices(Listener, Closing):
         self._late: list[tuple[float, Message]] = []  # seconds of the delivery, and the message
         self._delivered: Message | None = None  # the late message during its delivery
         self._reader: Interface = board.open_for_reading(*parse_uid(message.uid), owner=OWNER)
-        self._memory = board.memory_of(self._reader)
+        self._memory = board.find_memory(self._reader)
         self._memory.listeners.register(self, self._reader, (EventKind.MESSAGE_RECEIVED,))
         faults = (("lost", message.lost), ("late", message.late))
         self._options = with_faults("arrives", *(fault(name, weight) for name, weight in faults if weight))
