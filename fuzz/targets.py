@@ -65,13 +65,13 @@ def _frames(stream: bytes, step: int, limit: Limit) -> Iterator[FawkesFrame | st
     except FrameTooLongError as error:
         yield str(error)
     else:
-        yield f"{decoder.pending} bytes left"
+        yield f"{decoder.pending_size} bytes left"
 
 
 def _check_pending(decoder: FrameDecoder, stream: bytes, limit: Limit) -> None:
     """Fail when the decoder keeps more than one incomplete frame."""
-    assert decoder.pending <= len(stream)
-    assert decoder.pending < HEADER.size + max(limit(0, 0), fawkes.LIST_LIMIT)
+    assert decoder.pending_size <= len(stream)
+    assert decoder.pending_size < HEADER.size + max(limit(0, 0), fawkes.LIST_LIMIT)
 
 
 def _decode_fawkes(frame: FawkesFrame) -> None:

@@ -2,7 +2,6 @@
 
 ::
 
-
     board = open_fawkes("fawkes://robot:1910", registry, clock)
     with FawkesServer(local_board, port=1910): ...
 
@@ -29,8 +28,8 @@ def open_fawkes(
 ) -> BlackBoard:
     """Connect to the blackboard of Fawkes at ``fawkes://host:port``.
 
-    :param registry: the classes of types given by name.
-    :param clock: the source of time stamps of local writes.
+    :param registry: returns the classes of types that are named by a string.
+    :param clock: the source of the time stamps of local writes.
     :param bus: gets log lines and the writes of open interfaces.
     :param timeout: seconds for connecting and for replies.
     :param silence: seconds of silence before the server is probed; 0 turns probes off.

@@ -1,4 +1,7 @@
-"""The addresses that may connect to the server."""
+"""The addresses that may connect to the server for Fawkes' tools, and the address where it listens.
+
+Fawkes' protocol has no login, so the address of a peer is the only check of its identity.
+"""
 
 from __future__ import annotations
 
@@ -21,15 +24,15 @@ class AllowedPeers:
     """
 
     def __init__(self, allowed: Iterable[str] = ()) -> None:
-        self._networks: Final = [_network(text) for text in allowed]
+        self._networks: Final = [_parse_network(text) for text in allowed]
 
     def __bool__(self) -> bool:
         return bool(self._networks)
 
     def admits(self, host: str) -> bool:
-        """Return whether a peer may connect."""
+        """Return whether the peer at an address may connect."""
         try:
-            # strip the zone of an IPv6 address, fe80::1%eth0
+            # without the zone of an IPv6 address, fe80::1%eth0
             address = ipaddress.ip_address(host.partition("%")[0])
         except ValueError:
             return False
@@ -38,12 +41,13 @@ class AllowedPeers:
         return is_loopback(str(address)) or any(address in network for network in self._networks)
 
 
-def resolve_listening(
+def resolve_listen_address(
     host: str, port: int, allowed: AllowedPeers
 ) -> tuple[socket.AddressFamily, tuple[str, int]]:
-    """Return address family and address to listen on.
+    """Return the address family and the address to listen on.
 
-    :raises BlackBoardError: if the host is not local, or is reachable from outside and no peer is allowed.
+    :raises BlackBoardError: if the host is not an address of this machine, or other machines can reach the
+        host and no peer is allowed.
     """
     try:
         family, _, _, _, address = socket.getaddrinfo(
@@ -51,21 +55,22 @@ def resolve_listening(
         )[0]
     except OSError as error:
         raise BlackBoardError(f"cannot listen on {host}: {error.strerror}") from None
-    numeric = str(address[0])
+    ip = str(address[0])
     check_place(
         "the port for Fawkes' tools",
         host,
-        private=is_loopback(numeric),
+        private=is_loopback(ip),
         admitted=bool(allowed),
         hint="the protocol has no login: say which peers are allowed, e.g. 192.168.0.0/24, "
         "or listen on 127.0.0.1",
         error=BlackBoardError,
     )
-    return family, (numeric, port)
+    return family, (ip, port)
 
 
-def _network(text: str) -> _Network:
+def _parse_network(text: str) -> _Network:
     try:
+        # not strict: users write the address of a machine in the network, 192.168.0.7/24
         return ipaddress.ip_network(text, strict=False)
     except ValueError as error:
         raise BlackBoardError(

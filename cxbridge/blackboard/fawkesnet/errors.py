@@ -6,10 +6,12 @@ from cxbridge.blackboard.kit.errors import DisconnectedError, ProtocolError
 
 
 class FrameTooLongError(ProtocolError):
-    """A header announces more bytes than permitted.
+    """A frame's header announces more bytes than permitted.
 
-    :param size: the announced bytes.
-    :param limit: the permitted bytes.
+    :param component: the number of the component.
+    :param kind: the number of the message within its component.
+    :param size: the announced number of bytes.
+    :param limit: the permitted number of bytes.
     """
 
     def __init__(self, component: int, kind: int, size: int, limit: int) -> None:

@@ -1,7 +1,8 @@
 """Hashes of interface types for Fawkes and its clients.
 
-Fawkes refuses to open an interface with another hash than its own, and its hash is that of the definition's
-bytes. So a client offers the hashes of all definitions with the same layout, and a server shows Fawkes' hash.
+The hash of a type is the MD5 of its XML definition. Fawkes refuses to open an interface with a hash that
+differs from the hash of its own definition, even if both definitions have the same layout. So a client offers
+the hashes of all known definitions with the same layout, and a server shows the hash of Fawkes' definition.
 """
 
 from __future__ import annotations
@@ -16,38 +17,41 @@ from cxbridge.interfaces.schema import InterfaceSchema
 
 
 class RemoteHashes:
-    """The hashes accepted by one server. Thread-safe, because entries are only added."""
+    """The hashes that one server accepts. Thread-safe, because entries are only added."""
 
     def __init__(self) -> None:
         self._adopted: Final[dict[str, bytes]] = {}
 
     def candidates(self, schema: InterfaceSchema, listed: Iterable[bytes] = ()) -> list[bytes]:
-        """Return the hashes to offer, most likely first."""
+        """Return the hashes to offer, most likely first.
+
+        :param listed: the hashes in the server's list of the type's interfaces.
+        """
         adopted = self._adopted.get(schema.name)
-        likely = [] if adopted is None or not accepts_hash(schema, adopted) else [adopted]
-        likely += [hash_ for hash_ in listed if accepts_hash(schema, hash_)]
-        likely += known_hashes(schema) or (schema.hash,)
-        return list(dict.fromkeys(likely))
+        candidates = [] if adopted is None or not accepts_hash(schema, adopted) else [adopted]
+        candidates += [hash_ for hash_ in listed if accepts_hash(schema, hash_)]
+        candidates += known_hashes(schema) or (schema.hash,)
+        return list(dict.fromkeys(candidates))
 
     def adopt(self, schema: InterfaceSchema, accepted: bytes) -> None:
         """Remember a hash that the server accepted."""
         self._adopted[schema.name] = accepted
 
 
-def local_hash(registry: Registry, interface_type: str, remote: bytes) -> bytes:
+def local_hash(registry: Registry, interface_type: str, remote_hash: bytes) -> bytes:
     """Return cxbridge's hash of a type if the server's hash is equivalent; else the server's hash."""
-    schema = schema_or_none(registry, interface_type)
-    return schema.hash if schema is not None and accepts_hash(schema, remote) else remote
+    schema = find_schema(registry, interface_type)
+    return schema.hash if schema is not None and accepts_hash(schema, remote_hash) else remote_hash
 
 
-def fawkes_hash(registry: Registry, interface_type: str, in_memory: bytes) -> bytes:
-    """Return Fawkes' hash of an open interface if Fawkes has the same layout; else the present hash."""
-    schema = schema_or_none(registry, interface_type)
-    return hash_for_wire(schema) if schema is not None and schema.hash == in_memory else in_memory
+def fawkes_hash(registry: Registry, interface_type: str, open_hash: bytes) -> bytes:
+    """Return Fawkes' hash of an open interface; ``open_hash`` if Fawkes' layout differs or is unknown."""
+    schema = find_schema(registry, interface_type)
+    return hash_for_wire(schema) if schema is not None and schema.hash == open_hash else open_hash
 
 
-def schema_or_none(registry: Registry, interface_type: str) -> InterfaceSchema | None:
-    """Return the schema of a type; None if it is unknown or its definition is wrong."""
+def find_schema(registry: Registry, interface_type: str) -> InterfaceSchema | None:
+    """Return the schema of a type; None if the type is unknown or its definition is wrong."""
     try:
         return registry.get(interface_type).SCHEMA
     except InterfaceError:

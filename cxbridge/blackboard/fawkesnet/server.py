@@ -1,7 +1,7 @@
-"""The server of a blackboard for Fawkes' tools, to which it looks like Fawkes.
+"""The server that makes a blackboard appear as Fawkes to Fawkes' tools.
 
-One thread accepts, receives and drops clients, in rounds: it handles the frames of all readable sockets, then
-sends the queued replies. Any thread may send through a session without blocking.
+One thread accepts, serves and drops clients in rounds: it handles the received frames of all readable
+sockets, then sends the queued replies. Any thread may send through a session without blocking.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from typing import Final
 
 from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.errors import NoWriterError
-from cxbridge.blackboard.fawkesnet.allowed_peers import AllowedPeers, resolve_listening
+from cxbridge.blackboard.fawkesnet.allowed_peers import AllowedPeers, resolve_listen_address
 from cxbridge.blackboard.fawkesnet.components.blackboard import BlackBoardNetworkHandler
 from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame
 from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
-from cxbridge.blackboard.fawkesnet.sockets import DEFAULT_PORT, GONE_SECONDS, acknowledge, tune
+from cxbridge.blackboard.fawkesnet.sockets import DEFAULT_PORT, GONE_S, acknowledge_at_once, configure_socket
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.kit.server import BoardServer
@@ -28,29 +28,29 @@ from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.rights import EVERYTHING, Rights
 
-NETWORK: Final = "FawkesNetworkServer"
-"""The server's log component."""
-HANDLER: Final = "BlackBoardNetworkHandler"
-"""The log component of the blackboard component, as in Fawkes."""
+SERVER_COMPONENT: Final = "FawkesNetworkServer"
+"""The component of the server's log lines."""
+HANDLER_COMPONENT: Final = "BlackBoardNetworkHandler"
+"""The component of the log lines about the blackboard's clients, as in Fawkes."""
 
-_CHUNK: Final = 64 * 1024  # bytes of one read
+_READ_BYTES: Final = 64 * 1024  # the maximal size of one read
 _BACKLOG: Final = 512  # clients that connect at once, and connections accepted in a row
 _STOP_S: Final = 5.0  # a handler that does not return must not block the end of the process
-_PAUSE_S: Final = 0.5  # without accepting, when the process has no file descriptors left
+_ACCEPT_PAUSE_S: Final = 0.5  # the pause of accepting while the process has no free file descriptor
 
 
 @dataclass(frozen=True, slots=True)
 class ServerLimits:
     """Limits of clients.
 
-    :param stall_seconds: the time in which a client must receive some queued bytes.
-    :param most_clients: the maximum number of clients.
-    :param gone_seconds: the time in which a client's machine must show a sign of life; whole seconds.
+    :param stall_s: the seconds in which a client must accept some of its queued bytes.
+    :param max_clients: the maximum number of clients.
+    :param gone_s: the seconds in which a client's machine must send a packet; the kernel uses whole seconds.
     """
 
-    stall_seconds: float = GONE_SECONDS
-    most_clients: int = 2048
-    gone_seconds: float = GONE_SECONDS
+    stall_s: float = GONE_S
+    max_clients: int = 2048
+    gone_s: float = GONE_S
 
 
 DEFAULT_LIMITS: Final = ServerLimits()
@@ -82,30 +82,28 @@ class FawkesServer(BoardServer):
         rights: Rights = EVERYTHING,
     ) -> None:
         bus = bus or board.bus or EventBus(board.clock)
-        super().__init__("FawkesNetServer", bus.logger(NETWORK))
+        super().__init__("FawkesNetServer", bus.logger(SERVER_COMPONENT))
         self._allowed: Final = AllowedPeers(allow)
-        self._stall_seconds: Final = limits.stall_seconds
-        self._most_clients: Final = limits.most_clients
-        self._gone_seconds: Final = limits.gone_seconds
-        handler = bus.logger(HANDLER)
+        self._limits: Final = limits
+        logger = bus.logger(HANDLER_COMPONENT)
         blackboard = BlackBoardNetworkHandler(
-            board, handler, Complaints(handler.warn), echo=echo, rights=rights
+            board, logger, Complaints(logger.warn), echo=echo, rights=rights
         )
         self._components: Final = {
             int(component.COMPONENT): component for component in (blackboard, *components)
         }
         self._sessions: dict[int, FawkesSession] = {}
         self._numbers = itertools.count(1)
-        self._attention: set[FawkesSession] = set()  # sessions to be flushed or dropped
-        self._speaking: set[FawkesSession] = set()  # clients with received frames in this round
-        self._collecting = False  # whether a round is in progress, which flushes all sessions at its end
-        self._resume_at = 0.0  # the monotonic time at which accepting resumes; 0 while it is not paused
+        self._sessions_to_flush: set[FawkesSession] = set()  # includes sessions to drop
+        self._active_sessions: set[FawkesSession] = set()  # sessions that sent data in this round
+        self._in_round = False  # a round flushes all sessions at its end
+        self._resume_accepting_s = 0.0  # the monotonic time of the end of a pause; 0 without a pause
         self._listener = self._listen(host, port)
         self.host, self.port = self._listener.getsockname()[:2]
         self._selector = selectors.DefaultSelector()
 
     def _listen(self, host: str, port: int) -> socket.socket:
-        family, address = resolve_listening(host, port, self._allowed)
+        family, address = resolve_listen_address(host, port, self._allowed)
         listener = socket.socket(family, socket.SOCK_STREAM)
         try:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -139,18 +137,18 @@ class FawkesServer(BoardServer):
         """The number of connected clients."""
         return len(self._sessions)
 
-    def attend(self, session: FawkesSession) -> None:
-        """Handle a session soon."""
-        self._attention.add(session)
+    def request_flush(self, session: FawkesSession) -> None:
+        """Flush or drop a session soon, in the server's thread."""
+        self._sessions_to_flush.add(session)
         if not self.is_current_thread():
             self._wakeup.set()
 
-    def collects(self, session: FawkesSession) -> bool:
-        """Return whether the caller is the server's thread in a round, which flushes sessions at its end."""
-        if not self._collecting or not self.is_current_thread():
+    def defers_flush(self, session: FawkesSession) -> bool:
+        """Return whether the calling thread will flush the session: the server's thread, after a round."""
+        if not self._in_round or not self.is_current_thread():
             return False
-        if not session.watches_write:
-            self._attention.add(session)
+        if not session.awaits_writable:
+            self._sessions_to_flush.add(session)
         return True
 
     def broadcast(self, frames: bytes) -> None:
@@ -161,25 +159,25 @@ class FawkesServer(BoardServer):
     def _run(self) -> None:
         try:
             while not self._stopping:
-                events = self._selector.select(self._patience())
-                self._collecting = True
+                events = self._selector.select(self._poll_timeout_s())
+                self._in_round = True
                 for key, mask in events:
-                    self._serve(key, mask)
-                self._check_stalled()
-                self._collecting = False
+                    self._handle_event(key, mask)
+                self._drop_stalled()
+                self._in_round = False
                 self._finish_round()
         finally:
-            self._collecting = False
+            self._in_round = False
             self._end_sessions()
 
-    def _patience(self) -> float | None:
+    def _poll_timeout_s(self) -> float | None:
         """Return the seconds until the next check; None to wait for events only."""
-        if self._resume_at:
-            return max(self._resume_at - time.monotonic(), 0.0)
-        slow = any(session.watches_write for session in self._sessions.values())
-        return min(self._stall_seconds / 4, 1.0) if slow else None
+        if self._resume_accepting_s:
+            return max(self._resume_accepting_s - time.monotonic(), 0.0)
+        has_slow_client = any(session.awaits_writable for session in self._sessions.values())
+        return min(self._limits.stall_s / 4, 1.0) if has_slow_client else None
 
-    def _serve(self, key: selectors.SelectorKey, mask: int) -> None:
+    def _handle_event(self, key: selectors.SelectorKey, mask: int) -> None:
         if key.fileobj is self._listener:
             self._accept()
         elif key.fileobj is self._wakeup:
@@ -187,9 +185,9 @@ class FawkesServer(BoardServer):
         else:
             session: FawkesSession = key.data
             if mask & selectors.EVENT_WRITE:
-                self._attention.add(session)
+                self._sessions_to_flush.add(session)
             if mask & selectors.EVENT_READ:
-                self._speaking.add(session)
+                self._active_sessions.add(session)
                 self._receive(session)
 
     def _accept(self) -> None:
@@ -198,33 +196,33 @@ class FawkesServer(BoardServer):
                 sock, address = self._listener.accept()
             except (BlockingIOError, ConnectionAbortedError):
                 return
-            except OSError as error:  # no file descriptors left: the connection waits in the kernel's queue
-                # a listener that stays readable would keep the thread busy
+            except OSError as error:  # no free file descriptor: the connection waits in the kernel's queue
+                # the listener stays readable meanwhile, which would keep the thread busy
                 self._complaints.add("accept", f"cannot accept connections: {error.strerror}; they wait")
                 self._selector.unregister(self._listener)
-                self._resume_at = time.monotonic() + _PAUSE_S
+                self._resume_accepting_s = time.monotonic() + _ACCEPT_PAUSE_S
                 return
-            self._welcome(sock, str(address[0]), f"{address[0]}:{address[1]}")
+            self._add_client(sock, str(address[0]), f"{address[0]}:{address[1]}")
 
-    def _welcome(self, sock: socket.socket, host: str, peer: str) -> None:
+    def _add_client(self, sock: socket.socket, host: str, peer: str) -> None:
         if not self._allowed.admits(host):
             self._complaints.add(f"peer {host}", f"refused {peer}: it is not among the allowed peers")
             sock.close()
             return
-        if len(self._sessions) >= self._most_clients:
-            self._complaints.add("clients", f"refused {peer}: {self._most_clients} clients are connected")
+        if len(self._sessions) >= self._limits.max_clients:
+            self._complaints.add("clients", f"refused {peer}: {len(self._sessions)} clients are connected")
             sock.close()
             return
         sock.setblocking(False)
-        tune(sock, self._gone_seconds)
+        configure_socket(sock, self._limits.gone_s)
         session = FawkesSession(next(self._numbers), sock, peer, self)
         self._sessions[session.number] = session
         self._selector.register(sock, selectors.EVENT_READ, session)
 
     def _receive(self, session: FawkesSession) -> bool:
-        """Handle the received frames of a client; return whether there were any."""
+        """Handle the received data of a client; return whether the client may have sent more."""
         try:
-            data = session.sock.recv(_CHUNK)
+            data = session.sock.recv(_READ_BYTES)
         except BlockingIOError:
             return False
         except OSError as error:
@@ -233,7 +231,7 @@ class FawkesServer(BoardServer):
         if not data:
             self._drop(session, "")
             return False
-        acknowledge(session.sock)
+        acknowledge_at_once(session.sock)
         try:
             for frame in session.decoder.feed(data):
                 self._handle(session, frame)
@@ -254,60 +252,61 @@ class FawkesServer(BoardServer):
         try:
             component.handle(session, frame)
         except NoWriterError:
-            pass  # the board has logged it, and the protocol has no reply for it
+            pass  # the board has logged the refused message, and the protocol has no reply to a message
         except CxbridgeError as error:
-            problem = f"{type(error).__name__} {frame.component}.{frame.kind}"
-            self._complaints.add(problem, f"{session!r}: {error.message}")
-        except Exception as error:  # noqa: BLE001 - other clients must be served further
-            problem = f"{type(error).__name__} {frame.component}.{frame.kind}"
-            self._complaints.add(problem, f"failed to serve {session!r}: {type(error).__name__}: {error}")
+            complaint_kind = f"{type(error).__name__} {frame.component}.{frame.kind}"
+            self._complaints.add(complaint_kind, f"{session!r}: {error.message}")
+        except Exception as error:  # noqa: BLE001 - the server must go on to serve the other clients
+            complaint_kind = f"{type(error).__name__} {frame.component}.{frame.kind}"
+            self._complaints.add(
+                complaint_kind, f"failed to serve {session!r}: {type(error).__name__}: {error}"
+            )
 
     def _finish_round(self) -> None:
-        """Flush sessions with queued frames, and drop condemned ones."""
-        now = time.monotonic()
-        if self._resume_at and now >= self._resume_at:
-            self._resume_at = 0.0
+        """Flush sessions with queued frames, and drop sessions with a reason to drop."""
+        if self._resume_accepting_s and time.monotonic() >= self._resume_accepting_s:
+            self._resume_accepting_s = 0.0
             self._selector.register(self._listener, selectors.EVENT_READ)
         deferred = list[FawkesSession]()
-        while self._attention or deferred:
-            if self._attention:
-                session = self._attention.pop()
-                # first the clients that sent nothing in this round, usually readers that wait for an update:
-                # to wake the speaking ones first would let them compete for the processor
-                if session in self._speaking:
-                    self._speaking.discard(session)
+        while self._sessions_to_flush or deferred:
+            if self._sessions_to_flush:
+                session = self._sessions_to_flush.pop()
+                # first the clients that sent nothing in this round, usually readers that wait for an update;
+                # an active client that is woken first would compete with them for the processor
+                if session in self._active_sessions:
+                    self._active_sessions.discard(session)
                     deferred.append(session)
                     continue
             else:
                 session = deferred.pop()
             self._flush_or_drop(session)
-        self._speaking.clear()
+        self._active_sessions.clear()
 
     def _flush_or_drop(self, session: FawkesSession) -> None:
         if self._sessions.get(session.number) is not session:
-            return  # dropped in this round
-        watched = session.watches_write
-        watches = session.flush()
-        if session.broken:
+            return  # the session was dropped in this round
+        was_awaiting = session.awaits_writable
+        is_awaiting = session.flush()
+        if session.send_failed:
             # closing a socket with unread data resets the connection and loses the last sent frames
             while session.number in self._sessions and self._receive(session):
                 pass
-        if session.condemned:
-            self._drop(session, session.condemned)
-        elif watches != watched:
-            events = selectors.EVENT_READ | (selectors.EVENT_WRITE if watches else 0)
+        if session.drop_reason:
+            self._drop(session, session.drop_reason)
+        elif is_awaiting != was_awaiting:
+            events = selectors.EVENT_READ | (selectors.EVENT_WRITE if is_awaiting else 0)
             self._selector.modify(session.sock, events, session)
 
-    def _check_stalled(self) -> None:
-        now = time.monotonic()
+    def _drop_stalled(self) -> None:
+        now_s, stall_s = time.monotonic(), self._limits.stall_s
         for session in self._sessions.values():
-            if session.watches_write and session.stalled_for(now) > self._stall_seconds:
-                session.condemn(f"it has not accepted data for {self._stall_seconds:g} s")
+            if session.awaits_writable and session.stalled_s(now_s) > stall_s:
+                session.request_drop(f"it has not accepted data for {stall_s:g} s")
 
     def _drop(self, session: FawkesSession, reason: str) -> None:
         """End a session and close its instances.
 
-        :param reason: the text of the log line; empty for an end that is not logged.
+        :param reason: the text of the log line; empty for no log line.
         """
         if self._sessions.pop(session.number, None) is None:
             return
@@ -322,7 +321,7 @@ class FawkesServer(BoardServer):
                 self._complaints.add("disconnected", f"{session!r}: {error.message}")
 
     def _end_sessions(self) -> None:
-        self._listener.close()  # first, because clients reconnect immediately
+        self._listener.close()  # first, because a dropped client reconnects immediately
         for session in tuple(self._sessions.values()):
             self._drop(session, "")
         for component in self._components.values():

@@ -1,7 +1,7 @@
 """A session of the server: a client's connection, limits and queued frames.
 
-A blackboard calls listeners in the thread of the writer, which must not wait for a slow client. So sending
-takes as many bytes as the socket accepts, and queues the rest for the server's thread.
+A blackboard calls listeners in the thread of the writer, which must not wait for a slow client. So a session
+sends as many bytes as the socket accepts, and queues the rest for the server's thread.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from cxbridge.blackboard.fawkesnet.outbox import MAX_QUEUED_BYTES, Outbox
 class FawkesNetworkHub(Protocol):
     """The server's interface for sessions and components."""
 
-    def attend(self, session: FawkesSession) -> None:
-        """Handle a session soon, to flush or drop it."""
+    def request_flush(self, session: FawkesSession) -> None:
+        """Flush or drop a session soon, in the server's thread."""
 
-    def collects(self, session: FawkesSession) -> bool:
-        """Return whether the calling thread will flush the session itself."""
+    def defers_flush(self, session: FawkesSession) -> bool:
+        """Return whether the calling thread will flush the session: the server's thread, after a round."""
 
     def broadcast(self, frames: bytes) -> None:
         """Send frames to all clients."""
@@ -36,7 +36,7 @@ class FawkesSession:
 
     :param number: the client's number, from 1, used only in logs.
     :param sock: a connected, non-blocking socket.
-    :param peer: the client's address, for messages.
+    :param peer: the client's address, for log lines.
     :param hub: the server.
     """
 
@@ -44,87 +44,87 @@ class FawkesSession:
         self.number: Final = number
         self.sock: Final = sock
         self.peer: Final = peer
-        self.largest_block = 0
+        self.max_block_size = 0
         """The size of the largest block that the client may send now."""
-        self.decoder: Final = FrameDecoder(self._limit, ALWAYS_ALLOWED)
-        self.watches_write = False
-        """Whether the server waits until the socket is writable."""
+        self.decoder: Final = FrameDecoder(self._max_payload, ALWAYS_ALLOWED)
+        self.awaits_writable = False
+        """Whether the server polls the socket for room for the queued frames."""
         self._hub: Final = hub
         self._outbox = Outbox()
         self._lock = threading.Lock()
         self._last_progress_s = time.monotonic()
-        self._condemned = ""
-        self.broken = False
-        """Whether sending has failed. Received data are still readable."""
+        self._drop_reason = ""
+        self.send_failed = False
+        """Whether sending has failed; received data may still be readable."""
 
     def __repr__(self) -> str:
         return f"client {self.number} ({self.peer})"
 
     @property
-    def condemned(self) -> str:
-        """Why the session must be dropped; else empty."""
-        return self._condemned
+    def drop_reason(self) -> str:
+        """The reason why the server must drop the session; else empty."""
+        return self._drop_reason
 
-    def condemn(self, reason: str) -> None:
-        """Request the end of the session, which the server's thread drops. Only the first reason counts."""
-        self._condemned = self._condemned or reason
-        self._hub.attend(self)
+    def request_drop(self, reason: str) -> None:
+        """Let the server's thread drop the session. Only the first reason counts."""
+        self._drop_reason = self._drop_reason or reason
+        self._hub.request_flush(self)
 
     def send(self, frames: bytes) -> None:
         """Send complete frames, or queue them for a slow client. Never blocks or fails."""
         with self._lock:
             self._outbox.put(frames)
-            self._push()
+            self._flush_unless_deferred()
 
     def send_data(self, serial: bytes, block: bytes, *, changed: bool) -> None:
-        """Send data of an instance, which may replace its queued older data.
+        """Send the data of an instance, which may replace older queued data of the instance.
 
         :param serial: 16 bytes.
         """
         with self._lock:
             self._outbox.put_data(serial, block, changed=changed)
-            self._push()
+            self._flush_unless_deferred()
 
     def flush(self) -> bool:
-        """Send as many queued bytes as the socket accepts; return whether any remain.
-
-        Sets :attr:`watches_write`.
-        """
+        """Send as many queued bytes as the socket accepts; return :attr:`awaits_writable`."""
         with self._lock:
-            self._flush()
-            self.watches_write = bool(self._outbox)
-            return self.watches_write
+            self._send_queued()
+            self.awaits_writable = bool(self._outbox)
+            return self.awaits_writable
 
-    def stalled_for(self, now: float) -> float:
-        """Return the seconds since the last progress of queued frames."""
-        return now - self._last_progress_s if self._outbox else 0.0
+    def stalled_s(self, now_s: float) -> float:
+        """Return the seconds for which the client has not accepted queued bytes."""
+        return now_s - self._last_progress_s if self._outbox else 0.0
 
     def close(self) -> None:
-        """Send as many queued bytes as possible without blocking, and end the connection."""
-        if not self._condemned:
+        """Send as many queued bytes as the socket accepts, and end the connection."""
+        if not self._drop_reason:
             self.flush()
-        self._condemned = self._condemned or "closed"
+        self._drop_reason = self._drop_reason or "closed"
         with self._lock:  # no other thread may send to a new socket with the same file descriptor
             with contextlib.suppress(OSError):
                 self.sock.shutdown(socket.SHUT_RDWR)
             self.sock.close()
 
-    def _limit(self, component: int, kind: int) -> int:
-        return limit_to_server(component, kind, self.largest_block)
+    def _max_payload(self, component: int, kind: int) -> int:
+        return limit_to_server(component, kind, self.max_block_size)
 
-    def _push(self) -> None:
-        """Flush unless the server's thread does it. The caller holds the lock."""
+    def _flush_unless_deferred(self) -> None:
+        """Send queued bytes unless the server's thread will flush. The caller holds the lock."""
         outbox = self._outbox
-        if not self._hub.collects(self):
-            self._flush()
-            if outbox and not self.watches_write:
-                self._hub.attend(self)
-        if outbox.overfull:
-            self._condemned = self._condemned or f"it reads too slowly, {MAX_QUEUED_BYTES} bytes wait for it"
-            self._hub.attend(self)
+        if not self._hub.defers_flush(self):
+            self._send_queued()
+            if outbox and not self.awaits_writable:
+                self._hub.request_flush(self)
+        if outbox.is_overfull:
+            self._drop_reason = (
+                self._drop_reason or f"it reads too slowly, {MAX_QUEUED_BYTES} bytes wait for it"
+            )
+            self._hub.request_flush(self)
 
-    def _flush(self) -> None:
-        if self._condemned:
+    def _send_queued(self) -> None:
+        """Send as many queued bytes as the socket accepts. The caller holds the lock."""
+        if self._drop_reason:
             self._outbox = Outbox()  # frees the memory now, even if the server drops the session later
             return
         while frames := self._outbox.take():
@@ -133,9 +133,9 @@ class FawkesSession:
             except BlockingIOError:
                 sent = 0
             except OSError as error:
-                self._condemned = error.strerror or str(error)
-                self.broken = True
-                self._hub.attend(self)
+                self._drop_reason = error.strerror or str(error)
+                self.send_failed = True
+                self._hub.request_flush(self)
                 return
             if sent:
                 self._last_progress_s = time.monotonic()
@@ -156,7 +156,7 @@ class NetworkHandler(ABC):
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
         """Handle a client's request.
 
-        :raises CxbridgeError: if the request is invalid; the server logs it.
+        :raises CxbridgeError: if the request is invalid; the server logs the error.
         """
 
     def disconnected(self, session: FawkesSession) -> None:  # noqa: B027 - a component need not override it

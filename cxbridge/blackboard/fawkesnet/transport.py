@@ -13,7 +13,8 @@ from cxbridge.clock import Clock
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus
 
-_MIN_S: Final = {"timeout": 0.01, "silence": 0.0}  # a silence of 0 turns probes of the server off
+# a timeout of 0 could never succeed; a silence of 0 turns probes of the server off
+_MIN_S: Final = {"timeout": 0.01, "silence": 0.0}
 _MAX_S: Final = 86_400.0  # a day
 
 
@@ -37,9 +38,10 @@ class FawkesTransport(Transport):
         """Return the timeouts of the query, ``timeout`` and ``silence``, in seconds."""
         parameters = dict(parse_qsl(query, keep_blank_values=True))
         try:
-            seconds = {name: float(text) for name, text in parameters.items()}
+            seconds_by_name = {name: float(text) for name, text in parameters.items()}
         except ValueError:
-            seconds = {"": 0.0}  # an unknown name, which is refused below
-        if not all(_MIN_S.get(name, inf) <= value <= _MAX_S for name, value in seconds.items()):
+            seconds_by_name = {"": 0.0}  # the check below refuses the unknown name
+        # an unknown name has an infinite minimum, so that no value is valid
+        if not all(_MIN_S.get(name, inf) <= seconds <= _MAX_S for name, seconds in seconds_by_name.items()):
             raise BlackBoardError(f"'{url}' has an invalid query", hint=self.QUERY_HINT)
-        return seconds
+        return seconds_by_name

@@ -84,7 +84,7 @@ def obey(port: int, commands: dict[str, Callable[..., Any]]) -> None:
         say(json.dumps(commands[command](*map(int, arguments))))
 
 
-def serve(host: str, gone_seconds: str) -> None:
+def serve(host: str, gone_s: str) -> None:
     """Serve a blackboard with a writer and a Skiller."""
     clock = RealClock()
     board = LocalBlackBoard(default_registry(), clock, EventBus(clock))
@@ -106,7 +106,7 @@ def serve(host: str, gone_seconds: str) -> None:
         control.read()
         return str(control.exclusive_controller)
 
-    limits = ServerLimits(gone_seconds=float(gone_seconds))
+    limits = ServerLimits(gone_s=float(gone_s))
     allow = () if host == "127.0.0.1" else ("10.0.0.0/8",)
     looping = threading.Thread(target=loop)
     looping.start()

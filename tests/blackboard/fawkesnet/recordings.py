@@ -41,7 +41,7 @@ class Step:
 def frames_of(data: bytes) -> list[FawkesFrame]:
     decoder = FrameDecoder(limit_to_client)
     frames = list(decoder.feed(data))
-    assert decoder.pending == 0
+    assert decoder.pending_size == 0
     return frames
 
 

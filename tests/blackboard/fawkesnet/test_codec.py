@@ -89,7 +89,7 @@ def test_log_messages(time_us, level, component, text, exception):
     assert codec.decode(message.to_frame()) == message
 
 
-@given(st.sampled_from(sorted(config.SETS | config.VALUES)), st.data(), st.booleans())
+@given(st.sampled_from(sorted(config.SET_TYPES | config.VALUE_TYPES)), st.data(), st.booleans())
 def test_values_of_the_configuration(kind, data, is_list):
     strategy = {
         "FLOAT": st.floats(width=32, allow_nan=False),

@@ -29,7 +29,7 @@ from tests.blackboard.fawkesnet.raw import RawClient
 from tests.blackboard.zmq.support import eventually
 from tests.hosts.namespaces import two_hosts
 
-NEVER = ServerLimits(stall_seconds=3600.0, gone_seconds=3600.0)
+NEVER = ServerLimits(stall_s=3600.0, gone_s=3600.0)
 HASH = hash_for_wire(default_registry().get("TestInterface").SCHEMA)
 CONNECTIONS = 1000
 MIB = 1024 * 1024

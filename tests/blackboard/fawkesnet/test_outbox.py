@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.blackboard.fawkesnet.messages.blackboard import data_frame
+from cxbridge.blackboard.fawkesnet.messages.blackboard import pack_data_frame
 from cxbridge.blackboard.fawkesnet.outbox import CONFLATE_FROM, Outbox
 
 SERIAL = b"s" * 16
@@ -15,11 +15,11 @@ def block(number: int) -> bytes:
 
 
 def refreshed(number: int) -> bytes:
-    return data_frame(SERIAL, block(number), changed=False)
+    return pack_data_frame(SERIAL, block(number), changed=False)
 
 
 def changed(number: int) -> bytes:
-    return data_frame(SERIAL, block(number), changed=True)
+    return pack_data_frame(SERIAL, block(number), changed=True)
 
 
 @pytest.mark.parametrize("room", [0, 1, len(refreshed(1)), 10_000])

@@ -16,7 +16,7 @@ from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.messages import codec
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage
-from cxbridge.blackboard.fawkesnet.server import HANDLER, FawkesServer
+from cxbridge.blackboard.fawkesnet.server import HANDLER_COMPONENT, FawkesServer
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, Level
 from cxbridge.interfaces import default_registry
@@ -92,10 +92,10 @@ class FakeSkiller(Listener):
     def _acquire(self, message: Any) -> None:
         self._skiller.exclusive_controller = str(message.source_id)
         self._skiller.write()
-        self._log.debug(f"{HANDLER} (serial {message.source_id}) is new exclusive controller")
+        self._log.debug(f"{HANDLER_COMPONENT} (serial {message.source_id}) is new exclusive controller")
 
     def _exec(self, message: Any) -> None:
-        self._log.info(f"{HANDLER} executes '{message.skill_string}'")
+        self._log.info(f"{HANDLER_COMPONENT} executes '{message.skill_string}'")
         self._skiller.skill_string, self._skiller.msgid = message.skill_string, message.id
         self._skiller.status = STATUS_RUNNING
         self._skiller.write()
@@ -104,7 +104,7 @@ class FakeSkiller(Listener):
             self._skiller.write()
 
     def _release(self, message: Any) -> None:
-        self._log.debug(f"{HANDLER} releases exclusive control")
+        self._log.debug(f"{HANDLER_COMPONENT} releases exclusive control")
         self._skiller.exclusive_controller = ""
         self._skiller.write()
 

@@ -212,7 +212,7 @@ def test_complaints_are_told_once_not_a_thousand_times(served):
 
 
 def test_a_client_that_never_reads_gets_the_newest_data_and_slows_nobody(site):
-    site.start(limits=ServerLimits(stall_seconds=3600.0))  # however long it takes here
+    site.start(limits=ServerLimits(stall_s=3600.0))  # however long it takes here
     client = site.raw()
     serial = opened(client, READ).serial
     writer = site.board.open_for_writing(SampleInterface, "a")
@@ -225,7 +225,7 @@ def test_a_client_that_never_reads_gets_the_newest_data_and_slows_nobody(site):
     while counts[-1] < 40_000 or kinds[-1] != bb.BoardKind.DATA_CHANGED:
         frame = client.take()
         if frame.kind in (bb.BoardKind.DATA_REFRESHED, bb.BoardKind.DATA_CHANGED):
-            got, block = bb.split_data(frame.payload)
+            got, block = bb.unpack_data(frame.payload)
             assert got == serial.bytes
             counts.append(struct.unpack_from("=I", block, 16)[0])
             kinds.append(frame.kind)
@@ -243,7 +243,7 @@ def test_a_client_with_too_much_waiting_is_dropped(served, monkeypatch):
 
 
 def test_a_client_that_takes_nothing_for_long_is_dropped(site):
-    site.start(limits=ServerLimits(stall_seconds=0.2))
+    site.start(limits=ServerLimits(stall_s=0.2))
     client = site.raw()
     opened(client, READ)
     writer = site.board.open_for_writing(SampleInterface, "a")
@@ -283,7 +283,7 @@ def test_hundreds_of_clients(served):
 
 
 def test_more_clients_than_allowed_are_refused(site):
-    site.start(limits=ServerLimits(most_clients=1))
+    site.start(limits=ServerLimits(max_clients=1))
     first = site.raw()
     assert isinstance(first.ask(bb.ListAll()), bb.InterfaceList)
     assert site.raw().closed_by_server()

@@ -1,8 +1,8 @@
 """The client side of Fawkes' network protocol.
 
-There are four kinds of threads: callers; the receiver of :mod:`.connection`, which runs :mod:`.receiver` and
-ends with its connection; the dispatcher, which calls listeners; and the thread of :mod:`.reconnecting`, which
-handles a lost or silent connection.
+The client has three threads besides those of its callers: the receiving thread of :mod:`.connection`, which
+handles frames (:mod:`.receiver`) and ends with its connection; the dispatcher, which calls listeners; and the
+thread of :mod:`.reconnecting`, which handles a lost or silent connection.
 """
 
 from cxbridge.blackboard.fawkesnet.client.board import FawkesBlackBoard

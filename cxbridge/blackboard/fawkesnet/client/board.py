@@ -1,4 +1,4 @@
-"""The blackboard of Fawkes, accessed by its network protocol."""
+"""The blackboard of Fawkes as seen by a client of Fawkes' network protocol."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from cxbridge.blackboard.errors import (
     ForeignInstanceError,
 )
 from cxbridge.blackboard.fawkesnet.client.connection import FawkesConnection
-from cxbridge.blackboard.fawkesnet.client.endings import Endings
+from cxbridge.blackboard.fawkesnet.client.endings import InterfaceEndings
 from cxbridge.blackboard.fawkesnet.client.opener import Opener
-from cxbridge.blackboard.fawkesnet.client.port import NOBODY, PublicationEmitter, RemotePort
+from cxbridge.blackboard.fawkesnet.client.port import UNKNOWN_SERIAL, PublicationEmitter, RemotePort
 from cxbridge.blackboard.fawkesnet.client.receiver import FrameReceiver
 from cxbridge.blackboard.fawkesnet.client.reconnecting import Reconnector
-from cxbridge.blackboard.fawkesnet.client.requests import NOTHING, RequestSender
+from cxbridge.blackboard.fawkesnet.client.requests import EMPTY_LIST_REQUEST, RequestSender
 from cxbridge.blackboard.fawkesnet.messages.blackboard import (
     BoardKind,
     Close,
     InterfaceEvent,
     OpenSuccess,
-    data_frame,
+    pack_data_frame,
 )
 from cxbridge.blackboard.fawkesnet.sockets import parse_url
 from cxbridge.blackboard.info import InterfaceInfo
@@ -39,27 +39,27 @@ from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface
 
 DEFAULT_TIMEOUT: Final = 5.0
-"""Seconds for connecting and for replies."""
+"""The seconds for connecting and for replies."""
 
 DEFAULT_SILENCE: Final = 5.0
-"""Seconds of silence before the server is probed."""
+"""The seconds without received data before the client probes the server."""
 
-_FAREWELL_S: Final = 1.0  # for the server to receive the last messages at shutdown
+_CONFIRM_S: Final = 1.0  # the time for the server to receive the last messages at shutdown
 
 
 class FawkesBlackBoard(RemoteBlackBoard):
     """The blackboard of Fawkes, or of another server with its protocol (docs/evidence/protocol-fawkes.md).
 
-    A separate thread calls listeners and observers. After a lost connection, it reconnects and opens all
-    interfaces again.
+    A separate thread calls listeners and observers. After the loss of the connection, the client reconnects
+    and opens all interfaces again.
 
     :param url: ``fawkes://host:port``, by default port 1910.
-    :param registry: the classes of types given by name.
-    :param clock: the source of time stamps of local writes.
+    :param registry: returns the classes of types that are named by a string.
+    :param clock: the source of the time stamps of local writes.
     :param bus: gets log lines and the writes of open interfaces.
-    :param timeout: seconds for connecting and for replies.
-    :param silence: seconds of silence before the server is probed; 0 turns probes off. Without a reply within
-        ``timeout``, the connection is lost.
+    :param timeout: the seconds for connecting and for replies.
+    :param silence: the seconds without received data before the client probes the server; 0 turns probes off.
+        A server that does not reply to the probe within ``timeout`` is lost.
     :raises UnreachableError: if no server replies.
     """
 
@@ -87,7 +87,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._requests = RequestSender(name, timeout)
         self._opener = Opener(self._requests, name)
         self._dispatcher = Dispatcher("FawkesNetEvents", self.report_fault)
-        self._endings = Endings(self._dispatcher.put)
+        self._endings = InterfaceEndings(self._dispatcher.put)
         self._receiver = FrameReceiver(
             self._ports,
             self._requests,
@@ -106,10 +106,12 @@ class FawkesBlackBoard(RemoteBlackBoard):
     def _open(self, request: OpenRequest) -> Interface:
         port: RemotePort | None = None
 
-        # in the receiving thread, because the next frame may be for this instance already
+        # called in the receiving thread, because the next frame may be for this instance already
         def add_port(reply: OpenSuccess) -> None:
             nonlocal port
-            port = RemotePort(self, self._requests, self._emitter, request, self._number(request.key), reply)
+            port = RemotePort(
+                self, self._requests, self._emitter, request, self._assign_mem_serial(request.key), reply
+            )
             with self._lock:
                 self._ports[reply.serial.bytes] = port
                 self._all_ports[port] = None
@@ -119,8 +121,8 @@ class FawkesBlackBoard(RemoteBlackBoard):
             raise BlackBoardGoneError
         return port.instance
 
-    def _number(self, key: tuple[str, str]) -> int:
-        """Return the number of an interface in this client; the wire does not carry the server's."""
+    def _assign_mem_serial(self, key: tuple[str, str]) -> int:
+        """Return the number of an interface in this client; the reply does not have the server's number."""
         with self._lock:
             if key not in self._mem_serials:
                 self._mem_serials[key] = next(self._next_mem_serial)
@@ -129,17 +131,18 @@ class FawkesBlackBoard(RemoteBlackBoard):
     def close(self, instance: Interface) -> None:
         if not instance.valid:
             return
-        port = self._port_of(instance)
+        port = self._find_port(instance)
         with self._lock:
-            if self._all_ports.pop(port, self) is self:  # ports have the value None
+            if port not in self._all_ports:
                 return  # another thread has closed the instance
+            del self._all_ports[port]
             serial = port.serial
             if serial is not None:
                 self._ports.pop(serial.bytes, None)
         instance.invalidate()
         with self._endings.closing(port.type, port.id):
             if serial is not None:
-                with contextlib.suppress(BlackBoardError):  # the lost connection has closed it
+                with contextlib.suppress(BlackBoardError):  # a lost connection has closed the instance
                     self._requests.send(Close(serial).to_bytes())
             port.listeners.notify(membership_kind(writer=instance.is_writer, added=False), instance.serial)
             port.listeners.unregister(None, instance)
@@ -153,14 +156,14 @@ class FawkesBlackBoard(RemoteBlackBoard):
             port.instance.invalidate()
             port.listeners.unregister(None, port.instance)
         connection = self._requests.connection
-        if connection is not None and self._requests.must_confirm and self._reconnector.settled:
-            # Fawkes drops the unprocessed messages of a disconnected client
+        if connection is not None and self._requests.must_confirm and self._reconnector.is_settled:
+            # Fawkes drops the unprocessed messages of a disconnected client; a reply shows that none is left
             with contextlib.suppress(BlackBoardError):
-                self._requests.request(NOTHING, timeout=min(self._timeout, _FAREWELL_S))
+                self._requests.request(EMPTY_LIST_REQUEST, timeout=min(self._timeout, _CONFIRM_S))
         self._requests.shut_down()
         self._reconnector.stop(self._timeout)
         if connection is not None:
-            connection.finish(self._timeout)
+            connection.close_after_sending(self._timeout)
         self._dispatcher.stop(self._timeout)
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
@@ -171,29 +174,29 @@ class FawkesBlackBoard(RemoteBlackBoard):
         return self._opener.list(self.registry, type_glob, id_glob)
 
     def sync(self) -> None:
-        """Wait until all sent frames have arrived and all received events are handled.
+        """Wait until the server has received all sent frames and listeners have handled all received events.
 
-        Within a listener, it waits only for the server.
+        Within a listener, the method waits only for the server.
 
         :raises ConnectionLostError: if the server does not reply.
         """
-        self._requests.request(NOTHING)
+        # the server handles frames in order, so the reply to any request confirms all earlier frames
+        self._requests.request(EMPTY_LIST_REQUEST)
         if not self._dispatcher.drain(self._timeout):
             raise BlackBoardError(f"listeners have been busy for {self._timeout:g} s")
 
     def flush(self, timeout: float | None = None) -> None:  # noqa: ARG002 - `sync` has the timeouts of this client
-        """Wait as :meth:`sync` does."""
         self.sync()
 
     @property
     def connected(self) -> bool:
         """Whether the client is connected and all interfaces are open."""
-        return self._reconnector.settled
+        return self._reconnector.is_settled
 
     def _listener_table(self, instance: Interface) -> ListenerTable:
-        return self._port_of(instance).listeners
+        return self._find_port(instance).listeners
 
-    def _port_of(self, instance: Interface) -> RemotePort:
+    def _find_port(self, instance: Interface) -> RemotePort:
         with self._lock:
             for port in self._all_ports:
                 if port.instance is instance:
@@ -210,26 +213,26 @@ class FawkesBlackBoard(RemoteBlackBoard):
             self.address, self._timeout, self._receiver.handle, self._reconnector.report_loss
         )
 
-    def attach(self, connection: FawkesConnection) -> None:
+    def use_connection(self, connection: FawkesConnection) -> None:
         """Use a new connection."""
-        self._requests.attach(connection)
+        self._requests.use_connection(connection)
 
-    def detach(self, reason: str) -> None:
-        """Notify all instances of the lost connection."""
+    def drop_connection(self, reason: str) -> None:
+        """Reset the ports, and notify the listeners of lost writers."""
         with self._lock:
             self._ports.clear()
             ports = tuple(self._all_ports)
-        self._requests.detach(reason)
+        self._requests.drop_connection(reason)
         for port in ports:
             if port.lose_connection() and not port.instance.is_writer:
-                self._dispatcher.put(port.listeners.notify, EventKind.WRITER_REMOVED, NOBODY)
+                self._dispatcher.put(port.listeners.notify, EventKind.WRITER_REMOVED, UNKNOWN_SERIAL)
 
     def probe(self) -> None:
-        """Probe the server, and end the connection if the server does not reply.
+        """Send a request to the server, and end the connection if the server does not reply.
 
         :raises ConnectionLostError: if the connection is lost.
         """
-        self._requests.request(NOTHING, any_sign=True)
+        self._requests.request(EMPTY_LIST_REQUEST, extend_on_data=True)
 
     def lost_ports(self) -> Sequence[RemotePort]:
         """Return the ports to reopen, oldest first."""
@@ -244,7 +247,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         def restore_port(reply: OpenSuccess) -> None:
             with self._lock:
                 if port not in self._all_ports:
-                    return  # it was closed during the request
+                    return  # another thread has closed the instance during the request
                 self._ports[reply.serial.bytes] = port
             self._receiver.deliver(port, port.reopen(reply), reply.block)
 
@@ -252,7 +255,9 @@ class FawkesBlackBoard(RemoteBlackBoard):
         if port.serial is None:
             self._requests.send(Close(reply.serial).to_bytes())
         elif port.written is not None:
-            self._requests.send(data_frame(port.serial.bytes, port.written, changed=True), must_arrive=True)
+            self._requests.send(
+                pack_data_frame(port.serial.bytes, port.written, changed=True), must_arrive=True
+            )
 
     def give_up(self, port: RemotePort, error: BlackBoardError) -> None:
         """Invalidate an instance that cannot be reopened."""

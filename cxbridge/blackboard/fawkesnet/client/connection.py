@@ -16,14 +16,14 @@ from typing import Final
 from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, UnreachableError
 from cxbridge.blackboard.fawkesnet.messages.codec import limit_to_client
 from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
-from cxbridge.blackboard.fawkesnet.sockets import acknowledge, tune
+from cxbridge.blackboard.fawkesnet.sockets import acknowledge_at_once, configure_socket
 from cxbridge.blackboard.kit.errors import ProtocolError
 
-_CHUNK: Final = 256 * 1024  # bytes of one read
+_READ_BYTES: Final = 256 * 1024  # the maximal size of one read
 
 
 class FawkesConnection:
-    """One connection, which is never reestablished.
+    """One connection; after its end, the client makes a new object.
 
     :param address: host and port.
     :param timeout: seconds for connecting, and for the server to accept a frame.
@@ -44,26 +44,27 @@ class FawkesConnection:
         self._on_lost: Final = on_lost
         self.last_received_s = time.monotonic()
         """The time of the last received data, by the monotonic clock."""
-        self._sending = threading.Lock()
+        self._send_lock = threading.Lock()
         self._end_reason = ""
         try:
             self._sock = socket.create_connection(address, timeout)
         except OSError as error:
             raise UnreachableError(self.address, error.strerror or str(error)) from None
-        # TCP may connect a socket to itself if no server listens on the port
+        # if no server listens on the port, TCP may choose it as the client's own and connect the socket to
+        # itself
         if self._sock.getsockname() == self._sock.getpeername():
             self._sock.close()
             raise UnreachableError(self.address, "connected to itself")
-        tune(self._sock)
+        configure_socket(self._sock)
         self._sock.settimeout(None)
-        seconds, fraction = divmod(timeout, 1)  # for the C struct timeval
+        seconds, fraction = divmod(timeout, 1)  # of the C struct timeval
         self._sock.setsockopt(
             socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("@ll", int(seconds), int(fraction * 1e6))
         )
         self._thread = threading.Thread(target=self._receive, name="FawkesNetReceiver", daemon=True)
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         """Whether the connection has ended, even if ``on_lost`` was not called yet."""
         return bool(self._end_reason)
 
@@ -76,35 +77,36 @@ class FawkesConnection:
 
         :raises ConnectionLostError: if the connection is lost or the server accepts no data.
         """
-        with self._sending:
+        with self._send_lock:
             if self._end_reason:
                 raise ConnectionLostError(self.address, self._end_reason)
             try:
                 self._sock.sendall(data)
             except OSError as error:
-                # a part of a frame may have been sent, so that further frames would not be understood
+                # a part of the frame may have been sent, after which the server would misread further frames
                 blocked = isinstance(error, BlockingIOError)
                 self._end_reason = "the other end does not accept data any more" if blocked else str(error)
-                self._cut()
+                self._disconnect()
                 raise ConnectionLostError(self.address, self._end_reason) from None
 
     def abort(self, reason: str) -> None:
         """End the connection. Callable from any thread."""
         self._end_reason = self._end_reason or reason
-        self._cut()
+        self._disconnect()
 
-    def finish(self, timeout: float) -> None:
+    def close_after_sending(self, timeout: float) -> None:
         """End the connection after all sent data, and wait for the receiving thread."""
         with contextlib.suppress(OSError):  # the peer may have closed the connection first
             self._sock.shutdown(socket.SHUT_WR)
         self._end_reason = self._end_reason or "it was closed"
         if self._thread is not threading.current_thread() and self._thread.is_alive():
-            self._thread.join(min(timeout, 0.5))  # the server closes the connection after reading everything
-            self._cut()
+            # a server closes the connection after it has read everything, within half a second if it is alive
+            self._thread.join(min(timeout, 0.5))
+            self._disconnect()
             self._thread.join(timeout)
         self._sock.close()
 
-    def _cut(self) -> None:
+    def _disconnect(self) -> None:
         with contextlib.suppress(OSError):  # the connection may be closed already
             self._sock.shutdown(socket.SHUT_RDWR)
 
@@ -112,8 +114,8 @@ class FawkesConnection:
         decoder = FrameDecoder(limit_to_client)
         reason = "it was closed by the other end"
         try:
-            while data := self._sock.recv(_CHUNK):
-                acknowledge(self._sock)
+            while data := self._sock.recv(_READ_BYTES):
+                acknowledge_at_once(self._sock)
                 self.last_received_s = time.monotonic()
                 for frame in decoder.feed(data):
                     self._on_frame(frame)
@@ -122,6 +124,6 @@ class FawkesConnection:
         except ProtocolError as error:
             reason = error.message
         self._end_reason = self._end_reason or reason
-        self._cut()
+        self._disconnect()
         self._on_lost(self, self._end_reason)
         self._sock.close()

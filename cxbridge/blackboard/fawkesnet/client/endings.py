@@ -1,4 +1,8 @@
-"""Delays the end of an interface until the ends of its instances are reported, as on a local blackboard."""
+"""The order of ends: observers learn of an interface's end after listeners learn of its last instance's end.
+
+A local blackboard reports the ends in this order. Here, the closing thread reports the end of the instance,
+and the thread of events reports the end of the interface, which the server may send first.
+"""
 
 from __future__ import annotations
 
@@ -13,11 +17,8 @@ from cxbridge.blackboard.fawkesnet.messages.fields import pack_text, unpack_text
 Call = Callable[[], None]
 
 
-class Endings:
-    """Holds back events of an interface while an instance is being closed.
-
-    The closing thread reports the end of an instance, the thread of events reports the end of the interface,
-    which the server may send before the closing thread has finished.
+class InterfaceEndings:
+    """Delays the events of an interface while a thread closes an instance.
 
     :param put: queues a call for the thread of events.
     """
@@ -26,21 +27,25 @@ class Endings:
         self._put: Final = put
         self._lock = threading.Lock()
         self._closing: dict[tuple[str, str], int] = {}
-        self._held: dict[tuple[str, str], list[Call]] = {}
+        self._delayed: dict[tuple[str, str], list[Call]] = {}
 
     def deliver(self, interface_type: str, interface_id: str, call: Call) -> None:
-        """Queue a call, now or after the closing of the interface's instances. Names are as on the wire."""
+        """Queue a call, now or after the closing of the interface's instances.
+
+        :param interface_type: the type as received.
+        :param interface_id: the id as received.
+        """
         key = (interface_type, interface_id)
         with self._lock:
             if key in self._closing:
-                self._held.setdefault(key, []).append(call)
+                self._delayed.setdefault(key, []).append(call)
             else:
                 self._put(call)
 
     @contextmanager
     def closing(self, interface_type: str, interface_id: str) -> Iterator[None]:
-        """Hold back the events of an interface in this block."""
-        key = _on_the_wire(interface_type, TYPE_SIZE), _on_the_wire(interface_id, ID_SIZE)
+        """Delay the events of an interface until the end of the block."""
+        key = _truncate_name(interface_type, TYPE_SIZE), _truncate_name(interface_id, ID_SIZE)
         with self._lock:
             self._closing[key] = self._closing.get(key, 0) + 1
         try:
@@ -50,10 +55,10 @@ class Endings:
                 self._closing[key] -= 1
                 if not self._closing[key]:
                     del self._closing[key]
-                    for call in self._held.pop(key, ()):
+                    for call in self._delayed.pop(key, ()):
                         self._put(call)
 
 
-def _on_the_wire(name: str, size: int) -> str:
-    """Return a name as in events: cut if it fills its field."""
+def _truncate_name(name: str, size: int) -> str:
+    """Return a name as Fawkes sends it in events, cut to the size of its field."""
     return unpack_text(pack_text(name, size))

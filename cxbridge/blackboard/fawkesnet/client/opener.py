@@ -1,4 +1,8 @@
-"""Listing and opening of interfaces on Fawkes' blackboard, with a search for the accepted hash."""
+"""Listing and opening of interfaces on Fawkes' blackboard.
+
+Fawkes opens an interface only with the hash of its own definition, which the client may not have. The opener
+offers the hashes of all definitions with the same layout.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +29,7 @@ from cxbridge.interfaces.schema import InterfaceSchema
 class Opener:
     """Lists and opens the interfaces of one server.
 
-    :param remote: host and port, for messages.
+    :param remote: host and port, for errors.
     """
 
     def __init__(self, requests: RequestSender, remote: str) -> None:
@@ -33,38 +37,40 @@ class Opener:
         self._remote: Final = remote
         self._hashes: Final = RemoteHashes()
 
-    def open(self, request: OpenRequest, opened: Callable[[OpenSuccess], None]) -> OpenSuccess:
+    def open(self, request: OpenRequest, on_opened: Callable[[OpenSuccess], None]) -> OpenSuccess:
         """Offer hashes until the server accepts one.
 
-        :param opened: called in the receiving thread after opening, before the next frame is handled.
+        :param on_opened: called in the receiving thread after opening, before the next frame is handled.
         :raises BlackBoardError: if the server refuses.
         """
         schema = request.interface_class.SCHEMA
 
         def on_reply(reply: Reply) -> None:
             if isinstance(reply, OpenSuccess) and len(reply.block) == schema.datasize:
-                opened(reply)
+                on_opened(reply)
 
-        candidates, listed, tried = self._hashes.candidates(schema), None, list[bytes]()
-        # usually one round: the first candidate is the hash that the server has accepted before, or Fawkes'
+        candidates, listed, refused_hashes = self._hashes.candidates(schema), None, list[bytes]()
+        # usually one round: the first candidate is the hash that the server accepted before, or Fawkes' own
         while True:
-            offer = candidates[0]
-            reply = self._requests.request(Open(schema.name, request.id, offer, request.writer), on_reply)
+            offered_hash = candidates[0]
+            reply = self._requests.request(
+                Open(schema.name, request.id, offered_hash, request.writer), on_reply
+            )
             if isinstance(reply, OpenSuccess):
                 self._check_size(schema, reply)
-                self._hashes.adopt(schema, offer)
+                self._hashes.adopt(schema, offered_hash)
                 return reply
             assert isinstance(reply, OpenFailure)
             if reply.error != OpenError.HASH_MISMATCH:
                 raise self._refusal_error(reply.error, schema.name, request.id)
-            tried.append(offer)
-            # the server's list has the hashes of the type's other open interfaces
+            refused_hashes.append(offered_hash)
+            # the server's list shows the server's hash if an interface of the type is open already
             if listed is None:
                 listed = [info.hash for info in self._requests.list(schema.name, "*").interfaces]
                 candidates = self._hashes.candidates(schema, listed)
-            candidates = [candidate for candidate in candidates if candidate not in tried]
+            candidates = [candidate for candidate in candidates if candidate not in refused_hashes]
             if not candidates:
-                raise VersionMismatchError(request.uid, next(iter(listed), b""), tried[0])
+                raise VersionMismatchError(request.uid, next(iter(listed), b""), refused_hashes[0])
 
     def list(self, registry: Registry, type_glob: str, id_glob: str) -> Sequence[InterfaceInfo]:
         """Return the server's matching interfaces.

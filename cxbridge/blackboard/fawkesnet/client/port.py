@@ -1,7 +1,8 @@
 """The port of an instance on Fawkes' blackboard: block, counters, listeners.
 
-Fawkes sends a client its own writes back, reports a changing write twice, and numbers the messages itself.
-The port hides all three, so that an instance works as on a local blackboard.
+Fawkes sends a client its own writes back (the echo), reports a changing write twice (REFRESHED, then
+CHANGED), and numbers the messages itself. The port hides all three, so that an instance works as on a local
+blackboard.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from uuid import UUID
 from cxbridge.blackboard.base import BlackBoard, OpenRequest
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.fawkesnet.client.requests import RequestSender
-from cxbridge.blackboard.fawkesnet.messages.blackboard import OpenSuccess, WireMessage, data_frame
+from cxbridge.blackboard.fawkesnet.messages.blackboard import OpenSuccess, WireMessage, pack_data_frame
 from cxbridge.blackboard.listeners import Audience, EventKind
 from cxbridge.blackboard.port import BoardPort
 from cxbridge.blackboard.publications import REFUSED, SENT, emit_message, emit_write
@@ -25,27 +26,26 @@ from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in
 MAX_COUNTED_READERS: Final = 0xFFFF
 """The maximum plausible number of readers, which Fawkes counts in 16 bits."""
 
-NOBODY: Final = UUID(int=0)
-"""The unknown serial of a writer that opened the interface before this client connected."""
+UNKNOWN_SERIAL: Final = UUID(int=0)
+"""The serial of a writer that opened the interface before this client connected, and of such a sender."""
 
-# more than a second of the fastest writer, so that only a listener that hangs misses updates
+# more events than the fastest writer causes in a second, so that only a listener that hangs misses updates
 _MAX_PENDING: Final = 20_000  # waiting events of listeners, above which updates are conflated
 _STAMP_SIZE: Final = STAMP.size  # a block begins with the time stamp
 
 DataEvents = tuple[tuple[EventKind, Audience], ...]
-"""Events of data with their listeners at that time. A listener registered later can read the data itself."""
+"""Events of data, with the listeners at the time of the event. Later listeners read the data themselves."""
 
 
 class RemotePort(BoardPort):
     """The port of one instance, with the known state of the remote interface.
 
-    The receiving thread updates it, the instance's thread reads it. Its lock orders the writes.
+    The receiving thread updates the port, any thread reads the instance.
 
-    :param board: the blackboard.
     :param requests: sends data and messages.
     :param emitter: emits writes and messages on the event bus.
     :param mem_serial: the number of the interface in this client.
-    :param opened: the server's reply.
+    :param opened: the server's reply to the opening.
     """
 
     def __init__(
@@ -66,9 +66,9 @@ class RemotePort(BoardPort):
         """The last written block, to be repeated after a reconnection."""
         self.events_waiting = 0
         """The number of queued data events, counted by the receiver."""
-        self._changed_may_follow = False  # the last frame was REFRESHED, and its CHANGED may follow
-        self._counted = 0  # the last id assigned by the instance
-        self._uncounted = 0  # the number of assigned ids that the server has not counted
+        self._changed_may_follow = False  # the last frame was REFRESHED, whose CHANGED may follow
+        self._last_id = 0  # the last id that the instance has assigned
+        self._unsent_count = 0  # the number of assigned ids that the server has not counted
         self._has_writer = opened.has_writer
         self._num_readers = opened.num_readers
         if any(opened.block):
@@ -78,10 +78,12 @@ class RemotePort(BoardPort):
     def receive(self, block: bytes, *, changed: bool) -> DataEvents:
         """Store a received block; return its events.
 
-        REFRESHED and its CHANGED are one write. CHANGED alone is one write, too.
+        A REFRESHED and its CHANGED count as one write, as does a CHANGED without REFRESHED.
+
+        :param changed: whether the frame was CHANGED instead of REFRESHED.
         """
         if self.instance.is_writer:
-            return ()  # the echo of this client's write, which may be outdated
+            return ()  # the echo of this client's write, which may be older than the present data
         with self._lock:
             snapshot = self._snapshot
             completes_pair = changed and self._changed_may_follow and block == snapshot.block
@@ -89,17 +91,17 @@ class RemotePort(BoardPort):
             if completes_pair:
                 if snapshot.last_changed != snapshot.version:
                     self._replace_snapshot(block, stamped=False, changed=True)
-                return self._events(EventKind.DATA_CHANGED)
+                return self._make_events(EventKind.DATA_CHANGED)
             self._store_received(block, changed=changed)
             if changed:
-                return self._events(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
-            return self._events(EventKind.DATA_REFRESHED)
+                return self._make_events(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+            return self._make_events(EventKind.DATA_REFRESHED)
 
-    def _events(self, *kinds: EventKind) -> DataEvents:
+    def _make_events(self, *kinds: EventKind) -> DataEvents:
         """Return events for the present listeners. The caller holds the lock."""
         return tuple((kind, self.listeners.find_audience(kind)) for kind in kinds)
 
-    def count(self, kind: EventKind) -> None:
+    def count_instance(self, kind: EventKind) -> None:
         """Count an added or removed instance."""
         match kind:
             case EventKind.WRITER_ADDED:
@@ -112,7 +114,7 @@ class RemotePort(BoardPort):
                 self._num_readers = max(self._num_readers - 1, 0)
 
     def lose_connection(self) -> bool:
-        """Forget the state at the server; return whether there was a writer."""
+        """Reset the state at the server; return whether the interface had a writer."""
         had_writer = self._has_writer
         self.serial = None
         self._has_writer = False
@@ -121,11 +123,11 @@ class RemotePort(BoardPort):
         return had_writer
 
     def reopen(self, opened: OpenSuccess) -> DataEvents:
-        """Store a new serial and, for a reader, the block; return its events."""
+        """Store the new serial and, for a reader, the block; return the events of the block."""
         self._has_writer = opened.has_writer
         self._num_readers = opened.num_readers
         self.instance.adopt_serial(opened.serial)
-        self._uncounted = self._counted  # the server counts from 1 again
+        self._unsent_count = self._last_id  # the server counts from 1 again
         self.serial = opened.serial
         if self.instance.is_writer:
             return ()
@@ -133,18 +135,19 @@ class RemotePort(BoardPort):
             if opened.block == self._snapshot.block:
                 return ()
             self._store_received(opened.block, changed=True)
-            return self._events(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+            return self._make_events(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
 
     @property
-    def admits_event(self) -> bool:
-        """Whether the queue accepts a further data event.
+    def accepts_event(self) -> bool:
+        """Whether the queue has room for a further data event.
 
-        With a full queue, the last event carries the newest data.
+        Without room, the event is dropped: listeners read the newest data at the queued events.
         """
         return self.events_waiting < _MAX_PENDING
 
     def _store_received(self, block: bytes, *, changed: bool) -> None:
-        """Store a block; a client that joins during a write gets REFRESHED without CHANGED."""
+        """Store a received block; the caller holds the lock or is the constructor."""
+        # a client that opens an interface during a write gets the values by REFRESHED without CHANGED
         changed = changed or block[_STAMP_SIZE:] != self._snapshot.block[_STAMP_SIZE:]
         self._replace_snapshot(block, stamped=True if changed else None, changed=changed)
 
@@ -160,7 +163,7 @@ class RemotePort(BoardPort):
         :raises ConnectionLostError: if the block cannot be sent.
         """
         data = bytes(block)
-        frame = data_frame(self._open_serial().bytes, data, changed=changed)
+        frame = pack_data_frame(self._open_serial().bytes, data, changed=changed)
         self._requests.send(frame, must_arrive=True)
         self.written = data
         with self._lock:
@@ -174,14 +177,14 @@ class RemotePort(BoardPort):
 
     def next_id(self, last: int) -> int:
         """Return the next id, see :class:`~cxbridge.interfaces.message.Port`."""
-        # the server counts the received messages, so no id can be skipped; a caller that must not confuse an
-        # old reply with a new one sends a harmless message first, see exclusive_control
+        # the server counts the received messages, so the client cannot skip an id that the interface shows; a
+        # caller that needs a different id sends messages without effect first, see exclusive_control
         return (last + 1) & MESSAGE_ID_MASK
 
     def next_id_is_stale(self, last: int) -> bool:
-        """Return whether the server's next id is 0, or the id shown by the interface."""
-        sent_as = (last + 1 - self._uncounted) & MESSAGE_ID_MASK
-        return sent_as in (NO_MESSAGE, id_in(self._snapshot.block, self._id_offset))
+        """Return whether the server's next id is 0, or the id that the interface shows."""
+        server_id = (last + 1 - self._unsent_count) & MESSAGE_ID_MASK
+        return server_id in (NO_MESSAGE, id_in(self._snapshot.block, self._id_offset))
 
     def transmit(self, sender: Interface, message: Message) -> None:
         """Send an addressed message; its id becomes the server's id.
@@ -189,13 +192,14 @@ class RemotePort(BoardPort):
         :raises NoWriterError: if the interface has no writer, as far as known.
         :raises ConnectionLostError: if the message cannot be sent.
         """
-        # Fawkes counts received messages and ignores their ids, so unsent messages must not be counted
-        self._counted = message.id
+        # Fawkes counts the received messages and ignores their ids, so ids of unsent messages must be
+        # subtracted
+        self._last_id = message.id
         source = message.source_id or sender.serial
         try:
             if not self._has_writer and self.serial is not None:
                 self._board.refuse_message(sender, message)
-            message_id = (message.id - self._uncounted) & MESSAGE_ID_MASK
+            message_id = (message.id - self._unsent_count) & MESSAGE_ID_MASK
             sent = WireMessage(
                 serial=self._open_serial(),
                 source=source,
@@ -206,7 +210,7 @@ class RemotePort(BoardPort):
             )
             self._requests.send(sent.to_bytes(), must_arrive=True)
         except BlackBoardError:
-            self._uncounted += 1
+            self._unsent_count += 1
             self._emitter.emit_message(self, message, REFUSED)
             raise
         message.address(message_id, self.mem_serial, sender.serial)
@@ -257,14 +261,18 @@ class PublicationEmitter:
         self._ports: Final = ports
 
     def emit_write(self, port: RemotePort, block: bytes) -> None:
-        """Emit a written or received block if ``port`` reports for its interface."""
+        """Emit a written or received block if the port is the reporting port of its interface."""
         bus = self._bus
-        if bus is None or not bus.wants(Publication) or not self._reports(port):
+        if bus is None or not bus.wants(Publication) or not self._is_reporting_port(port):
             return
 
         def values() -> dict[str, Any]:
             instance = port.interface_class(
-                ClosedPort(port.uid, NOBODY), id=port.id, owner="", serial=NOBODY, writer=False
+                ClosedPort(port.uid, UNKNOWN_SERIAL),
+                id=port.id,
+                owner="",
+                serial=UNKNOWN_SERIAL,
+                writer=False,
             )
             instance.set_from_chunk(block)
             return instance.as_dict()
@@ -272,8 +280,8 @@ class PublicationEmitter:
         emit_write(bus, self._now_us(), port.uid, port.hash, block, values)
 
     def emit_message(self, port: RemotePort, message: Message, outcome: str = "") -> None:
-        """Emit a received message, or one that is being sent."""
-        # a message to a writer of this client comes back, and is emitted then with its outcome
+        """Emit a received message, or a message that this client sends."""
+        # the server sends back a message to a writer of this client, which is emitted then with its outcome
         comes_back = outcome == SENT and any(
             local.uid == port.uid and local.instance.is_writer for local in self._ports()
         )
@@ -281,8 +289,8 @@ class PublicationEmitter:
             sender = "" if port.instance.is_writer else port.instance.owner
             emit_message(self._bus, self._now_us(), port.uid, sender, message, outcome)
 
-    def _reports(self, port: RemotePort) -> bool:
-        """Return whether the port reports for its interface: the writer's port, else the oldest."""
+    def _is_reporting_port(self, port: RemotePort) -> bool:
+        """Return whether the port is the reporting port of its interface: the writer's, else the oldest."""
         ports = [local for local in self._ports() if local.uid == port.uid]
         writers = [local for local in ports if local.instance.is_writer]
         return bool(ports) and (writers or ports)[0] is port

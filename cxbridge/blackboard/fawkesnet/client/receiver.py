@@ -1,4 +1,4 @@
-"""Handling of received frames, in the receiving thread."""
+"""Handling of received frames in the receiving thread."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cxbridge.blackboard.fawkesnet.messages.blackboard import (
     OpenFailure,
     OpenSuccess,
     WireMessage,
-    split_data,
+    unpack_data,
 )
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.kit.complaints import Complaints
@@ -33,10 +33,10 @@ _DATA: Final = frozenset((int(BoardKind.DATA_REFRESHED), int(BoardKind.DATA_CHAN
 
 
 class FrameReceiver:
-    """Handles frames: data immediately, replies for waiting requests, events for the dispatcher.
+    """Stores data in ports, hands replies to waiting requests, and queues events for the dispatcher.
 
-    :param ports: the ports by the bytes of their serials; changes during use.
-    :param requests: waits for replies.
+    :param ports: the ports by the bytes of their serials; the board changes the mapping.
+    :param requests: has the request that waits for a reply.
     :param dispatcher: calls the listeners.
     :param notify_observers: called with created and destroyed interfaces.
     :param complaints: logs invalid messages.
@@ -62,7 +62,7 @@ class FrameReceiver:
     def handle(self, frame: FawkesFrame) -> None:
         """Handle a received frame."""
         if frame.component != ComponentId.BLACKBOARD:
-            return  # this client has no subscription to other components
+            return  # this client sends no requests to other components
         try:
             if frame.kind in _DATA:
                 self._handle_data(frame)
@@ -72,7 +72,7 @@ class FrameReceiver:
             self._complaints.add(f"malformed {frame.kind}", f"ignored what the Fawkes sent: {error.message}")
 
     def _handle_data(self, frame: FawkesFrame) -> None:
-        serial, block = split_data(frame.payload)
+        serial, block = unpack_data(frame.payload)
         port = self._ports.get(serial)
         if port is None:
             return  # the instance has been closed
@@ -84,10 +84,10 @@ class FrameReceiver:
         self.deliver(port, port.receive(block, changed=frame.kind == BoardKind.DATA_CHANGED), block)
 
     def deliver(self, port: RemotePort, events: DataEvents, block: bytes) -> None:
-        """Queue data events for the listeners, and emit the block on the bus."""
+        """Emit a new block on the bus, and queue the data events of listeners."""
         if any(kind is EventKind.DATA_REFRESHED for kind, _ in events):
             self._emitter.emit_write(port, block)
-        if any(audience for _, audience in events) and port.admits_event:
+        if any(audience for _, audience in events) and port.accepts_event:
             port.events_waiting += 1
             self._dispatcher.put(_notify_data, port, events)
 
@@ -108,8 +108,10 @@ class FrameReceiver:
     def _handle_instance_event(self, event: InstanceEvent) -> None:
         port = self._ports.get(event.serial.bytes)
         if port is not None:
-            kind = EventKind[event.kind.name]  # READER_ADDED to WRITER_REMOVED have the names of Fawkes
-            port.count(kind)
+            kind = EventKind[
+                event.kind.name
+            ]  # both enumerations have Fawkes' names READER_ADDED to WRITER_REMOVED
+            port.count_instance(kind)
             self._dispatcher.put(port.listeners.notify, kind, event.event_serial)
 
     def _handle_interface_message(self, message: WireMessage) -> None:
@@ -122,14 +124,14 @@ class FrameReceiver:
         self._dispatcher.put(self._enqueue, port, port.instance, message)
 
     def _enqueue(self, port: RemotePort, writer: Interface, received: WireMessage) -> None:
-        """Let the listeners decide, and append a message to the writer's queue."""
+        """Append a message to the writer's queue, unless a listener handles the message."""
         try:
             message = receive_message(
                 writer,
                 received.type,
                 received.block,
                 message_id=received.id,
-                sender=received.source,  # the wire has the original sender only, not the last one
+                sender=received.source,  # the wire has only the first sender, not the last
                 source=received.source,
                 hops=received.hops + 1,
             )

@@ -1,6 +1,6 @@
 """The thread that reconnects a client and reopens its interfaces.
 
-The thread also probes a silent server. Other threads only report a loss.
+The thread also probes a silent server. The receiving thread only reports the loss of the connection.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, Unreachabl
 
 # short, because a restarted Fawkes is back within a second; doubled, because an absent server may stay absent
 FIRST_WAIT_S: Final = 0.05
-"""Seconds before the second attempt. Each further wait doubles, up to `MAX_WAIT_S`."""
+"""The seconds before the second attempt. Each further wait is twice as long, up to `MAX_WAIT_S`."""
 MAX_WAIT_S: Final = 1.0
-"""The maximal wait in seconds."""
+"""The maximal wait between attempts in seconds."""
 
 
 class Reconnectable(Protocol):
-    """A client with a replaceable connection."""
+    """A client whose connection can be replaced, :class:`~.board.FawkesBlackBoard`."""
 
-    def attach(self, connection: FawkesConnection) -> None:
+    def use_connection(self, connection: FawkesConnection) -> None:
         """Use a new connection."""
 
-    def detach(self, reason: str) -> None:
-        """Notify all instances of the lost connection."""
+    def drop_connection(self, reason: str) -> None:
+        """Reset the ports, and notify the listeners of lost writers."""
 
     def probe(self) -> None:
-        """Probe the server, and end the connection without any reply.
+        """Send a request to the server, and end the connection if the server does not reply.
 
         :raises ConnectionLostError: if the connection is lost.
         """
@@ -50,27 +50,27 @@ class Reconnectable(Protocol):
         """Invalidate an instance that cannot be reopened."""
 
     def report_connection(self, connected: bool, text: str) -> None:
-        """Report a lost or restored connection to log and callbacks."""
+        """Log the loss or return of the connection and queue the callbacks."""
 
 
 class Reconnector:
     """Restores lost connections in a thread.
 
-    :param name: the server's name, for messages.
-    :param silence: seconds of silence before the server is probed; 0 turns probes off.
+    :param name: the server's name, for log lines.
+    :param silence: the seconds without received data before a probe; 0 turns probes off.
     """
 
     def __init__(
         self, client: Reconnectable, connect: Callable[[], FawkesConnection], name: str, silence: float
     ) -> None:
         self.name: Final = name
-        self._silence: Final = silence
+        self._silence_s: Final = silence
         self._client: Final = client
         self._connect: Final = connect
         self._lost = threading.Event()
         self._stopping = threading.Event()
         self._settled = threading.Event()
-        self._reason = ""
+        self._loss_reason = ""
         self._connection: FawkesConnection | None = None
         self._thread = threading.Thread(target=self._run, name="FawkesNetReconnector", daemon=True)
 
@@ -79,23 +79,23 @@ class Reconnector:
 
         :raises UnreachableError: if no server replies.
         """
-        self._use(self._connect())
+        self._use_connection(self._connect())
         self._settled.set()
         self._thread.start()
 
     @property
-    def settled(self) -> bool:
+    def is_settled(self) -> bool:
         """Whether the client is connected and all interfaces are open."""
-        return self._settled.is_set() and self._connection is not None and not self._connection.ended
+        return self._settled.is_set() and self._connection is not None and not self._connection.has_ended
 
     def report_loss(self, connection: FawkesConnection, reason: str) -> None:
         """Report a lost connection. Called in the receiving thread."""
         if connection is self._connection and not self._stopping.is_set():
-            self._reason = reason
-            self._settled.clear()  # first: a caller that checks the state must not wait for a connection
-            self._client.detach(reason)
+            self._loss_reason = reason
+            self._settled.clear()  # first, so that a caller that checks `is_settled` sends no request
+            self._client.drop_connection(reason)
             self._lost.set()
-            self._settled.clear()  # again: `_restore` may have set it before it could see the loss
+            self._settled.clear()  # again, because `_restore` may have set it before it could see the loss
 
     def stop(self, timeout: float) -> None:
         """Stop reconnecting and end the thread."""
@@ -104,47 +104,50 @@ class Reconnector:
         if self._thread is not threading.current_thread():
             self._thread.join(timeout)
 
-    def _use(self, connection: FawkesConnection) -> None:
+    def _use_connection(self, connection: FawkesConnection) -> None:
         self._connection = connection
-        self._client.attach(connection)
+        self._client.use_connection(connection)
         connection.start()
 
     def _run(self) -> None:
-        announced, pause = False, FIRST_WAIT_S
+        announced, wait_s = False, FIRST_WAIT_S
         while not self._stopping.is_set():
-            if not self._lost.wait(self._patience()):
+            if not self._lost.wait(self._probe_wait_s()):
                 self._probe()
                 continue
             if self._stopping.is_set():
                 return
             self._lost.clear()
             if not announced:
-                self._client.report_connection(False, f"lost the connection to {self.name}: {self._reason}")
+                self._client.report_connection(
+                    False, f"lost the connection to {self.name}: {self._loss_reason}"
+                )
             else:  # the client is connected, but could not reopen all interfaces
-                self._stopping.wait(pause)
-                pause = min(2 * pause, MAX_WAIT_S)
+                self._stopping.wait(wait_s)
+                wait_s = min(2 * wait_s, MAX_WAIT_S)
             announced = not self._restore()
             if not announced:
-                pause = FIRST_WAIT_S
+                wait_s = FIRST_WAIT_S
 
-    def _patience(self) -> float | None:
+    def _probe_wait_s(self) -> float | None:
         """Return the seconds until the next probe; None to wait for a loss only."""
-        if not self._silence or self._connection is None:
+        if not self._silence_s or self._connection is None:
             return None
-        return max(self._connection.last_received_s + self._silence - time.monotonic(), 0.0)
+        return max(self._connection.last_received_s + self._silence_s - time.monotonic(), 0.0)
 
     def _probe(self) -> bool:
         """Probe the server; return whether it replies."""
-        # TCP is not enough: for a stopped process, the kernel acknowledges data and accepts connections
+        # TCP keep-alive is not enough: the kernel acknowledges data and accepts connections for a stopped
+        # process
         try:
             self._client.probe()
-        except BlackBoardError:  # the receiving thread reports the loss
-            return False
+        except BlackBoardError:
+            return False  # the receiving thread reports the loss
         return True
 
     def _restore(self) -> bool:
         """Connect and open all interfaces; return success."""
-        if not self._repeat(self._reconnect) or not self._repeat(self._reopen_all):
+        if not self._retry(self._reconnect) or not self._retry(self._reopen_all):
             return False
         self._settled.set()
         if self._lost.is_set():  # the new connection was lost in the meantime
@@ -153,7 +156,7 @@ class Reconnector:
         self._client.report_connection(True, f"the connection to {self.name} is back")
         return True
 
-    def _repeat(self, attempt: Callable[[], bool]) -> bool:
+    def _retry(self, attempt: Callable[[], bool]) -> bool:
         """Repeat an attempt with increasing waits until it succeeds.
 
         :returns: False if the client stops, or the new connection is lost.
@@ -168,14 +171,14 @@ class Reconnector:
 
     def _reconnect(self) -> bool:
         try:
-            self._use(self._connect())
+            self._use_connection(self._connect())
         except UnreachableError:
             return False
         return True
 
     def _reopen_all(self) -> bool:
-        """Open the missing interfaces; return whether no attempt must be repeated."""
-        if self._silence and not self._probe():
+        """Reopen the lost instances; return False if the attempt must be repeated."""
+        if self._silence_s and not self._probe():
             return False
         complete = True
         for port in self._client.lost_ports():
@@ -184,7 +187,7 @@ class Reconnector:
             except ConnectionLostError:
                 return False
             except WriterActiveError:
-                # perhaps our former instance: the server has not noticed its lost connection yet
+                # perhaps this client's former instance, if the server has not noticed the lost connection yet
                 complete = False
             except BlackBoardError as error:
                 self._client.give_up(port, error)

@@ -1,6 +1,6 @@
 """Requests to Fawkes with a reply: one at a time, because replies have no number.
 
-A reply that comes too late would be taken for the reply to the next request. So a timeout ends the
+The client could not distinguish a late reply from the reply to the next request. So a timeout ends the
 connection, and the client reconnects.
 """
 
@@ -25,11 +25,11 @@ from cxbridge.blackboard.fawkesnet.messages.blackboard import (
     OpenSuccess,
 )
 
-AWAY: Final = "it has not come back yet"
-"""The reason of failed calls without connection."""
+AWAY_REASON: Final = "it has not come back yet"
+"""The reason for failed calls without connection."""
 
-NOTHING: Final = ListMatching("", "")
-"""The cheapest request: interfaces with an empty name."""
+EMPTY_LIST_REQUEST: Final = ListMatching("", "")
+"""The cheapest request with a reply: no interface has an empty name, so the list is empty."""
 
 Reply = InterfaceList | OpenSuccess | OpenFailure
 
@@ -37,8 +37,10 @@ Reply = InterfaceList | OpenSuccess | OpenFailure
 class _PendingRequest:
     """A request that waits for its reply."""
 
-    def __init__(self, expects: tuple[type[Reply], ...], on_reply: Callable[[Reply], None] | None) -> None:
-        self.expects: Final = expects
+    def __init__(
+        self, reply_types: tuple[type[Reply], ...], on_reply: Callable[[Reply], None] | None
+    ) -> None:
+        self.reply_types: Final = reply_types
         self.on_reply: Final = on_reply
         self.done = threading.Event()
         self.reply: Reply | None = None
@@ -49,28 +51,28 @@ class RequestSender:
     """Sends requests over the present connection and waits for their replies.
 
     :param address: the server's address, for errors.
-    :param timeout: seconds to wait for a connection, and then for a reply.
+    :param timeout: the seconds to wait for a connection, and then for a reply.
     """
 
     def __init__(self, address: str, timeout: float) -> None:
         self._address: Final = address
         self._timeout: Final = timeout
-        self._turn = threading.Lock()
+        self._request_lock = threading.Lock()
         self._state = threading.Condition()
         self.connection: FawkesConnection | None = None
-        """The present connection, or None."""
+        """The present connection; None after its loss."""
         self.must_confirm = False
         """Whether a shutdown must wait until the server has received the sent messages."""
         self._pending: _PendingRequest | None = None
         self._is_shut_down = False
 
-    def attach(self, connection: FawkesConnection) -> None:
+    def use_connection(self, connection: FawkesConnection) -> None:
         """Use a new connection."""
         with self._state:
             self.connection = connection
             self._state.notify_all()
 
-    def detach(self, reason: str) -> None:
+    def drop_connection(self, reason: str) -> None:
         """Drop the connection; a waiting request fails."""
         with self._state:
             self.connection = None
@@ -84,11 +86,11 @@ class RequestSender:
         with self._state:
             self._is_shut_down = True
             self._state.notify_all()
-        self.detach("the blackboard was shut down")
+        self.drop_connection("the blackboard was shut down")
 
     def unavailable_error(self) -> ConnectionLostError:
         """Return the error of a call without connection."""
-        return ConnectionLostError(self._address, AWAY)
+        return ConnectionLostError(self._address, AWAY_REASON)
 
     def send(self, frames: bytes, *, must_arrive: bool = False) -> None:
         """Send a message without reply.
@@ -108,27 +110,27 @@ class RequestSender:
         on_reply: Callable[[Reply], None] | None = None,
         *,
         timeout: float | None = None,
-        any_sign: bool = False,
+        extend_on_data: bool = False,
     ) -> Reply:
         """Send a request and return its reply.
 
         :param on_reply: called with the reply in the receiving thread, before the next frame is handled.
-        :param timeout: the limit in seconds; by default that of this object.
-        :param any_sign: whether any received data extend the wait; without a connection, the request fails at
-            once.
+        :param timeout: the limit in seconds; by default the timeout of this object.
+        :param extend_on_data: whether any received data extend the wait, and the request fails at once
+            without a connection.
         :raises ConnectionLostError: if the connection is missing for too long, or lost during the request.
         :raises BlackBoardGoneError: after the shutdown.
         """
-        expects = (OpenSuccess, OpenFailure) if isinstance(message, Open) else (InterfaceList,)
-        request = _PendingRequest(expects, on_reply)
+        reply_types = (OpenSuccess, OpenFailure) if isinstance(message, Open) else (InterfaceList,)
+        request = _PendingRequest(reply_types, on_reply)
         timeout = self._timeout if timeout is None else timeout
-        with self._turn:
-            connection = self._send_request(request, 0.0 if any_sign else timeout)
+        with self._request_lock:
+            connection = self._send_request(request, 0.0 if extend_on_data else timeout)
             connection.send(message.to_bytes())
-            patience = timeout  # with `any_sign`, from the last received data
-            while not request.done.wait(patience) and any_sign:
-                patience = connection.last_received_s + timeout - time.monotonic()
-                if patience <= 0:
+            wait_s = timeout  # with `extend_on_data`, from the last received data
+            while not request.done.wait(wait_s) and extend_on_data:
+                wait_s = connection.last_received_s + timeout - time.monotonic()
+                if wait_s <= 0:
                     break
             if not request.done.is_set():
                 # a late reply would be taken for the reply to the next request
@@ -144,8 +146,8 @@ class RequestSender:
         :raises ConnectionLostError: if there is no reply.
         """
         fits = len(type_glob.encode()) < TYPE_SIZE and len(id_glob.encode()) < ID_SIZE
-        lists_all = (type_glob, id_glob) == ("*", "*") or not fits
-        reply = self.request(ListAll() if lists_all else ListMatching(type_glob, id_glob))
+        list_all = (type_glob, id_glob) == ("*", "*") or not fits
+        reply = self.request(ListAll() if list_all else ListMatching(type_glob, id_glob))
         assert isinstance(reply, InterfaceList)
         return reply
 
@@ -153,7 +155,7 @@ class RequestSender:
         """Handle a reply in the receiving thread; return whether a request was waiting for it."""
         with self._state:
             request = self._pending
-            if request is None or not isinstance(reply, request.expects):
+            if request is None or not isinstance(reply, request.reply_types):
                 return False
             self._pending = None
         try:

@@ -1,1 +1,1 @@
-"""Components of the server."""
+"""The components of the server, as in Fawkes: blackboard, configuration, network logger, plugin manager."""

@@ -42,7 +42,7 @@ OWNER: Final = "remote"
 
 _MAX_SECOND: Final = 2**62  # a later time stamp of a client is implausible and not converted
 
-_FAILURES: Final = {
+_FAILURE_TEXTS: Final = {
     bb.OpenError.UNKNOWN_TYPE: "interface class not found",
     bb.OpenError.HASH_MISMATCH: "hash mismatch",
     bb.OpenError.WRITER_EXISTS: "writer already exists",
@@ -56,9 +56,8 @@ _OPEN_ERRORS: Final = (
 
 
 class BlackBoardNetworkHandler(NetworkHandler, Observer):
-    """Serves a blackboard.
+    """Opens, lists, writes and closes interfaces for clients, and forwards the events of their instances.
 
-    :param board: the blackboard.
     :param logger: logs the actions of clients.
     :param complaints: logs the mistakes of clients.
     :param echo: whether clients receive their own writes, as from Fawkes.
@@ -120,7 +119,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
             self._log.debug(
                 f"Closing interface {opened.instance.uid} of remote {session.number} (client disconnected)"
             )
-            self._release(opened)
+            self._close_instance(opened)
 
     def _open(self, session: FawkesSession, frame: FawkesFrame) -> None:
         code = bb.OpenError.UNKNOWN
@@ -135,28 +134,28 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
                 raise
             self._complaints.add(
                 f"open {code} {session.peer}",
-                f"Opening interface {request.type}::{request.id} failed, {_FAILURES[code]}",
+                f"Opening interface {request.type}::{request.id} failed, {_FAILURE_TEXTS[code]}",
             )
 
     def _try_open(self, session: FawkesSession, request: bb.Open) -> None:
         """Open an interface for a client.
 
-        :raises CxbridgeError: if it cannot be opened.
+        :raises CxbridgeError: if the interface cannot be opened.
         """
         if request.writing:
             self._rights.check_writer(f"{request.type}::{request.id}")
         interface_class = self._board.registry.get(request.type)
         schema, client_instances = interface_class.SCHEMA, self._opened[session]
         if not accepts_hash(schema, request.hash):
-            # before opening, otherwise the interface would stay open
+            # before the opening, which would create the interface
             raise VersionMismatchError(f"{request.type}::{request.id}", schema.hash, request.hash)
         check_client_limits((opened.instance for opened in client_instances.values()), schema)
         opened = self._open_listening(session, interface_class, request)
         if request.writing:
             opened.instance.auto_timestamping = False  # the client sets the time stamps
         client_instances[opened.instance.serial.bytes] = opened
-        session.largest_block = max(session.largest_block, _largest_block(interface_class))
-        opened.introduce()
+        session.max_block_size = max(session.max_block_size, _max_block_size(interface_class))
+        opened.announce()
 
     def _open_listening(
         self, session: FawkesSession, interface_class: type[Interface], request: bb.Open
@@ -164,7 +163,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         opened: list[OpenedInstance] = []
         kinds: tuple[EventKind, ...] = ()
         if request.writing and not self._echo:
-            kinds = (*MEMBERSHIP_KINDS, EventKind.MESSAGE_RECEIVED)  # no events of its own writes
+            kinds = (*MEMBERSHIP_KINDS, EventKind.MESSAGE_RECEIVED)  # without the events of writes
 
         def listen(instance: Interface, listeners: ListenerTable) -> None:
             opened.append(OpenedInstance(instance, session, self._board.clock.now_us))
@@ -183,9 +182,9 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
                 "which has not been opened"
             )
         self._log.debug(f"Remote {session.number} closing interface {opened.instance.uid}")
-        self._release(opened)
+        self._close_instance(opened)
 
-    def _release(self, opened: OpenedInstance) -> None:
+    def _close_instance(self, opened: OpenedInstance) -> None:
         self._board.unregister_listener(opened, opened.instance)
         self._board.close(opened.instance)
 
@@ -210,8 +209,8 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         session.send(bb.InterfaceList(tuple(infos)).to_bytes())
 
     def _write(self, session: FawkesSession, frame: FawkesFrame, *, changed: bool) -> None:
-        serial, block = bb.split_data(frame.payload)
-        instance = self._instance(session, serial, "DATA")
+        serial, block = bb.unpack_data(frame.payload)
+        instance = self._find_instance(session, serial, "DATA")
         if not instance.is_writer:
             raise BlackBoardError(f"DATA: {session!r} writes to {instance.uid}, which it reads, ignoring.")
         if len(block) != instance.SCHEMA.datasize:
@@ -221,12 +220,12 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
             )
         instance.set_from_chunk(block)
         if changed:
-            _mark_written(instance, block)
+            _mark_changed(instance, block)
         instance.write()  # keeps the client's time stamp
 
     def _enqueue(self, session: FawkesSession, frame: FawkesFrame) -> None:
         received = bb.WireMessage.unpack(frame.payload)
-        instance = self._instance(session, received.serial.bytes, "MESSAGE")
+        instance = self._find_instance(session, received.serial.bytes, "MESSAGE")
         if instance.is_writer:
             raise BlackBoardError(
                 "MESSAGE: Received message notification, but for a writing instance, ignoring."
@@ -247,7 +246,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         )
         instance.msgq_enqueue(message, proxy=True, message_id=received.id)
 
-    def _instance(self, session: FawkesSession, serial: bytes, request: str) -> Interface:
+    def _find_instance(self, session: FawkesSession, serial: bytes, request: str) -> Interface:
         opened = self._opened[session].get(serial)
         if opened is None:
             raise BlackBoardError(
@@ -256,8 +255,8 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         return opened.instance
 
 
-def _mark_written(instance: Interface, block: bytes) -> None:
-    """Mark values and time stamp as new, even if the client's clock stands still."""
+def _mark_changed(instance: Interface, block: bytes) -> None:
+    """Mark the values as changed, and the time stamp as new even if the client's clock stands still."""
     seconds, microseconds = STAMP.unpack_from(block)
     if 0 <= seconds <= _MAX_SECOND and 0 <= microseconds < MICROSECONDS:
         instance.set_timestamp(seconds * MICROSECONDS + microseconds)
@@ -265,7 +264,8 @@ def _mark_written(instance: Interface, block: bytes) -> None:
         instance.mark_data_changed()
 
 
-def _largest_block(interface_class: type[Interface]) -> int:
-    """Return the size of the largest block of an interface, including its messages."""
+def _max_block_size(interface_class: type[Interface]) -> int:
+    """Return the size of the largest block of an interface and its messages."""
     schema = interface_class.SCHEMA
+    # the 0, because `max` takes a single argument for a collection, and a type may have no messages
     return max(schema.datasize, *(message.datasize for message in schema.messages), 0)

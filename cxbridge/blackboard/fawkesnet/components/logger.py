@@ -15,7 +15,7 @@ from cxbridge.printing import indented, one_line
 class NetworkLogger(NetworkHandler):
     """Sends log lines from any thread to subscribed clients.
 
-    :param bus: the bus of the log lines, subscribed only while there are clients.
+    :param bus: the bus of the log lines; the component subscribes only while it has clients.
     """
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.NETWORK_LOGGER

@@ -1,4 +1,4 @@
-"""A client's open instance, whose events are forwarded to the client."""
+"""A client's open instance on the server's blackboard."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from cxbridge.interfaces.instance import Interface, Message
 
 
 class OpenedInstance(MembershipListener):
-    """A client's open instance, which forwards events.
+    """Forwards the events of a client's instance to the client.
 
-    Nothing is sent before the client knows the instance: OPEN_SUCCESS includes the earlier events. Only a
-    writer also gets the earlier messages, and the ends of readers that may have sent them.
+    The instance sends no events before the client knows the instance by OPEN_SUCCESS, which includes the data
+    and counts of earlier events. Only a writer gets earlier messages after OPEN_SUCCESS, and the ends of the
+    readers that may have sent them.
 
-    :param session: the session of the client.
-    :param now_us: returns the time.
+    :param now_us: returns the time, microseconds since the epoch.
     """
 
     def __init__(self, instance: Interface, session: FawkesSession, now_us: Callable[[], int]) -> None:
@@ -29,22 +29,22 @@ class OpenedInstance(MembershipListener):
         self._now_us: Final = now_us
         self._serial: Final = instance.serial.bytes
         self._lock = threading.Lock()
-        self._introduced = False
-        self._repeats = True  # whether the present event was already sent, in OPEN_SUCCESS
-        self._sent_writes = 0  # the number of writes that the client has received
-        self._block = b""  # the newest block that the client has received
-        self._early_frames: list[bytes] = []  # a writer's frames from before the client knows the instance
+        self._is_announced = False
+        self._already_sent = True  # whether OPEN_SUCCESS included the write of the present event
+        self._sent_write_count = 0  # the number of writes that the client has received
+        self._block = b""  # the last block that the client has received
+        self._early_frames: list[bytes] = []  # a writer's frames until OPEN_SUCCESS
 
-    def introduce(self) -> None:
-        """Send the instance to the client."""
+    def announce(self) -> None:
+        """Send OPEN_SUCCESS and the early frames to the client."""
         with self._lock:
             instance = self.instance
             instance.read()
-            self._sent_writes = instance.version_read
+            self._sent_write_count = instance.version_read
             self._block = instance.to_bytes()
             opened = bb.OpenSuccess(instance.serial, instance.has_writer, instance.num_readers, self._block)
             self.session.send(opened.to_bytes())
-            self._introduced = True
+            self._is_announced = True
             if instance.is_writer:
                 self._forward_queued()
                 for frame in self._early_frames:
@@ -54,22 +54,21 @@ class OpenedInstance(MembershipListener):
     def data_refreshed(self, interface: Interface) -> None:
         """Send the present data."""
         with self._lock:
-            if self._introduced:
+            if self._is_announced:
                 interface.read()
                 newest = interface.version_read
-                # the event of a write that OPEN_SUCCESS included
-                self._repeats = newest == self._sent_writes
-                if self._repeats:
+                self._already_sent = newest == self._sent_write_count
+                if self._already_sent:
                     return
                 # `newest` is smaller after the numbers have restarted from 0
-                self._sent_writes = min(self._sent_writes + 1, newest)
+                self._sent_write_count = min(self._sent_write_count + 1, newest)
                 self._block = block = interface.to_bytes()
                 self.session.send_data(self._serial, block, changed=False)
 
     def data_changed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
         """Repeat the frame of the same write as changed."""
         with self._lock:
-            if self._introduced and not self._repeats:
+            if self._is_announced and not self._already_sent:
                 self.session.send_data(self._serial, self._block, changed=True)
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002
@@ -78,7 +77,7 @@ class OpenedInstance(MembershipListener):
             self._forward_queued()
             self._forward(message)
         if not message.enqueued:
-            message.mark_enqueued(self._now_us())  # it is in the client's queue and cannot be sent again
+            message.mark_enqueued(self._now_us())  # the client queues it, so the sender cannot send it again
         return False
 
     def _forward_queued(self) -> None:
@@ -89,21 +88,20 @@ class OpenedInstance(MembershipListener):
     def _forward(self, message: Message) -> None:
         serial = self.instance.serial
         source = message.source_id or serial
-        sent = bb.WireMessage(
+        frame = bb.WireMessage(
             serial, source, message.type, message.id, message.hops, message.to_bytes()
         ).to_bytes()
-        if self._introduced:
-            self.session.send(sent)
+        if self._is_announced:
+            self.session.send(frame)
         else:
-            self._early_frames.append(sent)
+            self._early_frames.append(frame)
 
     def membership_changed(self, interface: Interface, kind: EventKind, serial: UUID) -> None:
-        """Send the event, unless it is that of this instance itself."""
         if serial == interface.serial:
-            return
+            return  # the client knows the opening of its own instance by OPEN_SUCCESS
         event = bb.InstanceEvent(bb.BoardKind[kind.name], interface.serial, serial).to_bytes()
         with self._lock:
-            if self._introduced:
+            if self._is_announced:
                 self.session.send(event)
             elif kind is EventKind.READER_REMOVED and interface.is_writer:
                 self._early_frames.append(event)

@@ -15,14 +15,14 @@ from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.errors import BlackBoardError, CxbridgeError
 
-_STOP_SECONDS: Final = 5.0  # a worker may be within a request that takes longer
+_STOP_S: Final = 5.0  # a plugin that does not finish loading must not block the end of the process
 
 
 @dataclass(frozen=True, slots=True)
 class FawkesPlugin:
     """A loadable plugin.
 
-    :param name: the name, of which at most 31 bytes reach a client of Fawkes.
+    :param name: the name, cut to 31 bytes for clients of Fawkes.
     :param description: the description, one line of text.
     """
 
@@ -31,7 +31,7 @@ class FawkesPlugin:
 
 
 class PluginHost(Protocol):
-    """The owner of the plugins. Called from threads of the server."""
+    """The owner of the plugins, called in threads of the server."""
 
     def available(self) -> Sequence[FawkesPlugin]: ...
 
@@ -39,23 +39,23 @@ class PluginHost(Protocol):
         """Return the loaded plugins in order of loading."""
 
     def load(self, name: str) -> None:
-        """Load plugins. Does nothing for loaded ones.
+        """Load plugins, except those that are loaded already.
 
         :param name: a plugin, or several separated by commas.
         :raises CxbridgeError: if loading fails.
         """
 
     def unload(self, name: str) -> None:
-        """Unload a plugin. Does nothing if it is not loaded.
+        """Unload a plugin if it is loaded.
 
         :raises CxbridgeError: if unloading fails.
         """
 
 
 class PluginManager(NetworkHandler):
-    """Lists, loads and unloads plugins, and notifies watchers.
+    """Lists, loads and unloads plugins, and notifies the watching clients.
 
-    A separate thread loads plugins one by one, because loading may take long.
+    A separate thread loads and unloads plugins one by one, because loading may take long.
     """
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.PLUGIN_MANAGER
@@ -77,7 +77,7 @@ class PluginManager(NetworkHandler):
             case PluginKind.LIST_LOADED:
                 _send(session, PluginMessage(PluginKind.LOADED_LIST, items=tuple(self._host.loaded())))
             case PluginKind.LOAD | PluginKind.UNLOAD:
-                self._work(partial(self._change, session, message))
+                self._run_in_worker(partial(self._load_or_unload, session, message))
             case PluginKind.SUBSCRIBE_WATCH:
                 self._watchers |= {session}
             case PluginKind.UNSUBSCRIBE_WATCH:
@@ -93,7 +93,7 @@ class PluginManager(NetworkHandler):
         with self._lock:
             worker, self._worker = self._worker, None
         if worker is not None:
-            worker.stop(_STOP_SECONDS)
+            worker.stop(_STOP_S)
 
     def notify_loaded(self, name: str) -> None:
         """Notify all watchers of a loaded plugin."""
@@ -107,7 +107,7 @@ class PluginManager(NetworkHandler):
         for session in self._watchers:
             _send(session, message)
 
-    def _work(self, call: Callable[[], None]) -> None:
+    def _run_in_worker(self, call: Callable[[], None]) -> None:
         with self._lock:
             if self._worker is None:
                 self._worker = Dispatcher("FawkesNetPlugins", self._report_failure)
@@ -116,8 +116,8 @@ class PluginManager(NetworkHandler):
     def _report_failure(self, kind: str, error: Exception) -> None:
         self._complaints.add(kind, f"loading or unloading failed: {type(error).__name__}: {error}")
 
-    def _change(self, session: FawkesSession, message: PluginMessage) -> None:
-        """Load or unload in the worker thread."""
+    def _load_or_unload(self, session: FawkesSession, message: PluginMessage) -> None:
+        """Load or unload a plugin, in the worker thread, and send the outcome to the client."""
         if message.kind == PluginKind.LOAD:
             change, success, failure = self._host.load, PluginKind.LOADED, PluginKind.LOAD_FAILED
         else:
@@ -127,7 +127,7 @@ class PluginManager(NetworkHandler):
         except Exception as error:
             _send(session, PluginMessage(failure, message.name))  # the client waits for a reply
             if not isinstance(error, CxbridgeError):
-                raise
+                raise  # to `_report_failure`, with the class of the error
             self._complaints.add(f"{message.kind.name} {message.name}", error.message)
         else:
             _send(session, PluginMessage(success, message.name))

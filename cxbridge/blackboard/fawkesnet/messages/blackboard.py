@@ -1,4 +1,8 @@
-"""Messages of the blackboard component. Source: docs/evidence/protocol-fawkes.md."""
+"""Messages of the blackboard component. Source: docs/evidence/protocol-fawkes.md.
+
+Each message is a class with a :class:`~.layout.Layout`, which packs and unpacks its attributes. Data messages
+also have functions without objects, because each write of an interface sends one or two of them.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +15,8 @@ from uuid import UUID
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.messages.fields import (
     WireValue,
-    expect_at_least,
-    expect_size,
+    check_min_size,
+    check_size,
     pack_list,
     unpack_list,
 )
@@ -23,8 +27,8 @@ from cxbridge.blackboard.fawkesnet.messages.layout import (
     STAMP,
     WORD,
     Layout,
-    raw,
-    text,
+    raw_type,
+    text_type,
 )
 
 # The sizes of the texts in Fawkes' C structs, in bytes.
@@ -36,16 +40,16 @@ HASH_SIZE: Final = 16
 DATA_HEAD: Final = Struct(">16sI")
 """The serial of the instance, and the size of the block."""
 
-# requests fill the fields of names without a NUL at the end; events have it, and cut longer names
-_PATTERN: Final = {
-    "type": text(TYPE_SIZE, terminated=False),
-    "id": text(ID_SIZE, terminated=False),
+# in requests, a name may fill its whole field; in events, Fawkes cuts names so that the last byte is NUL
+_REQUEST_NAMES: Final = {
+    "type": text_type(TYPE_SIZE, terminated=False),
+    "id": text_type(ID_SIZE, terminated=False),
 }
-_NAMES: Final = {"type": text(TYPE_SIZE), "id": text(ID_SIZE)}
+_EVENT_NAMES: Final = {"type": text_type(TYPE_SIZE), "id": text_type(ID_SIZE)}
 
 
 class BoardKind(IntEnum):
-    """Kinds of messages; WRITE is unused, since a write sends DATA_REFRESHED or DATA_CHANGED."""
+    """Kinds of messages; WRITE is unused, because a write sends DATA_REFRESHED and DATA_CHANGED."""
 
     LIST_ALL = 0
     INTERFACE_LIST = 1
@@ -79,7 +83,7 @@ class OpenError(IntEnum):
 class _HasKind(Protocol):
     @property
     def kind(self) -> BoardKind:
-        """The kind of message, fixed by the class or computed from the value."""
+        """The kind of message: a constant of the class, or derived from the attributes."""
 
 
 class BlackBoardMessage(WireValue):
@@ -125,14 +129,16 @@ class ListMatching(BlackBoardMessage):
     type_pattern: str
     id_pattern: str
     kind: ClassVar[BoardKind] = BoardKind.LIST
-    LAYOUT: ClassVar = Layout("LIST", {"type_pattern": _PATTERN["type"], "id_pattern": _PATTERN["id"]})
+    LAYOUT: ClassVar = Layout(
+        "LIST", {"type_pattern": _REQUEST_NAMES["type"], "id_pattern": _REQUEST_NAMES["id"]}
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class ListedInterface:
     """An interface in a list.
 
-    :param number: the number of the shared memory on its blackboard.
+    :param number: the number of the interface's shared memory on its blackboard.
     """
 
     type: str
@@ -146,8 +152,8 @@ class ListedInterface:
     LAYOUT: ClassVar = Layout(
         "an element of INTERFACE_LIST",
         {
-            **_NAMES,
-            "hash": raw(HASH_SIZE),
+            **_EVENT_NAMES,
+            "hash": raw_type(HASH_SIZE),
             "number": WORD,
             "has_writer num_readers": PRESENCE,
             "timestamp_us": STAMP,
@@ -176,14 +182,14 @@ class Open(BlackBoardMessage):
     """A request to open an interface.
 
     :param hash: the hash of the definition, 16 bytes.
-    :param writing: whether to open it for writing, instead of reading.
+    :param writing: whether to open the interface for writing, instead of reading.
     """
 
     type: str
     id: str
     hash: bytes
     writing: bool
-    LAYOUT: ClassVar = Layout("OPEN", _PATTERN | {"hash": raw(HASH_SIZE)})
+    LAYOUT: ClassVar = Layout("OPEN", _REQUEST_NAMES | {"hash": raw_type(HASH_SIZE)})
 
     @property
     def kind(self) -> BoardKind:
@@ -236,7 +242,7 @@ class WireMessage(BlackBoardMessage):
     :param serial: the sending instance; towards the writer, the writing instance.
     :param source: the original sender.
     :param type: the type of the message, e.g. ``ExecSkillMessage``.
-    :param id: the number that the sending instance has counted.
+    :param id: the number of the message, counted by the sending instance.
     :param hops: the number of crossed networks.
     :param block: the data.
     """
@@ -253,7 +259,7 @@ class WireMessage(BlackBoardMessage):
         {
             "serial": SERIAL,
             "source": SERIAL,
-            "type": text(MESSAGE_TYPE_SIZE),
+            "type": text_type(MESSAGE_TYPE_SIZE),
             "id": WORD,
             "hops": WORD,
         },
@@ -300,7 +306,7 @@ class InterfaceEvent(BlackBoardMessage):
     kind: BoardKind
     type: str
     id: str
-    LAYOUT: ClassVar = Layout("an event of an interface", _NAMES)
+    LAYOUT: ClassVar = Layout("an event of an interface", _EVENT_NAMES)
 
 
 MESSAGE_HEAD_SIZE: Final = WireMessage.LAYOUT.size
@@ -349,21 +355,21 @@ def unpack_blackboard(kind: int, payload: bytes) -> BlackBoardMessage:
     return message_class.unpack(payload, **attributes)
 
 
-def split_data(payload: bytes) -> tuple[bytes, bytes]:
+def unpack_data(payload: bytes) -> tuple[bytes, bytes]:
     """Return the serial as 16 bytes, and the block of a data message.
 
     :raises MalformedMessageError: if the sizes are inconsistent.
     """
-    # compared here as well, which saves two calls for each valid message
+    # each write sends data messages, so valid ones save the two calls of the checks
     if len(payload) < _HEAD_SIZE:
-        expect_at_least(payload, _HEAD_SIZE, "DATA")
+        check_min_size(payload, _HEAD_SIZE, "DATA")
     serial, size = DATA_HEAD.unpack_from(payload)
     if len(payload) != _HEAD_SIZE + size:
-        expect_size(payload, _HEAD_SIZE + size, "DATA")
+        check_size(payload, _HEAD_SIZE + size, "DATA")
     return serial, payload[_HEAD_SIZE:]
 
 
-def data_frame(serial: bytes, block: bytes, *, changed: bool) -> bytes:
+def pack_data_frame(serial: bytes, block: bytes, *, changed: bool) -> bytes:
     """Return the frame of a data message, faster than :class:`Data`.
 
     :param serial: 16 bytes.

@@ -1,9 +1,8 @@
-"""Conversion of frames to typed values and back, for all components, without I/O.
+"""Conversion of frames to typed messages for all components, without I/O, and the size limits of messages.
 
 ::
 
-
-    decoder = FrameDecoder(client_limit(largest_block))
+    decoder = FrameDecoder(limit_to_client)
     for frame in decoder.feed(received):
         message = decode(frame)
     sock.sendall(Close(serial).to_bytes())
@@ -37,26 +36,26 @@ CONFIG_LIMIT: Final = 256 * 1024
 LIST_LIMIT: Final = 16 * 1024 * 1024
 """The maximum size of a list or other message from a server."""
 
-_NAMES: Final = bb.TYPE_SIZE + bb.ID_SIZE
-# The payload of requests to the server, in bytes.
-_TO_SERVER: Final[Mapping[int, int]] = {
+_SERIAL_SIZE: Final = 16
+_NAMES_SIZE: Final = bb.TYPE_SIZE + bb.ID_SIZE
+# the payload sizes of requests to the server, in bytes
+_REQUEST_SIZES: Final[Mapping[int, int]] = {
     bb.BoardKind.LIST_ALL: 0,
-    bb.BoardKind.LIST: _NAMES,
-    bb.BoardKind.OPEN_FOR_READING: _NAMES + 16,
-    bb.BoardKind.OPEN_FOR_WRITING: _NAMES + 16,
-    bb.BoardKind.CLOSE: 16,
+    bb.BoardKind.LIST: _NAMES_SIZE,
+    bb.BoardKind.OPEN_FOR_READING: _NAMES_SIZE + bb.HASH_SIZE,
+    bb.BoardKind.OPEN_FOR_WRITING: _NAMES_SIZE + bb.HASH_SIZE,
+    bb.BoardKind.CLOSE: _SERIAL_SIZE,
 }
-# A message may exceed its limit by these bytes: the server then refuses the message but keeps the connection.
-_SLACK: Final = 1024
 
-ALWAYS_ALLOWED: Final = _SLACK
-"""The size permitted for every message to a server."""
+# a message that exceeds its size by fewer bytes is refused alone; a longer message ends the connection
+ALWAYS_ALLOWED: Final = 1024
+"""The size permitted for every message to a server, and for the excess of a message over its known size."""
 
 
 def decode(frame: FawkesFrame) -> Message:
     """Return the message in a frame.
 
-    :raises MalformedMessageError: if component or kind are unknown, or the bytes are invalid.
+    :raises MalformedMessageError: if the component or the kind is unknown, or the bytes are invalid.
     """
     match frame.component:
         case ComponentId.BLACKBOARD:
@@ -70,21 +69,20 @@ def decode(frame: FawkesFrame) -> Message:
     raise MalformedMessageError(f"there is no component {frame.component}")
 
 
-def limit_to_server(component: int, kind: int, largest_block: int) -> int:
+def limit_to_server(component: int, kind: int, max_block_size: int) -> int:
     """Return the maximum payload of a message to a server.
 
-    :param largest_block: the size of the largest block that the client may send now.
+    :param max_block_size: the size of the largest block that the client may send now.
     """
     if component == ComponentId.BLACKBOARD:
-        fixed = _TO_SERVER.get(kind)
-        if fixed is not None:
-            return int(fixed) + _SLACK
+        if kind in _REQUEST_SIZES:
+            return _REQUEST_SIZES[kind] + ALWAYS_ALLOWED
         if kind in (
             bb.BoardKind.DATA_REFRESHED,
             bb.BoardKind.DATA_CHANGED,
             bb.BoardKind.INTERFACE_MESSAGE,
         ):
-            return bb.MESSAGE_HEAD_SIZE + largest_block + _SLACK
+            return bb.MESSAGE_HEAD_SIZE + max_block_size + ALWAYS_ALLOWED
     if component == ComponentId.CONFIGURATION:
         return CONFIG_LIMIT
     return UNKNOWN_LIMIT

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
-from struct import Struct, error
+from struct import Struct
+from struct import error as StructError  # noqa: N812 - the name of a class
 from typing import ClassVar, Final, Self
 
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.messages.fields import (
     WireValue,
-    expect_at_least,
-    expect_size,
+    check_min_size,
+    check_size,
     pack_list,
     pack_text,
     unpack_list,
@@ -24,8 +25,8 @@ from cxbridge.config.scalars import ConfigType
 PATH_SIZE: Final = 128  # bytes of Fawkes' C struct
 _DESCRIPTOR: Final = Struct(f"={PATH_SIZE}sHH")
 _ENTRY_KIND: Final = Struct("=I")
-_STRING_HEAD: Final = Struct("=HH")  # length, and two unused bytes
-_IS_DEFAULT: Final = 1  # the lowest of the flags; Fawkes uses no other
+_STRING_HEAD: Final = Struct("=HH")  # the length, and two unused bytes
+_IS_DEFAULT: Final = 1  # the only flag that Fawkes uses
 _MAX_STRING: Final = 0xFFFF  # the length of a string has 16 bits
 
 Scalar = bool | int | float | str
@@ -66,18 +67,18 @@ class ConfigKind(IntEnum):
 _TYPES: Final = (ConfigType.FLOAT, ConfigType.UINT, ConfigType.INT, ConfigType.BOOL, ConfigType.STRING)
 _FORMATS: Final = {ConfigType.FLOAT: "f", ConfigType.UINT: "I", ConfigType.INT: "i", ConfigType.BOOL: "i"}
 
-GETS: Final = frozenset(kind for kind in ConfigKind if kind <= ConfigKind.GET_VALUE)
-SETS: Final = {ConfigKind(ConfigKind.SET_FLOAT + index): kind for index, kind in enumerate(_TYPES)}
+GET_KINDS: Final = frozenset(kind for kind in ConfigKind if kind <= ConfigKind.GET_VALUE)
+SET_TYPES: Final = {ConfigKind(ConfigKind.SET_FLOAT + index): kind for index, kind in enumerate(_TYPES)}
 """The value's type in each kind of message that sets a value."""
-DEFAULT_SETS: Final = {
+SET_DEFAULT_TYPES: Final = {
     ConfigKind(ConfigKind.SET_DEFAULT_FLOAT + index): kind for index, kind in enumerate(_TYPES)
 }
 """The value's type in each kind of message that sets a default."""
-VALUES: Final = {ConfigKind(ConfigKind.FLOAT_VALUE + index): kind for index, kind in enumerate(_TYPES)}
+VALUE_TYPES: Final = {ConfigKind(ConfigKind.FLOAT_VALUE + index): kind for index, kind in enumerate(_TYPES)}
 """The value's type in each kind of message that contains a value."""
-VALUE_KINDS: Final = {kind: message for message, kind in VALUES.items()}
-_WITH_VALUES: Final = SETS | DEFAULT_SETS | VALUES
-_WITHOUT_PATH: Final = frozenset({ConfigKind.SUBSCRIBE, ConfigKind.UNSUBSCRIBE})
+VALUE_KINDS: Final = {kind: message for message, kind in VALUE_TYPES.items()}
+_VALUE_TYPES_BY_KIND: Final = SET_TYPES | SET_DEFAULT_TYPES | VALUE_TYPES
+_PATHLESS_KINDS: Final = frozenset({ConfigKind.SUBSCRIBE, ConfigKind.UNSUBSCRIBE})
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +87,7 @@ class ConfigMessage(WireValue):
 
     :param path: the path, of at most 127 bytes.
     :param is_list: whether the value is a list. On the wire, an empty list looks like a scalar.
-    :param is_default: whether the message concerns the default.
+    :param is_default: whether the message is about the default instead of the value.
     """
 
     kind: ConfigKind
@@ -107,16 +108,16 @@ class ConfigMessage(WireValue):
 
         :raises MalformedMessageError: if a value does not fit its type on the wire.
         """
-        if self.kind in _WITHOUT_PATH:
+        if self.kind in _PATHLESS_KINDS:
             return b""
-        return self._descriptor() + self._values()
+        return self._pack_descriptor() + self._pack_values()
 
     def pack_entry(self) -> bytes:
         """Return the message as an element of LIST.
 
         :raises MalformedMessageError: if a value does not fit its type on the wire.
         """
-        return self._descriptor() + _ENTRY_KIND.pack(self.kind) + self._values()
+        return self._pack_descriptor() + _ENTRY_KIND.pack(self.kind) + self._pack_values()
 
     @classmethod
     def unpack(cls, kind: int, payload: bytes) -> Self:
@@ -128,48 +129,49 @@ class ConfigMessage(WireValue):
             message_kind = ConfigKind(kind)
         except ValueError:
             raise MalformedMessageError(f"the configuration has no messages of kind {kind}") from None
-        if message_kind in _WITHOUT_PATH:
-            expect_size(payload, 0, message_kind.name)
+        if message_kind in _PATHLESS_KINDS:
+            check_size(payload, 0, message_kind.name)
             return cls(message_kind)
         return cls._unpack(message_kind, payload, _DESCRIPTOR.size)
 
     @classmethod
     def unpack_entry(cls, element: bytes) -> Self:
-        expect_at_least(element, _DESCRIPTOR.size + _ENTRY_KIND.size, "an element of LIST")
+        check_min_size(element, _DESCRIPTOR.size + _ENTRY_KIND.size, "an element of LIST")
+        # only the lowest byte of the word is the kind
         number = _ENTRY_KIND.unpack_from(element, _DESCRIPTOR.size)[0] & 0xFF
-        if number not in VALUES:
+        if number not in VALUE_TYPES:
             raise MalformedMessageError(f"an element of LIST has the unknown type {number}")
         return cls._unpack(ConfigKind(number), element, _DESCRIPTOR.size + _ENTRY_KIND.size)
 
     @classmethod
     def _unpack(cls, kind: ConfigKind, payload: bytes, start: int) -> Self:
-        value_type = _WITH_VALUES.get(kind)
-        expect_at_least(payload, start, kind.name)
+        value_type = _VALUE_TYPES_BY_KIND.get(kind)
+        check_min_size(payload, start, kind.name)
         raw_path, flags, count = _DESCRIPTOR.unpack_from(payload)
         path, is_default = unpack_text(raw_path), bool(flags & _IS_DEFAULT)
         if value_type is None:
-            expect_size(payload, start, kind.name)
-            return cls(kind, path, is_default=is_default)  # without values the count is meaningless
-        # a scalar has the count 0
+            check_size(payload, start, kind.name)
+            return cls(kind, path, is_default=is_default)  # Fawkes leaves the count undefined without values
+        # the wire marks a scalar by the count 0
         values = _unpack_values(value_type, payload[start:], max(count, 1), kind.name)
         return cls(kind, path, values, count > 0, is_default)
 
-    def _descriptor(self) -> bytes:
+    def _pack_descriptor(self) -> bytes:
         count = len(self.values) if self.is_list else 0
         flags = _IS_DEFAULT if self.is_default else 0
         return _DESCRIPTOR.pack(pack_text(self.path, PATH_SIZE), flags, count)
 
-    def _values(self) -> bytes:
-        value_type = _WITH_VALUES.get(self.kind)
+    def _pack_values(self) -> bytes:
+        value_type = _VALUE_TYPES_BY_KIND.get(self.kind)
         if value_type is None:
             return b""
         if value_type is ConfigType.STRING:
-            terminated = self.is_list or self.kind in VALUES
+            terminated = self.is_list or self.kind in VALUE_TYPES  # as in Fawkes, see `_unpack_strings`
             return b"".join(_pack_string(str(value), terminated=terminated) for value in self.values)
         try:
             return Struct(f"={len(self.values)}{_FORMATS[value_type]}").pack(*self.values)
-        except (error, OverflowError) as problem:
-            raise MalformedMessageError(f"{self.path}: {problem}") from None
+        except (StructError, OverflowError) as error:
+            raise MalformedMessageError(f"{self.path}: {error}") from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,23 +213,23 @@ def _pack_string(text: str, *, terminated: bool) -> bytes:
 def _unpack_values(value_type: ConfigType, raw: bytes, count: int, subject: str) -> tuple[Scalar, ...]:
     if value_type is ConfigType.STRING:
         return tuple(_unpack_strings(raw, count, subject))
-    expect_size(raw, 4 * count, f"the value of {subject}")
+    check_size(raw, 4 * count, f"the value of {subject}")
     values: tuple[Scalar, ...] = Struct(f"={count}{_FORMATS[value_type]}").unpack(raw)
     return tuple(map(bool, values)) if value_type is ConfigType.BOOL else values
 
 
 def _unpack_strings(raw: bytes, count: int, subject: str) -> Iterator[str]:
-    """Yield texts. The NUL after the last one is optional: a client that sets a single text omits it."""
+    """Yield texts. The last NUL is optional, because Fawkes' clients omit it when they set a single text."""
     start = 0
     for index in range(count):
-        expect_at_least(raw[start:], _STRING_HEAD.size, f"a text of {subject}")
+        check_min_size(raw[start:], _STRING_HEAD.size, f"a text of {subject}")
         length, _ = _STRING_HEAD.unpack_from(raw, start)
         start += _STRING_HEAD.size
         text = raw[start : start + length]
-        expect_size(text, length, f"a text of {subject}")
+        check_size(text, length, f"a text of {subject}")
         yield text.decode(errors="backslashreplace")
         start += length
         if index < count - 1 or start < len(raw):
-            expect_size(raw[start : start + 1].rstrip(b"\0"), 0, f"the end of a text of {subject}")
+            check_size(raw[start : start + 1].rstrip(b"\0"), 0, f"the end of a text of {subject}")
             start += 1
-    expect_size(raw, start, f"the texts of {subject}")
+    check_size(raw, start, f"the texts of {subject}")

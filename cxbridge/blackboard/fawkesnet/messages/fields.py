@@ -1,4 +1,4 @@
-"""Common parts of messages: texts of fixed size and lists."""
+"""Common parts of the messages of all components: the base class, texts of fixed size, and lists."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 
 LIST_HEAD: Final = Struct(">II")
-"""The size of the following elements, and their number."""
+"""The total size of the following elements, and their number."""
 
-_LENGTH: Final = Struct(">H")
+_LENGTH: Final = Struct(">H")  # before each element
 
-# Fawkes' limit: an element and its two bytes of length have at most 65535 bytes
+# in Fawkes, an element and its two bytes of length have at most 65535 bytes
 MAX_ELEMENT: Final = 65533
-"""The maximum size of a list element."""
+"""The maximum size of a list element in bytes."""
 
 
 class WireValue(ABC):
@@ -44,21 +44,21 @@ class WireValue(ABC):
         return self.to_frame().to_bytes()
 
 
-def expect_size(payload: bytes, size: int, subject: str) -> None:
+def check_size(payload: bytes, size: int, subject: str) -> None:
     """Check the size of a payload.
 
     :param subject: the name of the payload, for errors.
-    :raises MalformedMessageError: if it differs from ``size``.
+    :raises MalformedMessageError: if the size differs from ``size``.
     """
     if len(payload) != size:
         raise MalformedMessageError(f"{subject} has {len(payload)} bytes, not {size}")
 
 
-def expect_at_least(payload: bytes, size: int, subject: str) -> None:
+def check_min_size(payload: bytes, size: int, subject: str) -> None:
     """Check the minimum size of a payload.
 
     :param subject: the name of the payload, for errors.
-    :raises MalformedMessageError: if it is shorter than ``size``.
+    :raises MalformedMessageError: if the payload is shorter than ``size``.
     """
     if len(payload) < size:
         raise MalformedMessageError(f"{subject} has {len(payload)} bytes, at least {size} are needed")
@@ -74,7 +74,7 @@ def pack_text(text: str, size: int, *, terminated: bool = True) -> bytes:
 
 
 def unpack_text(raw: bytes) -> str:
-    """Return the text before the first NUL. Bytes other than UTF-8 become escapes."""
+    """Return the text before the first NUL, with escapes for bytes that are not UTF-8."""
     return raw.split(b"\0", 1)[0].decode(errors="backslashreplace")
 
 
@@ -93,9 +93,9 @@ def unpack_list(payload: bytes, subject: str) -> tuple[bytes, ...]:
     """Return the elements of a list.
 
     :param subject: the name of the list, for errors.
-    :raises MalformedMessageError: if head, lengths and bytes are inconsistent.
+    :raises MalformedMessageError: if the head or a length does not match the bytes.
     """
-    expect_at_least(payload, LIST_HEAD.size, subject)
+    check_min_size(payload, LIST_HEAD.size, subject)
     size, count = LIST_HEAD.unpack_from(payload)
     end = len(payload)
     if size != end - LIST_HEAD.size:
@@ -110,6 +110,6 @@ def unpack_list(payload: bytes, subject: str) -> tuple[bytes, ...]:
             raise MalformedMessageError(f"{subject} ends within an element")
         elements.append(payload[start + _LENGTH.size : element_end])
         start = element_end
-    if len(elements) & 0xFFFF != count & 0xFFFF:  # Fawkes counts in 16 bits
+    if len(elements) & 0xFFFF != count & 0xFFFF:  # Fawkes' counter has 16 bits
         raise MalformedMessageError(f"{subject} announces {count} elements and has {len(elements)}")
     return tuple(elements)

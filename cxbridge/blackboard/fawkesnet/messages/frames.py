@@ -1,6 +1,6 @@
 """Conversion of a byte stream to frames and back, without I/O.
 
-Source: docs/evidence/protocol-fawkes.md.
+A frame is a header and a payload. Source: docs/evidence/protocol-fawkes.md.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 from cxbridge.blackboard.fawkesnet.errors import FrameTooLongError
 
 HEADER: Final = Struct(">HHI")
-"""Component, kind, size of payload."""
+"""The component, the kind of message, and the size of the payload."""
 
 
 class ComponentId(IntEnum):
@@ -26,7 +26,7 @@ class ComponentId(IntEnum):
 
 
 class FawkesFrame(NamedTuple):
-    """One message on the wire.
+    """A message on the wire.
 
     :param component: a :class:`ComponentId`, or an unknown number.
     :param kind: the number of the message within its component.
@@ -42,26 +42,27 @@ class FawkesFrame(NamedTuple):
 
 
 Limit = Callable[[int, int], int]
-"""Returns the present maximum payload for a component and kind."""
+"""Returns the present maximum size of a payload for a component and a kind of message."""
 
 
 class FrameDecoder:
     """Splits a byte stream into frames.
 
-    It buffers at most one incomplete frame, and none above the limit.
+    The decoder buffers at most one incomplete frame, and none above the limit.
 
-    :param limit: returns the limit for a header that announces more than ``always``.
-    :param always: the size permitted without calling ``limit``; -1 calls it for every frame.
+    :param limit: returns the limit of a payload.
+    :param always_allowed: the size up to which the decoder does not ask ``limit``; -1 to ask it for each
+        frame.
     """
 
-    def __init__(self, limit: Limit, always: int = -1) -> None:
+    def __init__(self, limit: Limit, always_allowed: int = -1) -> None:
         self._limit: Final = limit
-        self._always: Final = always
+        self._always_allowed: Final = always_allowed
         self._pending = bytearray()
-        self._needed = HEADER.size
+        self._needed_size = HEADER.size
 
     @property
-    def pending(self) -> int:
+    def pending_size(self) -> int:
         """The number of buffered bytes."""
         return len(self._pending)
 
@@ -72,25 +73,25 @@ class FrameDecoder:
 
         :raises FrameTooLongError: if a header exceeds the limit. The rest of the stream cannot be decoded.
         """
-        # the usual piece has whole frames, which are not copied
+        # usual data are whole frames, which need no copy to the buffer
         if self._pending:
             self._pending += data
-            if len(self._pending) < self._needed:
-                return  # a large frame comes in many pieces, and is split only once
+            if len(self._pending) < self._needed_size:
+                return  # a large frame comes in many pieces; a conversion for each would take quadratic time
             data = bytes(self._pending)
             self._pending.clear()
         start, end = 0, len(data)
         while end - start >= HEADER.size:
             component, kind, size = HEADER.unpack_from(data, start)
-            # before the payload is collected: the limit bounds the memory that a client costs
-            if size > self._always and size > (allowed := self._limit(component, kind)):
+            # before the payload is buffered, because the limit bounds the memory for a peer
+            if size > self._always_allowed and size > (allowed := self._limit(component, kind)):
                 raise FrameTooLongError(component, kind, size, allowed)
             frame_end = start + HEADER.size + size
             if frame_end > end:
-                self._needed = frame_end - start
+                self._needed_size = frame_end - start
                 self._pending += data[start:]
                 return
             yield FawkesFrame(component, kind, data[start + HEADER.size : frame_end])
             start = frame_end
-        self._needed = HEADER.size
+        self._needed_size = HEADER.size
         self._pending += data[start:]

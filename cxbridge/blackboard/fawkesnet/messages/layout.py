@@ -8,8 +8,8 @@ from typing import Any, Final, NamedTuple
 from uuid import UUID
 
 from cxbridge.blackboard.fawkesnet.messages.fields import (
-    expect_at_least,
-    expect_size,
+    check_min_size,
+    check_size,
     pack_text,
     unpack_text,
 )
@@ -33,11 +33,11 @@ def _unchanged(value: Any) -> Any:
     return value
 
 
-def _single(value: Any) -> tuple[Any]:
+def _as_tuple(value: Any) -> tuple[Any]:
     return (value,)
 
 
-WORD: Final = WireType("I", _unchanged, _single)
+WORD: Final = WireType("I", _unchanged, _as_tuple)
 """A 32-bit number."""
 
 SERIAL: Final = WireType("16s", lambda serial: serial.bytes, lambda raw: (UUID(bytes=raw),))
@@ -51,9 +51,9 @@ def _pack_presence(has_writer: bool, num_readers: int) -> int:
 
 
 PRESENCE: Final = WireType("I", _pack_presence, lambda word: (bool(word & _HAS_WRITER), word & ~_HAS_WRITER))
-"""Whether there is a writer, and the number of readers, in one word."""
+"""The presence of a writer and the number of readers, in one word."""
 
-# unlike all other numbers in the byte order of the sender, because Fawkes copies its C struct
+# in the byte order of the sender, unlike all other numbers, because Fawkes copies its C struct
 _STAMP: Final = Struct("=qq")
 STAMP: Final = WireType(
     f"{_STAMP.size}s",
@@ -63,12 +63,12 @@ STAMP: Final = WireType(
 """Microseconds since the epoch, as seconds and microseconds."""
 
 
-def raw(size: int) -> WireType:
+def raw_type(size: int) -> WireType:
     """Return the type of raw bytes."""
-    return WireType(f"{size}s", _unchanged, _single)
+    return WireType(f"{size}s", _unchanged, _as_tuple)
 
 
-def text(size: int, *, terminated: bool = True) -> WireType:
+def text_type(size: int, *, terminated: bool = True) -> WireType:
     """Return the type of a text padded with NUL, see :func:`~.fields.pack_text`."""
     return WireType(
         f"{size}s",
@@ -81,8 +81,9 @@ class Layout:
     """The fields of a message in wire order.
 
     :param name: the name of the message, for errors.
-    :param fields: types by the name of the attribute, or by several names with blanks between them.
-    :param block: whether a block with its size follows.
+    :param fields: the type of each field by the name of its attribute; by several names, with blanks between
+        them, for a field that holds several attributes.
+    :param block: whether the size of a block and the block follow the fields.
     """
 
     def __init__(
@@ -112,12 +113,13 @@ class Layout:
 
         :raises MalformedMessageError: if the size is wrong.
         """
-        (expect_at_least if self._has_block else expect_size)(payload, self.size, self._name)
+        (check_min_size if self._has_block else check_size)(payload, self.size, self._name)
         words = self._head.unpack_from(payload)
         attributes: dict[str, Any] = {}
+        # not strict: the size of a block is a word without a field
         for (names, field), word in zip(self._fields, words, strict=False):
             attributes.update(zip(names, field.from_wire(word), strict=True))
         if self._has_block:
-            expect_size(payload, self.size + words[-1], self._name)
+            check_size(payload, self.size + words[-1], self._name)
             attributes["block"] = payload[self.size :]
         return attributes

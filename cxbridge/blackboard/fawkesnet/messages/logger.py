@@ -8,18 +8,20 @@ from struct import Struct
 from typing import ClassVar, Final, Self
 
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.messages.fields import WireValue, expect_at_least, expect_size
+from cxbridge.blackboard.fawkesnet.messages.fields import WireValue, check_min_size, check_size
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
 from cxbridge.clock import join_us, split_us
 from cxbridge.events import Level
 
-# Fawkes converts the time to network byte order, and copies the bit field of level and flags
-_WORD: Final = Struct("=I")
+# Fawkes converts the time to network byte order, but copies the bit field of level and flags as it is in
+# memory
+_FLAGS_WORD: Final = Struct("=I")
 _TIME: Final = Struct(">QI")
-_HEAD_SIZE: Final = _WORD.size + _TIME.size
-_EXCEPTION: Final = 16  # the flag above the bits of the level
-_LEVELS: Final = {Level.DEBUG: 0, Level.INFO: 1, Level.WARN: 2, Level.ERROR: 4}
-_BY_NUMBER: Final = {number: level for level, number in _LEVELS.items()}
+_HEAD_SIZE: Final = _FLAGS_WORD.size + _TIME.size
+_LEVEL_MASK: Final = 15  # the lowest four bits of the bit field
+_EXCEPTION_FLAG: Final = 16  # the bit above the level
+_LEVEL_NUMBERS: Final = {Level.DEBUG: 0, Level.INFO: 1, Level.WARN: 2, Level.ERROR: 4}
+_LEVELS_BY_NUMBER: Final = {number: level for level, number in _LEVEL_NUMBERS.items()}
 
 
 class LogKind(IntEnum):
@@ -55,7 +57,7 @@ class LogMessage(WireValue):
     """A log line.
 
     :param time_us: microseconds since the epoch.
-    :param exception: whether the text is an exception's.
+    :param exception: whether the text describes an exception.
     """
 
     time_us: int
@@ -72,24 +74,25 @@ class LogMessage(WireValue):
         return LogKind.LOGMESSAGE
 
     def pack(self) -> bytes:
-        word = _LEVELS[self.level] | (_EXCEPTION if self.exception else 0)
+        word = _LEVEL_NUMBERS[self.level] | (_EXCEPTION_FLAG if self.exception else 0)
         seconds, microseconds = split_us(max(self.time_us, 0))
         texts = (text.encode(errors="replace").replace(b"\0", b"?") for text in (self.component, self.text))
-        return _WORD.pack(word) + _TIME.pack(seconds, microseconds) + b"%s\0%s\0" % tuple(texts)
+        return _FLAGS_WORD.pack(word) + _TIME.pack(seconds, microseconds) + b"%s\0%s\0" % tuple(texts)
 
     @classmethod
     def unpack(cls, payload: bytes) -> Self:
-        expect_at_least(payload, _HEAD_SIZE + 2, "LOGMESSAGE")
-        (word,) = _WORD.unpack_from(payload)
-        seconds, microseconds = _TIME.unpack_from(payload, _WORD.size)
+        check_min_size(payload, _HEAD_SIZE + 2, "LOGMESSAGE")  # two empty texts with a NUL each
+        (word,) = _FLAGS_WORD.unpack_from(payload)
+        seconds, microseconds = _TIME.unpack_from(payload, _FLAGS_WORD.size)
         texts = payload[_HEAD_SIZE:].split(b"\0")
         if len(texts) != 3 or texts[2]:  # noqa: PLR2004 - component, text, nothing after the last NUL
             raise MalformedMessageError("LOGMESSAGE must have two texts, each with a NUL at its end")
         component, text = (raw.decode(errors="backslashreplace") for raw in texts[:2])
-        level = _BY_NUMBER.get(word & 15)
+        number = word & _LEVEL_MASK
+        level = _LEVELS_BY_NUMBER.get(number)
         if level is None:
-            raise MalformedMessageError(f"LOGMESSAGE has the level {word & 15}, which does not exist")
-        return cls(join_us(seconds, microseconds), level, component, text, bool(word & _EXCEPTION))
+            raise MalformedMessageError(f"LOGMESSAGE has the level {number}, which does not exist")
+        return cls(join_us(seconds, microseconds), level, component, text, bool(word & _EXCEPTION_FLAG))
 
 
 def unpack_log(kind: int, payload: bytes) -> LogSubscription | LogMessage:
@@ -100,6 +103,6 @@ def unpack_log(kind: int, payload: bytes) -> LogSubscription | LogMessage:
     if kind == LogKind.LOGMESSAGE:
         return LogMessage.unpack(payload)
     if kind in (LogKind.SUBSCRIBE, LogKind.UNSUBSCRIBE):
-        expect_size(payload, 0, "SUBSCRIBE")
+        check_size(payload, 0, "SUBSCRIBE")
         return LogSubscription(kind == LogKind.SUBSCRIBE)
     raise MalformedMessageError(f"the network logger has no messages of kind {kind}")

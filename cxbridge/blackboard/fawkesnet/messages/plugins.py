@@ -10,7 +10,7 @@ from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.messages.fields import (
     MAX_ELEMENT,
     WireValue,
-    expect_size,
+    check_size,
     pack_list,
     pack_text,
     unpack_list,
@@ -40,9 +40,9 @@ class PluginKind(IntEnum):
     UNSUBSCRIBE_WATCH = 14
 
 
-NAMED: Final = frozenset(list(PluginKind)[:6])  # LOAD to UNLOAD_FAILED
+NAMED_KINDS: Final = frozenset(list(PluginKind)[:6])  # LOAD to UNLOAD_FAILED
 """Kinds with the name of a plugin."""
-LISTS: Final = frozenset({PluginKind.AVAIL_LIST, PluginKind.LOADED_LIST})
+LIST_KINDS: Final = frozenset({PluginKind.AVAIL_LIST, PluginKind.LOADED_LIST})
 """Kinds with a list of texts."""
 
 
@@ -50,11 +50,11 @@ LISTS: Final = frozenset({PluginKind.AVAIL_LIST, PluginKind.LOADED_LIST})
 class PluginMessage(WireValue):
     """A message of the plugin manager.
 
-    :param name: the name of the plugin, for kinds in :data:`NAMED`.
-    :param items: the texts of the kinds in :data:`LISTS`: names, or alternating names and descriptions.
+    :param name: the name of the plugin, for the kinds in :data:`NAMED_KINDS`.
+    :param items: the texts of the kinds in :data:`LIST_KINDS`: names, or alternating names and descriptions.
     """
 
-    # one class, because the kinds differ only in which of the two fields they have
+    # one class for all kinds, because each kind has at most one of the two fields
     kind: PluginKind
     name: str = ""
     items: tuple[str, ...] = ()
@@ -67,9 +67,9 @@ class PluginMessage(WireValue):
         return self.kind
 
     def pack(self) -> bytes:
-        if self.kind in NAMED:
+        if self.kind in NAMED_KINDS:
             return pack_text(self.name, NAME_SIZE)
-        if self.kind in LISTS:
+        if self.kind in LIST_KINDS:
             return pack_list(text.encode(errors="replace")[:MAX_ELEMENT] for text in self.items)
         return b""
 
@@ -83,10 +83,10 @@ class PluginMessage(WireValue):
             message_kind = PluginKind(kind)
         except ValueError:
             raise MalformedMessageError(f"the plugin manager has no messages of kind {kind}") from None
-        if message_kind in NAMED:
-            expect_size(payload, NAME_SIZE, message_kind.name)
+        if message_kind in NAMED_KINDS:
+            check_size(payload, NAME_SIZE, message_kind.name)
             return cls(message_kind, name=unpack_text(payload))
-        if message_kind in LISTS:
+        if message_kind in LIST_KINDS:
             return cls(message_kind, items=tuple(map(unpack_text, unpack_list(payload, message_kind.name))))
-        expect_size(payload, 0, message_kind.name)
+        check_size(payload, 0, message_kind.name)
         return cls(message_kind)

@@ -128,7 +128,7 @@ class InterfaceCopy(BoardPort):
         if added:
             members[serial] = Member(serial.bytes, owner, kind is EventKind.WRITER_ADDED)
         self._members = members
-        self._dispatcher.put(self.listeners.notify_audience, self.listeners.audience(kind), kind, serial)
+        self._dispatcher.put(self.listeners.notify_audience, self.listeners.find_audience(kind), kind, serial)
 
     def queue_message(self, writer: Interface, frame: Deliver) -> tuple[ResultCode, int]:
         """Ask the listeners and queue a message for a writer; in the dispatcher's thread.

@@ -41,7 +41,7 @@ class Introduces(Listener):
     def _come(self, step: EventKind) -> None:
         if step is self.step:
             self.step = EventKind.READER_ADDED  # once
-            self.opened.introduce()
+            self.opened.announce()
 
     def data_refreshed(self, interface: Any) -> None:
         del interface
