@@ -7,9 +7,9 @@ of the message in execution, and the outcome. The shown values can be stale in t
   its skill forever, and its controller to have control (:func:`write_final_block`).
 
 - Fawkes numbers the messages of each sender from 1. The next message of a sender may therefore get the id
-  that the interface shows for another sender's message, and the sender would mistake the shown result for
-  the result of its own message. The next message may also get the id 0, which means no message. The
-  blackboards of cxbridge skip both ids, see :mod:`~cxbridge.interfaces.message_ids`; for Fawkes,
+  that the interface shows for another sender's message, and the sender would mistake the result of that
+  message for the result of the new message. The next message may also get the id 0, which means no message.
+  The blackboards of cxbridge skip both ids, see :mod:`~cxbridge.interfaces.message_ids`; for Fawkes,
   :func:`skip_stale_ids` uses them up.
 """
 

@@ -65,7 +65,7 @@ class ShelfBlackBoard(BlackBoard):
         self._served.unregister_observer(observer)
 
     def _listener_table(self, instance):
-        return self._served._listeners_of(instance)
+        return self._served._listener_table(instance)
 '''
 
 CONTRACT = """

@@ -1,7 +1,7 @@
 """Hashes of interface types for Fawkes and its clients.
 
 The hash of a type is the MD5 of its XML definition. Fawkes refuses to open an interface with a hash that
-differs from the hash of its own definition, even if both definitions have the same layout. So a client offers
+differs from the hash of Fawkes' definition, even if both definitions have the same layout. So a client offers
 the hashes of all known definitions with the same layout, and a server shows the hash of Fawkes' definition.
 """
 

@@ -1,6 +1,6 @@
 """Listing and opening of interfaces on Fawkes' blackboard.
 
-Fawkes opens an interface only with the hash of its own definition, which the client may not have. The opener
+Fawkes opens an interface only with the hash of Fawkes' definition, which the client may not have. The opener
 offers the hashes of all definitions with the same layout.
 """
 
