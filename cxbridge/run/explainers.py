@@ -1,4 +1,4 @@
-"""Explainers of plug-ins: reasons of failed goals, and mistakes of agents."""
+"""Explainers of plug-ins: reasons of failed goals, mistakes of agents, missing events of stuck runs."""
 
 from __future__ import annotations
 
@@ -10,14 +10,17 @@ from cxbridge.errors import BrokenAgentError
 from cxbridge.plugins import PluginError, Table, is_module, package_hint
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
+    from cxbridge.run.agent import Run
     from cxbridge.run.options import RunOptions
-    from cxbridge.trace.formats.base import Run
+    from cxbridge.trace.formats.base import Run as RecordedRun
 
 EXPLAINERS: Final[Table[ModuleType]] = Table(
-    "EXPLAINERS", is_module, "a module with a function 'why', 'explainer', 'broken_agent' or 'places'"
+    "EXPLAINERS",
+    is_module,
+    "a module with a function 'why', 'explainer', 'broken_agent', 'place_of_action' or 'missing_events'",
 )
 """Explainer modules, each with at least one of the functions."""
 
@@ -33,49 +36,43 @@ class Explainer(Protocol):
         """
 
 
-class Places:
-    """Finds names in an agent's files. This base class finds none.
-
-    A place is ``FILE:LINE``, or empty if no file spells the name out.
-    """
-
-    def of_action(self, action: str) -> str:  # noqa: ARG002 - here and below: plug-ins use the parameters
-        """Return the place in a plan that uses an action."""
-        return ""
-
-    def of_goal(self, goal_class: str, mode: str) -> str:  # noqa: ARG002
-        """Return the place of a rule that makes goals of a class, or modifies them into a mode."""
-        return ""
-
-    def of_interface(self, kind: str, name: str) -> str:  # noqa: ARG002
-        """Return the place where rules open an interface."""
-        return ""
-
-    def of_similar_fact(self, template: str) -> str:  # noqa: ARG002
-        """Return the fact with the most similar name, and the place that asserts it.
-
-        The text is ``NAME, which PLACE asserts``.
-        """
-        return ""
-
-    def rules_that_make_goals(self) -> list[str]:
-        """Return the rules that assert goals."""
-        return []
-
-
 def _functions(name: str) -> Iterator[Callable[..., Any]]:
     """Yield the functions with a name of all explainer modules that have the function."""
     modules = map(EXPLAINERS.load, EXPLAINERS.rows)
     return (getattr(module, name) for module in modules if hasattr(module, name))
 
 
-def places(files: Sequence[Path]) -> Places:
-    """Return the finder of the first explainer with a function ``places``, or a finder that finds nothing."""
-    find: Callable[..., Places] = next(_functions("places"), lambda _files: Places())
-    return find(files)
+def has_explainer(function: str) -> bool:
+    """Return whether an explainer has a function."""
+    return next(_functions(function), None) is not None
 
 
-def why(run: Run, name: str) -> Sequence[str]:
+def place_of_action(files: Sequence[Path], action: str) -> str:
+    """Return the place in CLIPS files that puts an action into a plan, ``FILE:LINE``.
+
+    Empty if no file spells the name out, or no plug-in finds the place.
+    """
+    for find in _functions("place_of_action"):
+        place: str = find(files, action)
+        return place
+    return ""
+
+
+def missing_events(agent: Run, failed_rules: Iterable[str]) -> str:
+    """Return a text with the events that a stuck agent waits for.
+
+    Empty if time alone may activate a rule, or no plug-in can tell.
+
+    :param agent: an idle agent: its agenda is empty, and no other program can write to it.
+    :param failed_rules: rules that ended with an error.
+    """
+    for explain in _functions("missing_events"):
+        text: str = explain(agent, failed_rules)
+        return text
+    return ""
+
+
+def why(run: RecordedRun, name: str) -> Sequence[str]:
     """Return why a recorded goal ended as it did, or why a rule did not fire.
 
     :param name: a goal id, a goal class or a rule.
@@ -85,7 +82,7 @@ def why(run: Run, name: str) -> Sequence[str]:
     return lines
 
 
-def explainer(run: Run, at_s: float | None = None, env: str | None = None) -> Explainer:
+def explainer(run: RecordedRun, at_s: float | None = None, env: str | None = None) -> Explainer:
     """Return an explainer of a recorded run, which reads the run once.
 
     :param at_s: the moment, seconds since the start of the run; None: its end.

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError, SkillError
 from cxbridge.executive.executive import action_mapping
-from cxbridge.run.explainers import Places, places
+from cxbridge.run.explainers import place_of_action
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.skiller.skillstring import read_calls
 from cxbridge.skiller.templates import Placeholder, parse_template
@@ -238,12 +238,12 @@ def _mapping_mistake(agent: Run, action: str, message: str, word: str, names: It
 # -- while the agent runs
 
 
-def places_of(agent: Run, executive: Executive) -> Places:
-    """Return the finder for the loaded files of an agent without the files of the core."""
+def own_files(agent: Run, executive: Executive) -> list[Path]:
+    """Return the loaded files of an agent without the files of the core."""
     paths = agent.paths
     core = (paths.cx, paths.library, *paths.before)
     files = dict.fromkeys(executive.env.loader.files)
-    return places([file for file in files if not any(file.is_relative_to(folder) for folder in core)])
+    return [file for file in files if not any(file.is_relative_to(folder) for folder in core)]
 
 
 class UnexecutedActions:
@@ -265,7 +265,7 @@ class UnexecutedActions:
     def _mistake(self, action: str) -> str:
         """Return the cause: a misspelt action, an unmapped action, or missing control of the Skiller."""
         config = self._agent.config
-        place = places_of(self._agent, self._executive).of_action(action)
+        place = place_of_action(own_files(self._agent, self._executive), action)
         facts = self._executive.env.facts("domain-operator")
         operators = {str(slots["name"]) for _, _, slots in facts}
         mapped = set(action_mapping(config, self._agent.spec))

@@ -24,7 +24,7 @@ from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.recording import RecorderComponent
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
 from cxbridge.run.servers import REST_S, RunServer, Stay, no_stay
-from cxbridge.run.stuck import RuleErrors, StuckWatch, waits_for
+from cxbridge.run.stuck import StuckWatch
 from cxbridge.run.watchdog import Stall, Stalls, environments_of
 
 if TYPE_CHECKING:
@@ -90,8 +90,7 @@ def _run(
         assembly = make_run(options, replay, additions)
         stack.callback(assembly.clock.close)
         checks = AgentChecks(assembly.agents)
-        rule_errors = RuleErrors()
-        assembly.bus.subscribe(rule_errors, LogLine)
+        watch = StuckWatch(assembly)
         stack.enter_context(assembly)
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
@@ -127,24 +126,22 @@ def _run(
         deadline_us = assembly.clock.now_us() + int(options.timeout * MICROSECONDS)
         if replay is not None:
             deadline_us += replay.length_us
-        over, loss, is_stuck = False, "", False
+        over, loss = False, ""
         # a client, a user or a function of the program may change a run that looks stuck
-        watch = StuckWatch(
-            assembly,
-            on=replay is None
+        may_be_stuck = (
+            replay is None
             and not (servers or interactive or additions.features)
-            and all(agent.executive.knows_goals for agent in assembly.agents),
+            and all(agent.executive.knows_goals for agent in assembly.agents)
         )
 
         def done() -> bool:
-            nonlocal over, loss, is_stuck
+            nonlocal over, loss
             checks.look()
             over = assembly.is_over
             loss = assembly.loss  # goals may have failed because of the loss
             if interrupt.received or over or assembly.clock.now_us() >= deadline_us:
                 return True
-            is_stuck = not loss and watch.look()
-            return bool(loss) or is_stuck
+            return bool(loss) or (may_be_stuck and watch.check())
 
         assembly.loop.run(done)
         interrupt.check()
@@ -156,8 +153,8 @@ def _run(
             loss,
             limit.verdict,
             (run_seconds, wall_seconds),
+            watch,
             over=over,
-            rule_errors=rule_errors if is_stuck else None,
         )
         recorder.describe({"status": str(result.status), "reason": result.reason})
         _finish_servers(servers, result, stay, lambda: interrupt.received, recorder.loop)
@@ -210,22 +207,21 @@ def sum_up_run(
     loss: str,
     verdict: tuple[int, str] | None,
     seconds: tuple[float, float],
+    watch: StuckWatch,
     *,
     over: bool,
-    rule_errors: RuleErrors | None,
 ) -> RunResult:
     """Return the result of a run.
 
     :param loss: the lost component that ended the run; else empty.
     :param verdict: status and reason from the watchdog, if it ended the run.
     :param seconds: the duration by the run's clock, and the duration in real time.
+    :param watch: has the missing events if the run is stuck.
     :param over: whether the run reached its end.
-    :param rule_errors: the rules with errors if the run is stuck; otherwise None.
     """
     several = len(assembly.agents) > 1
     verdicts = {
-        agent.name: verdict
-        or _verdict(agent, options, loss, rule_errors, over=over or (several and agent.is_over))
+        agent.name: verdict or _verdict(agent, options, loss, watch, over=over or (several and agent.is_over))
         for agent in assembly.agents
     }
     return sum_up(
@@ -239,7 +235,7 @@ def sum_up_run(
                 firings=agent.firings,
                 run_seconds=seconds[0],
                 wall_seconds=seconds[1],
-                is_stuck=rule_errors is not None and verdicts[agent.name][0] == TIMED_OUT,
+                is_stuck=bool(watch.missing_events) and verdicts[agent.name][0] == TIMED_OUT,
             )
             for agent in assembly.agents
         }
@@ -296,7 +292,7 @@ def make_run(options: RunOptions, replay: Replay | None = None, additions: Addit
 
 
 def _verdict(
-    assembly: Run, options: RunOptions, loss: str, rule_errors: RuleErrors | None, *, over: bool
+    assembly: Run, options: RunOptions, loss: str, watch: StuckWatch, *, over: bool
 ) -> tuple[int, str]:
     """Return exit status and reason.
 
@@ -311,10 +307,7 @@ def _verdict(
     if not assembly.executive.knows_goals:
         return _verdict_without_goals(assembly)
     if not over and not maintaining:
-        why = f"{_open_work(assembly)} after {options.timeout:g} s"
-        if rule_errors is not None:
-            why = f"nothing can happen any more: {waits_for(assembly, rule_errors.rules)}"
-        return TIMED_OUT, why
+        return TIMED_OUT, _timeout_reason(assembly, options.timeout, watch)
     if shortcomings:
         return UNSUCCESSFUL, ", ".join(shortcomings)
     if not maintaining and not goals.outcomes:
@@ -348,14 +341,18 @@ def _shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
     return shortcomings
 
 
-def _open_work(assembly: Run) -> str:
-    """Return the open goals or steps of a run that timed out."""
-    if not assembly.executive.initialized:
-        return "the initialisation has not ended"
+def _timeout_reason(assembly: Run, timeout_s: float, watch: StuckWatch) -> str:
+    """Return the events that a stuck run waits for, or the open goals or steps of a run that timed out."""
+    if missing_events := watch.missing_events.get(assembly.name):
+        return f"nothing can happen any more: {missing_events}"
     goals = assembly.executive.goals
-    if goals.open_roots:
-        return f"not over: {_modes(goals.open_roots)}"
-    return "no goal has appeared" if not goals.outcomes else "a skill or rules were not over"
+    if not assembly.executive.initialized:
+        open_work = "the initialisation has not ended"
+    elif goals.open_roots:
+        open_work = f"not over: {_modes(goals.open_roots)}"
+    else:
+        open_work = "no goal has appeared" if not goals.outcomes else "a skill or rules were not over"
+    return f"{open_work} after {timeout_s:g} s" + (f"; {watch.hint}" if watch.hint else "")
 
 
 def _modes(goals: Iterable[GoalState]) -> str:

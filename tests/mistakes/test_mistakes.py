@@ -11,7 +11,7 @@ import pytest
 from tests.forked import Nursery, nursery
 from tests.mistakes.making import run_seconds, tell
 from tests.mistakes.table import MISTAKES, WITHOUT_LINE
-from tests.mistakes.table.mistake import BAD_INPUT, DAEMON, RUN, Mistake
+from tests.mistakes.table.mistake import BAD_INPUT, DAEMON, RUN, STUCK, Mistake
 from tests.support import needs_plugin, share
 
 MOST_SECONDS: Final = 2.0
@@ -34,12 +34,6 @@ TOLD_BY_CHECKS: Final = {
 """The mistakes of CLIPS and PDDL in whose lines the studio's checks say more than the core."""
 
 PLACED_BY_STUDIO: Final = {
-    "a goal mode is misspelt in modify",
-    "a goal is never dispatched",
-    "nobody asks for control of the Skiller",
-    "the file of action selection is forgotten",
-    "nothing tells the domain that all facts are there",
-    "an interface is read that nobody writes",
     "the plan names an action that the domain lacks",
     "there are more names than values",
 }
@@ -52,6 +46,7 @@ ROWS: Final = [
         marks=[needs_plugin("studio")]
         if (kind in ("CLIPS", "PDDL", "daemon") and each.name in TOLD_BY_CHECKS)
         or each.name in PLACED_BY_STUDIO
+        or each.status == STUCK
         else [],
     )
     for kind, mistakes in MISTAKES.items()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -59,42 +58,6 @@ def test_a_run_that_does_not_end_is_status_3_and_says_what_is_open(tmp_path):
     assert result.status == 3
     assert result.reason == "not over: G is DISPATCHED after 5 s"
     assert 5 <= result.run_seconds < 5.1
-
-
-def test_an_agent_that_sets_no_goal_is_stuck_with_status_3(tmp_path):
-    result, _ = run(write_scenario(tmp_path, agent="(defrule nothing (never) =>)"))
-    assert (result.status, result.reason) == (3, "nothing can happen any more: no goal has appeared")
-    assert result.as_dict()["result"] == "stuck"
-    assert result.run_seconds < 2
-
-
-@pytest.mark.parametrize(
-    ("sub_type", "hint"),
-    [
-        ("RETRY-SUBGOAL", ": add goals/retry.clp to the files of the spec"),
-        ("RETRY-SUBGOALS", ": did you mean RETRY-SUBGOAL? Then add goals/retry.clp to the files of the spec"),
-        ("OTHER", ""),
-    ],
-)
-@pytest.mark.parametrize("parent", ["nil", "TOP"])
-def test_a_goal_is_stuck_whose_sub_type_no_rule_handles(tmp_path, sub_type, hint, parent):
-    agent = f"""
-    (defrule make (executive-initialized) =>
-      (assert (goal (id TOP) (class TOP) (mode DISPATCHED)))
-      (assert (goal (id G) (class WALK) (sub-type {sub_type}) (parent {parent}) (mode EXPANDED))))
-    """
-    result, _ = run(write_scenario(tmp_path, agent=agent))
-    causes = result.reason.removeprefix("nothing can happen any more: ").split("; ")
-    told = [each for each in causes if "sub-type" in each]
-    assert [re.sub(r" \(\S+\)", "", each) for each in told] == [
-        f"G is EXPANDED, and no rule handles its sub-type {sub_type}{hint}"
-    ]
-
-
-def test_an_agent_that_waits_for_a_time_is_not_stuck(tmp_path):
-    wait = "(defrule wait (time ?now $?) (test (> ?now 2000000000)) =>)"
-    result, _ = run(write_scenario(tmp_path, agent=wait), timeout=5)
-    assert (result.status, result.reason) == (3, "no goal has appeared after 5 s")
 
 
 def test_an_agent_may_quit(tmp_path):
@@ -310,18 +273,6 @@ def test_a_broken_file_that_is_loaded_while_the_initialisation_waits_is_status_2
     error = bad(scenario)
     assert [(each.file, each.line) for each in error.mistakes] == [(str(later), 1)]
     assert error.message == "1 mistake, the agent was not started"
-
-
-def test_an_initialisation_that_waits_for_a_signal_that_nobody_gives_is_stuck(tmp_path):
-    scenario = write_scenario(tmp_path)
-    config = scenario / "scenario.yaml"
-    config.write_text(
-        config.read_text().replace("- name: agent", "- name: agent\n            wait-for: godot")
-    )
-    result, _ = run(scenario)
-    assert result.status == 3
-    place = f"{config}:14"
-    assert result.reason == f"nothing can happen any more: {place}: agent waits for the signal godot"
 
 
 def test_an_action_without_a_mapping_fails_with_a_reason(tmp_path):

@@ -107,20 +107,6 @@ cxbridge:
     assert told_people[2:4] == ["ben", "  G (MINI): COMPLETED"]
 
 
-def test_one_that_waits_for_ever_times_out_the_run(tmp_path: Path) -> None:
-    more = """
-clips-executive/specs/idle/init/stage-3: [{name: none, files: []}]
-cxbridge: {agents: {ann: {spec: idle}, ben: {}}}
-"""
-    result, _ = run(write(tmp_path, more), timeout=30)
-    assert (result.status, result.reason) == (
-        3,
-        "ann: nothing can happen any more: no goal has appeared",
-    )
-    assert result.spec == "idle mini"
-    assert result.agents["ben"].status == 0
-
-
 def test_the_distributed_databases_are_shared_the_others_are_not(tmp_path: Path) -> None:
     more = "\ncxbridge: {agents: {ann: {}, ben: {}}, robot-memory: {file: memory.db}}\n"
     result, lines = run(write(tmp_path, more, feature="robot_memory", agent=MEMORY_AGENT), skiller="none")

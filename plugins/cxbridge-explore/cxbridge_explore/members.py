@@ -74,13 +74,13 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
         [agent],
         agent.clock,
     )
-    stuck = StuckWatch(agent, on=True)
+    stuck = StuckWatch(agent)
     is_stuck = False
 
     def done() -> bool:
         nonlocal is_stuck
         watch.check()
-        is_stuck = not run.is_over and stuck.look()
+        is_stuck = not run.is_over and stuck.check()
         return is_stuck or run.is_over
 
     run.wait_for(done, timeout)

@@ -6,17 +6,20 @@ that it needs, because most calls need only one part.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import BrokenAgentError
-from cxbridge.run.explainers import Explainer, Places
+from cxbridge.run.explainers import Explainer
 from cxbridge.run.options import RunOptions
-from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.base import Run as RecordedRun
+
+if TYPE_CHECKING:
+    from cxbridge.run.agent import Run
 
 
-def why(run: Run, name: str) -> Sequence[str]:
+def why(run: RecordedRun, name: str) -> Sequence[str]:
     """Return the lines that explain the outcome of a goal, or why a rule did not fire."""
     from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - see the docstring of the module
     from cxbridge_studio.explain.recorded import RecordedEvidence  # noqa: PLC0415
@@ -24,7 +27,7 @@ def why(run: Run, name: str) -> Sequence[str]:
     return explain(RecordedEvidence(run, None, None), name).lines
 
 
-def explainer(run: Run, at_s: float | None, env: str | None) -> Explainer:
+def explainer(run: RecordedRun, at_s: float | None, env: str | None) -> Explainer:
     """Return the function that answers questions about a recorded run at a moment.
 
     :param at_s: the moment in seconds since the start of the run; None for the end.
@@ -51,8 +54,19 @@ def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
     return with_findings(error, options)
 
 
-def places(files: Sequence[Path]) -> Places:
-    """Return the finder of the positions of names in an agent's files."""
+def place_of_action(files: Sequence[Path], action: str) -> str:
+    """Return the position in an agent's files where an action is put into a plan, ``FILE:LINE``."""
     from cxbridge_studio.explain.places import SourcePlaces  # noqa: PLC0415
 
-    return SourcePlaces(files)
+    return SourcePlaces(files).of_action(action)
+
+
+def missing_events(agent: Run, failed_rules: Iterable[str]) -> str:
+    """Return the events that a stuck agent waits for; empty if time alone may activate a rule."""
+    from cxbridge_studio.explain.timed_rules import has_timed_rule  # noqa: PLC0415
+
+    if has_timed_rule(agent):
+        return ""
+    from cxbridge_studio.explain.missing_events import describe_missing_events  # noqa: PLC0415
+
+    return describe_missing_events(agent, failed_rules)

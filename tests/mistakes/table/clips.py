@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Final
 
-from tests.mistakes.table.mistake import RUN, Edit, Mistake, mistake
+from tests.mistakes.table.mistake import RUN, STUCK, Edit, Mistake, mistake
 
 _DOMAIN: Final = "hello-domain.clp"
 _GOALS: Final = "hello-goals.clp"
 _PLAN: Final = "hello-plan.clp"
-_STUCK: Final = 3
 
 _SYNTAX: Final = (
     mistake(
@@ -187,7 +186,7 @@ _STUCK_AGENTS: Final = (
         "(mode SELECT)",
         "GREET-ann is SELECT .*, which is not a mode of goals|'?SELECT'?",
         "hello-goals.clp:27",
-        status=_STUCK,
+        status=STUCK,
     ),
     mistake(
         "a slot is misspelt in modify",
@@ -196,7 +195,7 @@ _STUCK_AGENTS: Final = (
         "(modify ?goal (moed RETRACTED))",
         "GREET-ann is EVALUATED.*actions of rule hello-retract",
         "hello-goals.clp:46",
-        status=_STUCK,
+        status=STUCK,
     ),
     mistake(
         "an error happens in a rule",
@@ -205,7 +204,7 @@ _STUCK_AGENTS: Final = (
         "(/ 1 0)",
         "GREET-ann is FINISHED.*actions of rule hello-evaluate",
         "hello-goals.clp:40",
-        status=_STUCK,
+        status=STUCK,
     ),
     mistake(
         "facts of deffacts never come",
@@ -214,7 +213,7 @@ _STUCK_AGENTS: Final = (
         "(deffacts hello-visitors\n  (hello-visitor (name ann)))",
         "deffacts hello-visitors",
         "hello-goals.clp:9",
-        status=_STUCK,
+        status=STUCK,
     ),
     mistake(
         "a goal is never dispatched",
@@ -223,7 +222,7 @@ _STUCK_AGENTS: Final = (
         "(defrule hello-dispatch\n  ?goal <- (goal (class GRET)",
         "GREET-ann is COMMITTED",
         "hello-goals.clp:33",
-        status=_STUCK,
+        status=STUCK,
     ),
     mistake(
         "nobody asks for control of the Skiller",
@@ -232,7 +231,7 @@ _STUCK_AGENTS: Final = (
         "(assert (domain-loaded))",
         r"GREET-ann is FORMULATED \(.*\); no \(skiller-control\)",
         "hello-goals.clp:20",
-        status=_STUCK,
+        status=STUCK,
     ),
     mistake(
         "the file of action selection is forgotten",
@@ -241,7 +240,7 @@ _STUCK_AGENTS: Final = (
         "",
         "GREET-ann is DISPATCHED .*action greet ann is FORMULATED",
         "hello-plan.clp:6",
-        status=_STUCK,
+        status=STUCK,
     ),
     mistake(
         "nothing tells the domain that all facts are there",
@@ -250,7 +249,7 @@ _STUCK_AGENTS: Final = (
         "(assert (domain-facts-lodaed))",
         "no goal has appeared",
         "hello-domain.clp:12",
-        status=_STUCK,
+        status=STUCK,
     ),
     mistake(
         "the time is forgotten",
@@ -259,7 +258,7 @@ _STUCK_AGENTS: Final = (
         "assert-time-each-loop: false\n",
         "assert-time-each-loop is not true",
         "scenario.yaml:3",
-        status=_STUCK,
+        status=STUCK,
     ),
     Mistake(
         "an interface is read that nobody writes",
@@ -278,7 +277,7 @@ _STUCK_AGENTS: Final = (
         ),
         "hello-domain.clp:18",
         RUN,
-        _STUCK,
+        STUCK,
     ),
 )
 

@@ -20,6 +20,8 @@ DAEMON: Final = (
 )
 
 BAD_INPUT: Final = 2
+STUCK: Final = 3
+"""The exit status of a run in which nothing can happen any more, as the studio finds out."""
 
 
 class Edit(Struct, frozen=True):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from tests.mistakes.table.mistake import Mistake, mistake
+from tests.mistakes.table.mistake import STUCK, Mistake, mistake
 
 _FILE: Final = "scenario.yaml"
 
@@ -101,7 +101,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "            file: hello-domain.clp\n            wait-for: godot\n",
         "waits for the signal godot",
         "scenario.yaml:16",
-        status=3,
+        status=STUCK,
     ),
     mistake(
         "the skill space is misspelt",

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from cxbridge.closing import Closing
-from cxbridge.events import LogLine
 from cxbridge.run.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import RunResult
 from cxbridge.run.run import sum_up_run
-from cxbridge.run.stuck import RuleErrors, StuckWatch
+from cxbridge.run.stuck import StuckWatch
 from cxbridge.run.watchdog import end_spins
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import Chooser
@@ -37,13 +36,11 @@ class JudgedRun(Closing):
         self._options = options
         assembly = self.world.assembly
         self._checks = AgentChecks(assembly.agents)
-        self._errors = RuleErrors()
-        assembly.bus.subscribe(self._errors, LogLine)
-        self._watch = StuckWatch(assembly, on=True)
+        self._watch = StuckWatch(assembly)
         self.world.watchers.append(self._checks)
         self._watchdog = end_spins(assembly)
         self._watchdog.start()
-        self._is_stuck = self._is_checked = False
+        self._is_checked = False
         self._loss = ""
 
     def play(self) -> tuple[RunResult, WorldResult]:
@@ -58,8 +55,8 @@ class JudgedRun(Closing):
             self._loss,
             None,
             (result.seconds, 0.0),
+            self._watch,
             over=result.is_over,
-            rule_errors=self._errors if self._is_stuck else None,
         )
         return ended, result
 
@@ -71,8 +68,7 @@ class JudgedRun(Closing):
         self._checks.look()
         self._loss = self.world.assembly.loss
         # A team that waits for a restart is not stuck: the restarted agent can still change something.
-        self._is_stuck = not self._loss and not self.world.awaits_restart and self._watch.look()
-        return bool(self._loss) or self._is_stuck
+        return bool(self._loss) or (not self.world.awaits_restart and self._watch.check())
 
     def close(self) -> None:
         self._watchdog.stop()

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
-from cxbridge.clipstext.condition import CE, GroupCE, TestCE, elements, sides
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
+from cxbridge_studio.agent.condition import CE, GroupCE, TestCE, elements, sides
 from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
 from cxbridge_studio.agent.top_level import TopLevelList, top_level_lists
 

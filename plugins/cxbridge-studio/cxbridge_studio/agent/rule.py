@@ -10,9 +10,9 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from cxbridge.clipstext.condition import CE, PatternCE, elements, sides
 from cxbridge.clipstext.syntax import SyntaxNode, one_line, read, without_module
 from cxbridge.errors import ClipsError
+from cxbridge_studio.agent.condition import CE, PatternCE, elements, sides
 
 _GLOBAL = re.compile(r"\?\*(.+)\*\Z")
 # Prefixes of functions that query facts of any template.

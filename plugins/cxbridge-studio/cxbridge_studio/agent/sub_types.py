@@ -8,9 +8,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, condition_of
 from cxbridge.clipstext.syntax import definitions, without_module
 from cxbridge.suggestions import nearest
+from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, condition_of
 
 SLOT: Final = "sub-type"
 NONE: Final = "nil"

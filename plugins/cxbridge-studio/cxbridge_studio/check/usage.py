@@ -13,9 +13,9 @@ from functools import cached_property
 from math import inf
 from typing import Final
 
-from cxbridge.clipstext.condition import CE, OBJECT, PatternCE, condition_of, needed, sides
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 from cxbridge.suggestions import nearest
+from cxbridge_studio.agent.condition import CE, OBJECT, PatternCE, condition_of, needed, sides
 from cxbridge_studio.agent.model import AgentModel
 from cxbridge_studio.agent.names import Name, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge_studio.check.findings import SourcePlace

@@ -11,9 +11,9 @@ from dataclasses import replace
 from itertools import islice, product
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, TestCE, patterns
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
+from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, TestCE, patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.rules.matcher import Matcher
 from cxbridge_studio.explain.rules.recorded_facts import rows_of

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from glob import escape
 from typing import Final
 
-from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, condition_of, sides
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions
+from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, condition_of, sides
 from cxbridge_studio.debugger.breakpoints import Breakpoint
 
 # The functions that take actions as arguments, with the index of the first action.

@@ -12,10 +12,10 @@ from contextlib import suppress
 from functools import cached_property
 from typing import Final
 
-from cxbridge.clipstext.condition import patterns
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.history.model import GoalRecord, PlanActionRecord
 from cxbridge.suggestions import nearest, or_similar
+from cxbridge_studio.agent.condition import patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis, diagnose_action
 from cxbridge_studio.explain.evidence import Evidence

@@ -11,9 +11,9 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import Final
 
-from cxbridge.clipstext.condition import FieldConstraint, PatternCE, patterns
 from cxbridge.errors import ClipsError
 from cxbridge.suggestions import likeness
+from cxbridge_studio.agent.condition import FieldConstraint, PatternCE, patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.rules.missing import MissingRule
 

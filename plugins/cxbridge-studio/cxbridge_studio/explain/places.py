@@ -6,13 +6,12 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from cxbridge.run.explainers import Places
 from cxbridge.suggestions import nearest
 from cxbridge_studio.agent.model import AgentModel, FileMention
 from cxbridge_studio.agent.names import Name, NameKind, Use
 
 
-class SourcePlaces(Places):
+class SourcePlaces:
     """The positions of names in source files.
 
     :param files: the agent's files.
@@ -65,6 +64,7 @@ class SourcePlaces(Places):
         return ""
 
     def rules_that_make_goals(self) -> list[str]:
+        """Return the rules that assert goals."""
         goal_template = Name(NameKind.TEMPLATE, "goal")
         return [
             piece.name.text

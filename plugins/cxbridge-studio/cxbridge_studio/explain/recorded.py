@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Final, Protocol
 
 import cxbridge.executive
-from cxbridge.clipstext.condition import patterns
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.events import (
@@ -35,6 +34,7 @@ from cxbridge.history.state import EnvironmentFacts
 from cxbridge.printing import short_path
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import building_steps
+from cxbridge_studio.agent.condition import patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.evidence import Evidence, History, NoFactsError
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile

@@ -55,7 +55,7 @@ def watched(
     states = []
     with WorldRun(given, PathChooser(path or {})) as run:
         watch = PropertyWatch(properties, run.assembly.agents, run.assembly.clock)
-        stuck = StuckWatch(run.assembly, on=True)
+        stuck = StuckWatch(run.assembly)
         before(run)
         is_stuck = False
 
@@ -63,7 +63,7 @@ def watched(
             nonlocal is_stuck
             watch.check()
             states.append(watch.state())
-            is_stuck = stuck.look()
+            is_stuck = stuck.check()
             return is_stuck
 
         result = run.play(look)

@@ -11,11 +11,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
-from cxbridge.clipstext.condition import OBJECT, condition_of, patterns
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, literal, without_module
 from cxbridge.executive.host.loading import UNCLOSED as UNCLOSED_CODE
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent.condition import OBJECT, condition_of, patterns
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.agent.top_level import top_level_lists
 from cxbridge_studio.agent.unclosed import describe_unclosed

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, literal
-from cxbridge.executive import sub_types
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent import sub_types
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.findings import Code, Finding, Severity

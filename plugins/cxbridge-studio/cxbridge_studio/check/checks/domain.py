@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
-from cxbridge.clipstext.condition import PatternCE, patterns
 from cxbridge.clipstext.syntax import literal
 from cxbridge.executive.pddl import names_of
 from cxbridge.skiller.templates import Placeholder, find_doubts, parse_template
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent.condition import PatternCE, patterns
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.domain_calls import DomainCall, domain_calls
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, TestCE
 from cxbridge.clipstext.values import show, show_alone
 from cxbridge.errors import ClipsError
+from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, TestCE
 from cxbridge_studio.agent.rule import Condition, Prefix, parse_rule
 from cxbridge_studio.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
 from cxbridge_studio.explain.rules.matcher import Matcher

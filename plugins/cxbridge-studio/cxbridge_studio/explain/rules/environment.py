@@ -8,7 +8,6 @@ from typing import Final
 
 from clips._clips import ffi, lib
 
-from cxbridge.clipstext.condition import patterns
 from cxbridge.clipstext.syntax import read
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
@@ -20,6 +19,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.copying import FactCopier, FactTemplate, template_of
 from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION
 from cxbridge.executive.host.values import FactAddress, show
+from cxbridge_studio.agent.condition import patterns
 from cxbridge_studio.agent.rule import dependencies, parse_rule
 from cxbridge_studio.explain.rules import snapshot as model
 from cxbridge_studio.explain.rules.snapshot import Activation, Rulebook, Snapshot

@@ -10,9 +10,9 @@ import re
 from collections import Counter
 from typing import Final
 
-from cxbridge.clipstext.condition import PatternCE, SlotConstraint
 from cxbridge.clipstext.values import FactRef, Value, show_alone
 from cxbridge.errors import ClipsError
+from cxbridge_studio.agent.condition import PatternCE, SlotConstraint
 from cxbridge_studio.agent.rule import Prefix
 from cxbridge_studio.explain.rules.diagnosis import Deviation, MatchFailure, NearMiss
 from cxbridge_studio.explain.rules.matcher import Matcher

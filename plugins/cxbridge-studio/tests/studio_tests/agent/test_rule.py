@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cxbridge.clipstext import condition
-from cxbridge.clipstext.condition import GroupCE, PatternCE
 from cxbridge.clipstext.syntax import one_line, read
 from cxbridge.errors import ClipsError
+from cxbridge_studio.agent import condition
+from cxbridge_studio.agent.condition import GroupCE, PatternCE
 from cxbridge_studio.agent.rule import parse_rule
 from tests.support import many
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from cxbridge.clipstext.syntax import definitions
-from cxbridge.executive import sub_types
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.run import RunOptions
+from cxbridge_studio.agent import sub_types
 from cxbridge_studio.check.formats import FORMATS, as_text
 from cxbridge_studio.check.run import check
 from tests.support import ROOT, share

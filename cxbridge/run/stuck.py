@@ -1,0 +1,123 @@
+"""Detection of a stuck run: a run that waits for events that cannot come.
+
+:class:`StuckWatch` first checks cheaply whether all agents are idle: the agenda is empty, no skill and no
+planner runs, and no other program can write to the agent. Time alone may still activate a rule, so an
+explainer of a plug-in (:mod:`cxbridge.run.explainers`) then parses the rules. A stuck run ends before its
+timeout, and its result names the missing events. Without an explainer, no run counts as stuck.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.events import LogLine
+from cxbridge.extras import plugin_command
+from cxbridge.plugins import package_with
+from cxbridge.run.explainers import has_explainer, missing_events
+
+if TYPE_CHECKING:
+    from cxbridge.events import Event
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.run.agent import Run
+    from cxbridge.run.team import Team
+
+TICK_RULES: Final = frozenset({"time-retract", "blackboard-read"})
+"""The rules of the core that fire in each cycle without further effect."""
+
+# Features that assert facts only on request of a rule.
+_PASSIVE_FEATURES: Final = frozenset(
+    {
+        "blackboard", "config", "redefine-warning", "pddl-parser", "planner", "skill-board", "navgraph",
+        "motor-switch", "tf",
+    }
+)  # fmt: skip
+
+# The start of CLIPS' message that names the rule of an error.
+_RULE_ERROR: Final = "[PRCCODE4]"
+
+_MIN_QUIET_CYCLES: Final = 15  # half a second at Fawkes' period
+
+
+class StuckWatch:
+    """Checks periodically whether the agents of a run can still change anything.
+
+    :param run: the run, whose agents may change.
+    """
+
+    def __init__(self, run: Run | Team) -> None:
+        self.missing_events: dict[str, str] = {}
+        """The events that a stuck run waits for, by agent; empty unless the run is stuck."""
+        self.hint = ""
+        """The package that explains why an idle run waits; empty with an explainer, or unless idle."""
+        self._run = run
+        self._agents: Sequence[Run] = run.agents
+        self._firings = self._quiet_cycles = 0
+        self._next_check = _MIN_QUIET_CYCLES
+        self._failed_rules: dict[str, None] = {}  # a set in the order of the errors
+        run.bus.subscribe(self._record_error, LogLine)
+
+    def _record_error(self, event: Event) -> None:
+        text = getattr(event, "text", "")
+        if text.startswith(_RULE_ERROR) and "'" in text:
+            self._failed_rules[text.split("'")[1]] = None
+
+    def check(self) -> bool:
+        """Return whether the run is stuck. To be called after each cycle."""
+        # a check takes milliseconds: it waits for some cycles without firings except those of each tick, and
+        # for twice as many after each negative result
+        agents, firings_before = self._run.agents, self._firings
+        self._firings = sum(agent.firings for agent in agents)
+        is_quiet = self._firings - firings_before <= len(TICK_RULES) * len(agents)
+        if agents != self._agents or not is_quiet:
+            self._agents, self.hint = agents, ""
+            self._quiet_cycles, self._next_check = 0, _MIN_QUIET_CYCLES
+        self._quiet_cycles += is_quiet
+        if self._quiet_cycles < self._next_check:
+            return False
+        self._next_check *= 2
+        self.missing_events = self._find_missing_events()
+        return bool(self.missing_events)
+
+    def _find_missing_events(self) -> dict[str, str]:
+        """Return the events that each open agent waits for; empty if an agent can still change anything."""
+        waiting = [agent for agent in self._agents if not agent.is_over]
+        if not all(map(_is_idle, waiting)):
+            return {}
+        if not has_explainer("missing_events"):
+            package = package_with("why")
+            self.hint = f"{package} names the events that the run waits for: {plugin_command(package)}"
+            return {}
+        texts = {}
+        for agent in waiting:
+            texts[agent.name] = missing_events(agent, self._failed_rules)
+            if not texts[agent.name]:
+                return {}
+        return texts
+
+
+def _is_idle(agent: Run) -> bool:
+    """Return whether only time could activate a rule of an agent."""
+    env = agent.executive.env
+    if not agent.is_quiet or env.has_activations(1) or agent.executive.skills.running:
+        return False
+    if not _PASSIVE_FEATURES.issuperset(agent.manager.loaded_features(env.name)):
+        return False
+    if any(slots["status"] == "RUNNING" for _, _, slots in env.facts("planner-call")):
+        return False
+    return not any(_has_foreign_writer(agent, kind, name) for kind, name in read_interfaces(env))
+
+
+def read_interfaces(env: ClipsEnvironment) -> Iterator[tuple[str, str]]:
+    """Yield type and id of the interfaces that rules read."""
+    for _, _, slots in env.facts("blackboard-interface"):
+        if slots.get("writing") != "TRUE":
+            yield str(slots["type"]), str(slots["id"])
+
+
+def _has_foreign_writer(agent: Run, kind: str, name: str) -> bool:
+    """Return whether an interface may be written by another program than the rules."""
+    if kind == "SkillerInterface":
+        return False  # its Skiller is a component of this run, and idle
+    infos = (info for info in agent.board.list_all() if (info.type, info.id) == (kind, name))
+    return any(info.has_writer and not info.writer.startswith("CLIPS:") for info in infos)

@@ -1,0 +1,194 @@
+"""Describes the events that a stuck run waits for, and the agent's probable mistakes.
+
+Each event has the place in the agent's files that caused the wait (``FILE:LINE``), if a file spells out the
+name of the goal, action, interface or signal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.clipstext.syntax import definitions
+from cxbridge.executive.executive import FINAL_ACTION_STATES
+from cxbridge.executive.host.constructs import allowed_values, rule_texts
+from cxbridge.run.mistakes import own_files
+from cxbridge.run.stuck import read_interfaces
+from cxbridge_studio.agent import sub_types
+from cxbridge_studio.explain.places import SourcePlaces
+from cxbridge_studio.explain.timed_rules import (
+    TIME_KEY,
+    find_missing_template,
+    has_time_facts,
+    parse_condition,
+)
+
+if TYPE_CHECKING:
+    from cxbridge.run.agent import Run
+
+# Modes in which a goal waits for a rule of its sub-type.
+_BEFORE_COMMITTED: Final = frozenset({"SELECTED", "EXPANDED"})
+
+
+def describe_missing_events(agent: Run, failed_rules: Iterable[str]) -> str:
+    """Return a text with the events that a stuck agent waits for.
+
+    :param failed_rules: rules that ended with an error.
+    """
+    return "; ".join(_describe_causes(agent, failed_rules))
+
+
+def _describe_causes(agent: Run, failed_rules: Iterable[str]) -> Iterator[str]:
+    """Yield the missing events, then the agent's probable mistakes."""
+    executive, places = agent.executive, SourcePlaces(own_files(agent, agent.executive))
+    if not executive.initialized:
+        yield from [*_describe_signals(agent)] or ["the initialisation has not ended"]
+    elif executive.goals.open_roots:
+        yield from _describe_goals(agent, places)
+        yield from _describe_actions(agent, places)
+        yield from _describe_control_requests(agent)
+    elif not executive.goals.outcomes:
+        yield "no goal has appeared"
+        yield from [*_describe_deffacts(agent)] or _describe_missing_fact(agent, places)
+        yield from _describe_empty_spec(agent)
+    else:
+        yield "a skill or rules were not over"
+    for rule in failed_rules:
+        if place := _rule_place(agent, rule):
+            yield f"{place}: an error has ended the actions of rule {rule}"
+    for file in dict.fromkeys(executive.env.loader.files):
+        if file.exists() and not file.stat().st_size:
+            yield f"{file}:1: the file is empty"
+    yield from _describe_unwritten_interfaces(agent, places)
+    if not has_time_facts(agent):
+        place = agent.config.get(TIME_KEY).location if agent.config.exists(TIME_KEY) else ""
+        yield f"no time passes for the rules: assert-time-each-loop is not true{_in_parentheses(place)}"
+
+
+def _in_parentheses(place: str) -> str:
+    return f" ({place})" if place else ""
+
+
+def _describe_signals(agent: Run) -> Iterator[str]:
+    """Yield the initialisation entries that wait for a signal."""
+    entries = [*agent.config.search(f"/clips-executive/specs/{agent.spec}/init/")]
+    for _, _, slots in agent.executive.env.facts("executive-init-request"):
+        if slots["state"] == "WAIT-FOR":
+            signal = str(slots["wait-for"])
+            places = (
+                item.location for item in entries if item.path.endswith("/wait-for") and item.text == signal
+            )
+            place = next(filter(None, places), "")
+            yield f"{place}{': ' if place else ''}{slots['name']} waits for the signal {signal}"
+
+
+def _describe_goals(agent: Run, places: SourcePlaces) -> Iterator[str]:
+    """Yield the open root goals, and the sub-goals whose sub-type has no rule."""
+    env, goals = agent.executive.env, agent.executive.goals
+    modes = allowed_values(env, "goal", "mode")
+    classes = {str(slots["id"]): str(slots["class"]) for _, _, slots in env.facts("goal")}
+    unhandled = _sub_type_texts(agent)
+    sub_goals = (goal for goal in goals.open.values() if not goal.is_root and goal.goal in unhandled)
+    for goal in (*goals.open_roots, *sub_goals):
+        is_mode = not modes or goal.mode in modes
+        place = _in_parentheses(places.of_goal(classes.get(goal.goal, ""), goal.mode))
+        reason = unhandled.get(goal.goal, "") if is_mode else ", which is not a mode of goals"
+        yield f"{goal.goal} is {goal.mode}{place}{reason}"
+
+
+def _describe_actions(agent: Run, places: SourcePlaces) -> Iterator[str]:
+    """Yield the unfinished plan-actions of open goals."""
+    open_goals = agent.executive.goals.open
+    for _, _, slots in agent.executive.env.facts("plan-action"):
+        if str(slots["goal-id"]) in open_goals and slots["state"] not in FINAL_ACTION_STATES:
+            values = slots["param-values"]
+            parameters = " ".join(map(str, values)) if isinstance(values, tuple) else ""
+            place = _in_parentheses(places.of_action(str(slots["action-name"])))
+            yield f"action {slots['action-name']} {parameters}".rstrip() + f" is {slots['state']}{place}"
+
+
+def _describe_control_requests(agent: Run) -> Iterator[str]:
+    """Yield the Skillers of which the agent has no control, or that the agent requests no control."""
+    env = agent.executive.env
+    skillers = env.facts("SkillerInterface") if env.has_template("SkillerInterface") else ()
+    controllers = {slots["id"]: slots["exclusive_controller"] for _, _, slots in skillers}
+    controls = [slots for _, _, slots in env.facts("skiller-control")]
+    for slots in controls:
+        if slots["acquired"] != "TRUE":
+            yield f"{controllers.get(slots['skiller']) or 'no client'} has control of {slots['skiller']}"
+    if not controls and env.has_template("skiller-control"):
+        yield "no (skiller-control) asks for control of a Skiller"
+
+
+def _sub_type_texts(agent: Run) -> dict[str, str]:
+    """Return a text about each goal whose sub-type no rule handles, by goal id."""
+    env = agent.executive.env
+    waiting = {
+        str(slots["id"]): sub_type
+        for _, _, slots in env.facts("goal")
+        if slots.get("mode") in _BEFORE_COMMITTED
+        and (sub_type := str(slots.get(sub_types.SLOT, sub_types.NONE))) != sub_types.NONE
+    }
+    rules = rule_texts(env).values() if waiting else ()
+    handled = {name for rule in rules for name in sub_types.handled(parse_condition(rule))}
+    files = sub_types.files_of_core(*agent.paths.before, agent.paths.cx)
+    texts = {}
+    for goal, sub_type in waiting.items():
+        if sub_type not in handled:
+            hint = sub_types.advice(sub_type, handled, files)
+            texts[goal] = f", and no rule handles its sub-type {sub_type}" + (f": {hint}" if hint else "")
+    return texts
+
+
+def _describe_empty_spec(agent: Run) -> Iterator[str]:
+    """Yield the place of the spec if its initialisation loads no file."""
+    config, base = agent.config, f"/clips-executive/specs/{agent.spec}"
+    if any("/file" in value.path.removeprefix(base) for value in config.search(f"{base}/init")):
+        return
+    spec = next(config.search(base), None)
+    if spec is None and config.exists("/clips-executive/spec"):
+        spec = config.get("/clips-executive/spec")
+    place = "" if spec is None else spec.location
+    yield f"the init of the spec {agent.spec} names no file{_in_parentheses(place)}"
+
+
+def _describe_missing_fact(agent: Run, places: SourcePlaces) -> list[str]:
+    """Return the missing fact of the first rule that asserts goals, and the probable misspelling."""
+    for rule in places.rules_that_make_goals():
+        if template := find_missing_template(agent.executive.env, rule):
+            place = _in_parentheses(_rule_place(agent, rule))
+            hint = places.of_similar_fact(template)
+            return [f"rule {rule} lacks a fact ({template}){place}", *([hint] if hint else [])]
+    return []
+
+
+def _describe_deffacts(agent: Run) -> Iterator[str]:
+    """Yield the deffacts of the agent's files, whose facts are never asserted."""
+    # like Fawkes, cxbridge never resets the environment, and only a reset asserts deffacts
+    for file in agent.executive.env.loader.files:
+        if file.is_relative_to(agent.paths.cx) or file.is_relative_to(agent.paths.library):
+            continue
+        try:
+            text = file.read_text("utf-8", "surrogateescape")
+        except OSError:  # a file may be removed while the run goes on
+            continue
+        for construct in definitions(text):
+            if construct.kind == "deffacts":
+                yield (
+                    f"{file}:{construct.line}: the facts of deffacts {construct.name} are not there, "
+                    "for nothing resets the environment: assert them in a rule"
+                )
+
+
+def _rule_place(agent: Run, rule: str) -> str:
+    """Return the place of a rule; empty if the agent's loader has not loaded the rule."""
+    place = agent.executive.env.loader.rule_location(rule)
+    return "" if place is None else f"{place[0]}:{place[1]}"
+
+
+def _describe_unwritten_interfaces(agent: Run, places: SourcePlaces) -> Iterator[str]:
+    """Yield a text for each interface that rules read and no writer writes."""
+    written = {info.uid for info in agent.board.list_all() if info.has_writer}
+    for kind, name in read_interfaces(agent.executive.env):
+        if f"{kind}::{name}" not in written:
+            yield f"{kind}::{name} has no writer{_in_parentheses(places.of_interface(kind, name))}"

@@ -1,0 +1,71 @@
+"""Runs that wait: an explainer of a plug-in says whether they are stuck."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge import plugins
+from cxbridge.plugins import installed_plugins
+from cxbridge.run import RunOptions, run_scenario
+from tests.plugins import forget, install
+from tests.run.mini import write_scenario
+
+IDLE = "(defrule nothing (never) =>)"
+BUSY = "(defrule count (time $?) => (assert (count (gensym*))))"
+
+TABLES = """
+from cxbridge.plugins import Row
+API = 1
+EXPLAINERS = (Row("ears", "ears.explainer"),)
+"""
+EXPLAINER = """
+def missing_events(agent, failed_rules):
+    return "" if agent.clock.now_us() < agent.clock.start_us + 5_000_000 else "godot" + "".join(failed_rules)
+"""
+
+
+@pytest.fixture(name="explained")
+def _explainer(tmp_path, monkeypatch):
+    """An explainer that declares a run stuck after 5 s."""
+    install(tmp_path / "site", monkeypatch, "ears", {"plugin.py": TABLES, "explainer.py": EXPLAINER})
+    only = tuple(plugin for plugin in installed_plugins() if plugin.name == "ears")
+    monkeypatch.setattr(plugins, "installed_plugins", lambda: only)
+    yield
+    forget("ears")
+
+
+def run(folder, agent, timeout=30):
+    return run_scenario(RunOptions(scenario=write_scenario(folder / "s", agent=agent), timeout=timeout))
+
+
+@pytest.mark.usefixtures("explained")
+def test_a_run_is_stuck_if_an_explainer_names_missing_events(tmp_path):
+    result = run(tmp_path, IDLE)
+    assert (result.status, result.reason) == (3, "nothing can happen any more: godot")
+    assert result.as_dict()["result"] == "stuck"
+    assert 5 <= result.run_seconds < 12  # the intervals between checks double
+
+
+@pytest.mark.usefixtures("explained")
+def test_an_explainer_gets_the_rules_with_errors(tmp_path):
+    result = run(tmp_path, "(defrule broken (executive-initialized) => (/ 1 0))")
+    assert result.reason == "nothing can happen any more: godotbroken"
+
+
+@pytest.mark.usefixtures("explained")
+def test_a_run_whose_rules_fire_is_not_stuck(tmp_path):
+    result = run(tmp_path, BUSY)
+    assert (result.status, result.reason) == (3, "no goal has appeared after 30 s")
+
+
+@pytest.mark.parametrize(("agent", "waits"), [(IDLE, True), (BUSY, False)])
+def test_without_an_explainer_a_waiting_run_ends_at_its_timeout_and_names_the_package(
+    tmp_path, monkeypatch, agent, waits
+):
+    monkeypatch.setattr(plugins, "installed_plugins", tuple)
+    result = run(tmp_path, agent)
+    assert result.status == 3
+    assert result.as_dict()["result"] == "timed out"
+    reason, _, hint = result.reason.partition("; ")
+    assert reason == "no goal has appeared after 30 s"
+    assert hint.startswith("cxbridge-studio names the events that the run waits for: ") == waits
