@@ -30,8 +30,8 @@ from cxbridge_studio.monitor.scrubbing import Scrubber
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.facts.copying import FactTemplate
-    from cxbridge.history.state import RunState
     from cxbridge.trace.formats.base import Run
+    from cxbridge_studio.recorded_state import RunState
 
 _UNLIMITED_S: Final = 1e9  # a recording is read to its end before the first stop
 _CONSTRUCT_ROLES: Final = ("clips", "construct")  # the roles of recorded sources that have constructs

@@ -30,7 +30,6 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.executive.host.loading import Diagnostic
-from cxbridge.history.state import EnvironmentFacts
 from cxbridge.printing import short_path
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import building_steps
@@ -40,6 +39,7 @@ from cxbridge_studio.explain.evidence import Evidence, History, NoFactsError
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.recorded_facts import rows_of
 from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Rulebook, Snapshot
+from cxbridge_studio.recorded_state import EnvironmentFacts
 
 _CONSTRUCT_ROLES = ("clips", "construct")  # the roles of recorded sources that have constructs
 _ENVIRONMENT_TYPES = (FactChange, RuleFired, GoalTransition, PlanActionTransition, PlannerCall, SkillStatus)

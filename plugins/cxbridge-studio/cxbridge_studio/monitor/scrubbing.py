@@ -13,10 +13,10 @@ from typing import Final
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, LogLine, SkillStatus
-from cxbridge.history.state import RunState
 from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Run
+from cxbridge_studio.recorded_state import RunState
 
 MAX_EVENTS: Final = 1_000_000  # the limit of the loaded events, which take about 1 GB of memory
 

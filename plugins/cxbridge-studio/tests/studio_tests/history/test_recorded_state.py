@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.events import FactChange, InterfaceWrite, RuleFired
-from cxbridge.history.state import EnvironmentFacts, RunState
+from cxbridge_studio.recorded_state import EnvironmentFacts, RunState
 from tests.trace.runs import action, family, goal, skill
 
 

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from cxbridge.errors import TraceError
 from cxbridge.events import FactChange, Level, LogLine, SourceRead
-from cxbridge.history.state import RunState
 from cxbridge_studio.monitor import scrubbing
 from cxbridge_studio.monitor.scrubbing import Scrubber
+from cxbridge_studio.recorded_state import RunState
 from tests.support import many
 from tests.trace.runs import MemoryRun, family, goal, skill
 
