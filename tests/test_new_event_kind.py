@@ -101,7 +101,10 @@ def test_it_is_listed(tmp_path: Path, events: list[Event]) -> None:
 
 
 def test_patterns_select_it(events: list[Event]) -> None:
-    only, ignore = Selection(only=["battery:r1"]).reader(), Selection(ignore=["battery.charge"]).reader()
+    only, ignore = (
+        Selection(only=["battery:r1"]).content_selector(),
+        Selection(ignore=["battery.charge"]).content_selector(),
+    )
     assert [event for event in events if only(event)] == [events[0], events[2]]
     same = BatteryCharge(4_000_000, "r1", 0.25)
     assert [ignore(event) for event in (*events, same)] == [

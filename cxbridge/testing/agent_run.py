@@ -33,7 +33,7 @@ from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.members import find_member
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.world import World
-from cxbridge.trace.compare.checks import TimeFrom, Tolerance
+from cxbridge.trace.compare.checks import TimeReference, Tolerance
 from cxbridge.trace.compare.model import Order
 
 # Seconds of real time, to end tests of agents whose rules fire forever.
@@ -389,7 +389,7 @@ class AgentRun(Closing):
         """
         if self._golden is None:
             raise AssertionError("this run was not made by the fixture cx: it has no golden files")
-        tolerance = None if time_tolerance is None else Tolerance(time_tolerance, TimeFrom(time_from))
+        tolerance = None if time_tolerance is None else Tolerance(time_tolerance, TimeReference(time_from))
         self._golden.check(
             name,
             self.transitions,

@@ -13,7 +13,7 @@ from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.model import goal_forest, goal_tree
 from cxbridge.run.result import COMPLETED, RunResult
 from cxbridge.trace.compare.context import goal_lines
-from cxbridge.trace.compare.goals import GoalForest, downwards
+from cxbridge.trace.compare.goals import GoalForest, walk_goals
 from tests.history.runs import goal
 from tests.support import many
 from tests.trace.runs import MemoryRun
@@ -79,7 +79,7 @@ def of_test(shape: dict[str, str]) -> list[str]:
 
 
 def of_comparison(shape: dict[str, str]) -> list[str]:
-    return [each.key[1] for each in downwards(GoalForest(MemoryRun(events(shape))).roots)]
+    return [each.key[1] for each in walk_goals(GoalForest(MemoryRun(events(shape))).roots)]
 
 
 def of_trail(shape: dict[str, str]) -> list[str]:

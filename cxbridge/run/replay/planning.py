@@ -12,7 +12,7 @@ from cxbridge.executive.planning.planner import PlanResult, PlanStatus, parse_pl
 from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
 from cxbridge.run.replay.divergence import Divergence
 from cxbridge.run.replay.scan import Scan
-from cxbridge.trace.compare.names import anonymous
+from cxbridge.trace.compare.names import replace_names
 
 STARTED: Final = "started"
 _STATUS: Final = {
@@ -46,7 +46,7 @@ def plan_divergence(expected: RecordedPlan, event: PlannerCall, start_us: int) -
 
     :param start_us: the start of the recorded run.
     """
-    if anonymous(expected.problem) == anonymous(event.problem):
+    if replace_names(expected.problem) == replace_names(event.problem):
         return None
     return Divergence(
         f"planner of {event.env}",

@@ -36,7 +36,7 @@ from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Order
-from cxbridge.trace.compare.render.json import plain_report
+from cxbridge.trace.compare.render.json import report_to_json
 from cxbridge.trace.compare.render.text import make_report, text_report
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.base import Run as Recording
@@ -80,7 +80,7 @@ def judge(
         in_partial_order = compare_runs(run, [recorded], view, Order.PARTIAL, tolerance=tolerance)
         if in_partial_order.same:
             lines.append("In partial order they are the same: --replay-order partial")
-    plain = plain_report(report)
+    plain = report_to_json(report)
     return ReplayOutcome(compared, order.value, None, comparison.same, is_complete, tuple(lines), plain)
 
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from cxbridge.events import InterfaceMessage, InterfaceWrite, SkillStatus
 from cxbridge.history.exchange import progress_of
-from cxbridge.trace.compare.names import anonymous
+from cxbridge.trace.compare.names import replace_names
 
 Values = Mapping[str, Any]
 
@@ -52,7 +52,7 @@ class Command:
 
     def is_for(self, kind: CommandKind, text: str) -> bool:
         """Return whether a command is equal, ignoring gensym ids and UUIDs."""
-        return self.kind is kind and anonymous(self.text) == anonymous(text)
+        return self.kind is kind and replace_names(self.text) == replace_names(text)
 
     def __str__(self) -> str:
         return f"{self.kind.value} '{self.text}'" if self.kind is CommandKind.EXEC else self.kind.value

@@ -1,8 +1,8 @@
 """Alignment of two sequences: pairs of equal items in order.
 
-Short edits are found exactly by Myers' algorithm. Ranges with little in common are split at items, or short
-runs of items, that occur once in both (as in "patience" diffs). The time thus grows with the length instead
-of its square.
+Myers' algorithm (An O(ND) difference algorithm, 1986) aligns ranges with few edits exactly. Ranges with
+little in common are split at anchors: blocks of one or more items that occur once in both ranges, as in
+"patience" diffs. The time thus grows with the length instead of its square.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ MAX_EDITS: Final = 64
 Its time grows with the square of this number.
 """
 
-# longer runs are more likely unique, but less likely common
-RUNS: Final = (1, 3, 8)
-"""The lengths of runs of items at which ranges are split."""
+# tried in this order: longer blocks are more likely unique, but less likely common
+BLOCK_LENGTHS: Final = (1, 3, 8)
+"""The numbers of items of the blocks at which ranges are split."""
 
-NONE: Final = -1
+MISSING: Final = -1
 """The index of a missing item."""
 
 Item = TypeVar("Item", bound=Hashable)
 Range: TypeAlias = tuple[int, int, int, int]
-"""Start and end in the first sequence, start and end in the second."""
+"""The start and end in the first sequence, then those in the second."""
 
-Chain: TypeAlias = tuple[Any, tuple[int, int, int]] | None
-"""A linked list of equal runs: the chain before the last run, and the last run as two starts and a length."""
+BlockChain: TypeAlias = tuple[Any, tuple[int, int, int]] | None
+"""A linked list of equal blocks, the last first. A link has the preceding chain, two starts and a length."""
 
 
 def align(a: Sequence[int], b: Sequence[int]) -> list[tuple[int, int]]:
@@ -49,41 +49,45 @@ def align(a: Sequence[int], b: Sequence[int]) -> list[tuple[int, int]]:
         if a_from == a_to or b_from == b_to:
             continue
         ranges = (a_from, a_to, b_from, b_to)
-        path, end = _furthest(a, b, ranges)
-        # few edits: the exact path; many edits: split the ranges at unique items
-        cuts = [] if end == (a_to, b_to) else _cuts(a, b, ranges)
-        if not cuts:
-            cuts = [
-                (index_a + i, index_b + i) for index_a, index_b, length in _links(path) for i in range(length)
+        path, end = _find_edit_path(a, b, ranges)
+        # few edits: the exact path; many edits: split the ranges at anchors
+        anchors = [] if end == (a_to, b_to) else _find_anchors(a, b, ranges)
+        if not anchors:
+            anchors = [
+                (index_a + i, index_b + i)
+                for index_a, index_b, length in _blocks_backwards(path)
+                for i in range(length)
             ]
             if end == (a_to, b_to):
-                pairs += cuts
-            # no item is unique: the path so far counts if its pairs are more than a third of the items on it;
-            # fewer pairs are coincidences
-            elif 3 * len(cuts) > end[0] - a_from + end[1] - b_from:
-                pairs += cuts
+                pairs += anchors
+            # no anchors: the path so far counts if its pairs are more than a third of the items on it; fewer
+            # pairs are coincidences
+            elif 3 * len(anchors) > end[0] - a_from + end[1] - b_from:
+                pairs += anchors
                 stack.append((end[0], a_to, end[1], b_to))
             continue
-        pairs += cuts
-        starts = [(a_from, b_from), *((index_a + 1, index_b + 1) for index_a, index_b in cuts)]
-        for (index_a, index_b), (next_a, next_b) in zip(starts, [*cuts, (a_to, b_to)], strict=True):
+        pairs += anchors
+        starts = [(a_from, b_from), *((index_a + 1, index_b + 1) for index_a, index_b in anchors)]
+        for (index_a, index_b), (next_a, next_b) in zip(starts, [*anchors, (a_to, b_to)], strict=True):
             stack.append((index_a, next_a, index_b, next_b))
     return sorted(pairs)
 
 
-def _furthest(a: Sequence[int], b: Sequence[int], ranges: Range) -> tuple[Chain, tuple[int, int]]:
-    """Return the equal runs on the path with the fewest edits, and the end of the path."""
+def _find_edit_path(a: Sequence[int], b: Sequence[int], ranges: Range) -> tuple[BlockChain, tuple[int, int]]:
+    """Return the equal blocks on the path with the fewest edits, and the end of the path.
+
+    The path ends early after :data:`MAX_EDITS` edits.
+    """
     a_from, a_to, b_from, b_to = ranges
-    reach: dict[int, tuple[int, Chain]] = {1: (a_from, None)}
-    candidates: list[tuple[int, int, Chain]] = []
+    reach: dict[int, tuple[int, BlockChain]] = {1: (a_from, None)}
+    candidates: list[tuple[int, int, BlockChain]] = []
     for edits in range(MAX_EDITS + 1):
         candidates = []
-        # after n edits the diagonals of the parity of n are reachable (Myers 1986, An O(ND) difference
-        # algorithm)
+        # after n edits, Myers' algorithm reaches the diagonals of the parity of n
         for diagonal in range(-edits, edits + 1, 2):
             above, below = reach.get(diagonal + 1), reach.get(diagonal - 1)
-            # a step down inserts an item of b, a step right deletes an item of a; take the one that is
-            # further
+            # a step down inserts an item of b, a step right deletes an item of a: the step that leads further
+            # wins
             if below is None or (above is not None and below[0] < above[0]):
                 x, path = above or (a_from, None)
             else:
@@ -103,55 +107,57 @@ def _furthest(a: Sequence[int], b: Sequence[int], ranges: Range) -> tuple[Chain,
     return path, (x, y)
 
 
-def _cuts(a: Sequence[int], b: Sequence[int], ranges: Range) -> list[tuple[int, int]]:
-    """Return pairs of items, or of starts of runs, that occur once in both ranges."""
+def _find_anchors(a: Sequence[int], b: Sequence[int], ranges: Range) -> list[tuple[int, int]]:
+    """Return pairs of starts of blocks that occur once in both ranges."""
     a_from, a_to, b_from, b_to = ranges
-    for length in RUNS:
-        unique_a, unique_b = _unique_runs(a, a_from, a_to, length), _unique_runs(b, b_from, b_to, length)
-        common = [(start, unique_b[run]) for run, start in unique_a.items() if run in unique_b]
+    for length in BLOCK_LENGTHS:
+        unique_a, unique_b = _unique_blocks(a, a_from, a_to, length), _unique_blocks(b, b_from, b_to, length)
+        common = [(start, unique_b[block]) for block, start in unique_a.items() if block in unique_b]
         if common:
-            return rising(sorted(common))
+            return longest_increasing(sorted(common))
     return []
 
 
-def _unique_runs(items: Sequence[int], start: int, end: int, length: int) -> dict[tuple[int, ...], int]:
-    """Return the starts of the runs that occur once in a range."""
-    runs = [tuple(items[index : index + length]) for index in range(start, end - length + 1)]
-    counts = Counter(runs)
-    return {run: index for index, run in enumerate(runs, start) if counts[run] == 1}
+def _unique_blocks(items: Sequence[int], start: int, end: int, length: int) -> dict[tuple[int, ...], int]:
+    """Return the starts of the blocks that occur once in a range."""
+    blocks = [tuple(items[index : index + length]) for index in range(start, end - length + 1)]
+    counts = Counter(blocks)
+    return {block: index for index, block in enumerate(blocks, start) if counts[block] == 1}
 
 
-def rising(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
+def longest_increasing(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
     """Return a longest subsequence of pairs whose second indices increase.
 
     :param pairs: sorted by the first index.
     """
     # patience sorting: O(n log n)
     ends: list[int] = []  # the smallest last index of an increasing subsequence, by its length minus one
-    chains: list[Chain] = []
+    chains: list[BlockChain] = []
     for index_a, index_b in pairs:
         position = bisect_left(ends, index_b)
         ends[position : position + 1] = [index_b]
         chains[position : position + 1] = [
             (chains[position - 1] if position else None, (index_a, index_b, 1))
         ]
-    return [(index_a, index_b) for index_a, index_b, _ in _links(chains[-1] if chains else None)][::-1]
+    return [(index_a, index_b) for index_a, index_b, _ in _blocks_backwards(chains[-1] if chains else None)][
+        ::-1
+    ]
 
 
-def _links(chain: Chain) -> Iterator[tuple[int, int, int]]:
-    """Yield the runs of a chain from the last to the first."""
+def _blocks_backwards(chain: BlockChain) -> Iterator[tuple[int, int, int]]:
+    """Yield the blocks of a chain from the last to the first."""
     while chain is not None:
-        chain, run = chain
-        yield run
+        chain, block = chain
+        yield block
 
 
-def take_equal(
+def pop_equal_pairs(
     items_a: list[Item],
     items_b: list[Item],
     key: Callable[[Item], Hashable],
     key_b: Callable[[Item], Hashable] | None = None,
 ) -> list[tuple[Item, Item]]:
-    """Remove the items with equal keys from two lists and return them as pairs in order.
+    """Remove items with equal keys from two lists; return them as pairs in the order of the first list.
 
     :param key: returns the key of an item.
     :param key_b: returns the key of an item of the second list; None: the same function.
@@ -160,11 +166,11 @@ def take_equal(
     for item in items_b:
         partners[(key_b or key)(item)].append(item)
     pairs = [(item, queue.popleft()) for item in items_a if (queue := partners[key(item)])]
-    drop_pairs(pairs, items_a, items_b)
+    remove_pairs(pairs, items_a, items_b)
     return pairs
 
 
-def drop_pairs(pairs: Sequence[tuple[Item, Item]], items_a: list[Item], items_b: list[Item]) -> None:
+def remove_pairs(pairs: Sequence[tuple[Item, Item]], items_a: list[Item], items_b: list[Item]) -> None:
     """Remove the items of pairs from two lists."""
     for run, items in enumerate((items_a, items_b)):
         paired = {pair[run] for pair in pairs}

@@ -1,4 +1,8 @@
-"""Checks of the message ids and times of paired events."""
+"""Checks of the message ids and times of paired events.
+
+Two events are paired if their contents are equal. Message ids and times differ in any two runs; compared are
+their distances to those of earlier pairs.
+"""
 
 from __future__ import annotations
 
@@ -11,80 +15,91 @@ from typing import Final
 from cxbridge.clock import MICROSECONDS
 from cxbridge.trace.compare.keys import Key, thread_key
 
-_ID: Final = re.compile(r'\(id "?([^")]*)')
+# The slot `id` of the fact of an interface, which names the interface among those of its type.
+_FACT_ID: Final = re.compile(r'\(id "?([^")]*)')
 
 
-class TimeFrom(Enum):
-    """The reference of compared times."""
+class TimeReference(Enum):
+    """The event from which compared times are measured."""
 
     BEGIN = "begin"
+    """The start of the run."""
+
     THREAD = "thread"
+    """The preceding event of the same goal, plan, Skiller or interface."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """The allowed difference between the times of paired events."""
+    """The allowed difference between the times of paired events.
+
+    :param since: the event from which the times are measured.
+    """
 
     seconds: float
-    since: TimeFrom = TimeFrom.THREAD
+    since: TimeReference = TimeReference.THREAD
 
 
-class MessageIds:
-    """Compares message ids by their distance to earlier ids of their stream."""
+class MessageIdCheck:
+    """Compares the message ids of paired events.
+
+    A stream is a Skiller or interface, whose messages are numbered together. Two ids are equal if their
+    difference is that of earlier pairs of the stream.
+    """
 
     def __init__(self) -> None:
         self._offsets: dict[Hashable, tuple[int, int]] = {}
 
-    def differ(self, stream: Hashable, id_a: int, id_b: int) -> bool:
-        """Return whether the distance of two ids changed; 0 means no message and equals only 0."""
+    def has_new_offset(self, stream: Hashable, id_a: int, id_b: int) -> bool:
+        """Return whether the difference of two ids is new; 0 means no message and equals only 0."""
         if not id_a or not id_b:
             return bool(id_a or id_b)
         offset = id_b - id_a
-        # one wrong id is one difference: the next ids may have its offset, or the offset before it
+        # one wrong id is one difference: the next pair may have its offset, or the offset before it
         offsets = self._offsets.setdefault(stream, (offset, offset))
         if offset in offsets:
             return False
         self._offsets[stream] = (offsets[1], offset)
         return True
 
-    def gap(self, stream: Hashable) -> None:
-        """Note an event of a stream that only one run has, after which the distance may change."""
+    def forget_offset(self, stream: Hashable) -> None:
+        """Accept any next offset of a stream, because only one run has an event of the stream."""
         self._offsets.pop(stream, None)
 
 
-class PartnerTimes:
-    """Compares times of paired events relative to earlier times.
+class TimeCheck:
+    """Compares the times of paired events, measured from earlier events.
 
-    :param begin: the start of both runs in microseconds; None: the first pair.
+    :param begin: the start of both runs in microseconds; None: the times of the first pair.
     """
 
     def __init__(self, tolerance: Tolerance, begin: tuple[int, int] | None = None) -> None:
         self._limit_us = round(tolerance.seconds * MICROSECONDS)
-        self._by_thread = tolerance.since is TimeFrom.THREAD
-        self._last: dict[Hashable, tuple[int, int]] = {}
+        self._by_thread = tolerance.since is TimeReference.THREAD
+        self._last_times: dict[Hashable, tuple[int, int]] = {}
         self._begin = begin
 
-    def lag(self, thread: Hashable, a_us: int, b_us: int) -> float | None:
-        """Return the seconds by which the second run is late (negative: early); None within the tolerance."""
+    def exceeding_lag_s(self, thread: Hashable, a_us: int, b_us: int) -> float | None:
+        """Return the lag of the second run, negative if it is early; None within the tolerance."""
         times = (a_us, b_us)
         if self._by_thread:
             # the first event of a thread has no earlier time, so its lag is 0
-            reference = self._last.get(thread, times)
-            self._last[thread] = times
+            reference = self._last_times.get(thread, times)
+            self._last_times[thread] = times
         else:
             reference = self._begin = self._begin or times
         lag_us = (b_us - reference[1]) - (a_us - reference[0])
         return None if abs(lag_us) <= self._limit_us else lag_us / MICROSECONDS
 
 
-def stream_of(key: Key) -> Hashable:
-    """Return the stream that numbers the message ids of a key: a Skiller or an interface."""
+def message_stream(key: Key) -> Hashable:
+    """Return the Skiller or interface of an event, whose messages are numbered together."""
     if key[0] != "fact":
         return thread_key(key)
-    match = _ID.search(key[-1])
+    match = _FACT_ID.search(key[-1])
     return (key[1], key[2], match.group(1) if match else "")
 
 
-def lag_text(lag: float) -> str:
-    """Return the text for an event of B that is late, or early if negative, by some seconds."""
-    return f"another time: {abs(lag):.6g} s {'later' if lag > 0 else 'earlier'} in B"
+def describe_lag(lag_s: float) -> str:
+    """Return the text for an event of B that is late, or early if the lag is negative."""
+    return f"another time: {abs(lag_s):.6g} s {'later' if lag_s > 0 else 'earlier'} in B"

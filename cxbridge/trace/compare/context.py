@@ -10,7 +10,7 @@ from cxbridge.event_kinds import View
 from cxbridge.events import Event, GoalTransition, RuleFired
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.trace.compare.model import DifferenceContext, EventLine, GoalAtDifference
-from cxbridge.trace.compare.selection import Selection, with_content
+from cxbridge.trace.compare.selection import Selection, events_with_content
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.listing import describe
 
@@ -24,20 +24,20 @@ RULES_BEFORE = 5
 """The number of firings shown before the event at the difference."""
 
 
-def context_of(
+def read_context(
     run: Run, view: View, position: int | None, selection: Selection | None = None
 ) -> DifferenceContext:
     """Read a run up to an event and return the context of the event.
 
     :param position: the number of the event among the compared ones, from 0; None returns an empty context.
     """
-    return contexts_of(run, view, [position], selection)[position]
+    return read_contexts(run, view, [position], selection)[position]
 
 
-def contexts_of(
+def read_contexts(
     run: Run, view: View, positions: Sequence[int | None], selection: Selection | None = None
 ) -> dict[int | None, DifferenceContext]:
-    """Read a run once, and return the context of each of several events; see :func:`context_of`."""
+    """Read a run once, and return the context of each of several events; see :func:`read_context`."""
     contexts: dict[int | None, DifferenceContext] = {position: DifferenceContext() for position in positions}
     positions_in_order = sorted(position for position in contexts if position is not None)
     if not positions_in_order:
@@ -45,9 +45,9 @@ def contexts_of(
     recent: deque[tuple[int, Event]] = deque(maxlen=LINES_BEFORE + 1)
     rules: deque[RuleFired] = deque(maxlen=RULES_BEFORE)
     goals: dict[str, GoalTransition] = {}
-    unfinished: list[int] = []
+    incomplete_positions: list[int] = []
     number, start_us = 0, None
-    for event, content in with_content(run, view, selection):
+    for event, content in events_with_content(run, view, selection):
         start_us = event.time_us if start_us is None else start_us
         # goals and rules count even if the selection leaves them out
         if type(event) is GoalTransition:
@@ -57,8 +57,10 @@ def contexts_of(
         if content is None:
             continue
         recent.append((number, event))
-        unfinished = [position for position in unfinished if number <= position + LINES_AFTER]
-        for position in unfinished:
+        incomplete_positions = [
+            position for position in incomplete_positions if number <= position + LINES_AFTER
+        ]
+        for position in incomplete_positions:
             contexts[position].lines.append(event_line(number, event, start_us))
         if number in contexts:
             lines = [
@@ -68,8 +70,8 @@ def contexts_of(
             contexts[number] = DifferenceContext(
                 lines, [describe(rule) for rule in rules], [*goal_lines(goals)]
             )
-            unfinished.append(number)
-        # the last context is complete: the rest of a long run need not be read
+            incomplete_positions.append(number)
+        # all contexts are complete, and the rest of the run may be long
         if number == positions_in_order[-1] + LINES_AFTER:
             break
         number += 1
@@ -77,7 +79,7 @@ def contexts_of(
 
 
 def event_line(number: int, event: Event, start_us: int, *, here: bool = False) -> EventLine:
-    """Return an event as a line.
+    """Return a displayed event.
 
     :param number: the number of the event among the compared ones, from 0.
     :param start_us: the start of the run in microseconds.
@@ -87,7 +89,7 @@ def event_line(number: int, event: Event, start_us: int, *, here: bool = False) 
 
 
 def goal_lines(goals: Mapping[str, GoalTransition]) -> Iterator[GoalAtDifference]:
-    """Yield goals as a tree without retracted roots and their sub-goals."""
+    """Yield the goals as a tree; retracted roots are left out with their sub-goals."""
     forest = Forest({name: parent_id(goal.parent) for name, goal in goals.items()})
     for name, depth in forest.walk(name for name in forest.roots if goals[name].mode != "RETRACTED"):
         goal = goals[name]

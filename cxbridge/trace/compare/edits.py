@@ -1,8 +1,9 @@
 """Edits between two sequences of states: moved, changed and additional states.
 
-An :class:`Alignment` pairs the equal states in order. A state without a partner is moved if the other run has
-its content elsewhere; changed if the other run has another state of the same goal, plan or Skiller in its
-place; else only one run has it.
+A state is an event as a comparison sees it. An :class:`Alignment` pairs the equal states of two runs in
+order. A state without a partner is moved if the other run has its content elsewhere. The state is changed if
+the other run has another state of the same goal, plan or Skiller in its place. Otherwise only one run has the
+state.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from itertools import chain
 from operator import itemgetter
 from typing import Final, TypeAlias
 
-from cxbridge.trace.compare.align import NONE, align, rising, take_equal
+from cxbridge.trace.compare.align import MISSING, align, longest_increasing, pop_equal_pairs
 from cxbridge.trace.compare.model import AlignedRow, DifferenceKind, EventLine
 
 ROWS_BEFORE: Final = 6
@@ -26,10 +27,10 @@ ROWS_AFTER: Final = 16
 """The number of rows shown from the first difference on."""
 
 StateProperty: TypeAlias = Callable[[int, int], Hashable]
-"""Returns a property of the state at an index of run 0 or 1."""
+"""Gets a run, 0 or 1, and an index; returns a property of the state."""
 
-ALONE: Final = (DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)
-"""The kinds of differences of a state that only one run has, by run."""
+ONE_SIDED_KINDS: Final = (DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)
+"""The kinds of differences of a state that only one run has; the index is the run, 0 or 1."""
 
 
 @dataclass(slots=True)
@@ -58,53 +59,57 @@ class Alignment:
     def __init__(self, a: Sequence[Hashable], b: Sequence[Hashable]) -> None:
         numbers: dict[Hashable, int] = {}
         self.pairs = align(*([numbers.setdefault(state, len(numbers)) for state in run] for run in (a, b)))
-        self._ends = (len(a), len(b))
+        self._lengths = (len(a), len(b))
         # `edits` adds the changed states, which are shown side by side like pairs
         self._row_pairs = self.pairs
 
-    def unpaired(self, run: int) -> list[int]:
+    def unpaired_indices(self, run: int) -> list[int]:
         """Return the indices of the states of a run without a partner."""
         paired = {pair[run] for pair in self.pairs}
-        return [index for index in range(self._ends[run]) if index not in paired]
+        return [index for index in range(self._lengths[run]) if index not in paired]
 
-    def gap(self, run: int, index: int) -> int:
-        """Return the number of pairs before a state."""
+    def pairs_before(self, run: int, index: int) -> int:
+        """Return the number of pairs before a state: states with the same number are in the same gap."""
         return bisect_left(self.pairs, index, key=itemgetter(run))
 
-    def preceding(self, run: int, index: int) -> int:
+    def preceding_index(self, run: int, index: int) -> int:
         """Return the index of the other run's last state before a state without partner, or -1."""
-        gap = bisect_left(self._row_pairs, index, key=itemgetter(run))
-        return self._row_pairs[gap - 1][1 - run] if gap else NONE
+        row = bisect_left(self._row_pairs, index, key=itemgetter(run))
+        return self._row_pairs[row - 1][1 - run] if row else MISSING
 
     def has_ended(self, run: int, edit: Edit) -> bool:
         """Return whether a run has ended at an edit that continues to the end of the other run."""
         index = edit.indices[1 - run]
-        if edit.is_whole_goal or index + edit.count < self._ends[1 - run]:
+        if edit.is_whole_goal or index + edit.count < self._lengths[1 - run]:
             return False
-        return self.preceding(1 - run, index) + 1 == self._ends[run]
+        return self.preceding_index(1 - run, index) + 1 == self._lengths[run]
 
-    def edits(
+    def find_edits(
         self,
         content: StateProperty,
         thread: StateProperty,
         *,
         owner: StateProperty | None = None,
-        joined: tuple[DifferenceKind, ...] = (*ALONE, DifferenceKind.ORDER),
+        joined_kinds: tuple[DifferenceKind, ...] = (*ONE_SIDED_KINDS, DifferenceKind.ORDER),
     ) -> list[Edit]:
         """Return the edits in the order of the runs.
 
-        :param content: the part of a state that identifies it at another index.
+        :param content: the property by which a moved state is recognised at another index.
         :param thread: the goal, plan or Skiller of a state. A state counts as changed if the other run has
             another state of the thread between the same pairs.
-        :param owner: the goal of a state if only one run has the goal; its states become one edit.
+        :param owner: the goal of a state if only one run has the goal, else None. The states of such a goal
+            become one edit.
+        :param joined_kinds: the kinds of which consecutive edits become one edit.
         """
-        unpaired_a, unpaired_b = self.unpaired(0), self.unpaired(1)
-        thread_steps = [self._steps(run, thread) for run in (0, 1)]
+        unpaired_a, unpaired_b = self.unpaired_indices(0), self.unpaired_indices(1)
+        thread_steps = [self._thread_steps(run, thread) for run in (0, 1)]
         # first the moved states, so that a state that is only late is not paired with another one as changed
-        moved = take_equal(unpaired_a, unpaired_b, partial(content, 0), partial(content, 1))
-        changed = take_equal(unpaired_a, unpaired_b, thread_steps[0].__getitem__, thread_steps[1].__getitem__)
-        # changed states may cross: of those only the longest series in order can stand side by side
-        self._row_pairs = rising(sorted([*self.pairs, *changed]))
+        moved = pop_equal_pairs(unpaired_a, unpaired_b, partial(content, 0), partial(content, 1))
+        changed = pop_equal_pairs(
+            unpaired_a, unpaired_b, thread_steps[0].__getitem__, thread_steps[1].__getitem__
+        )
+        # changed states may cross: rows show the longest series in order side by side
+        self._row_pairs = longest_increasing(sorted([*self.pairs, *changed]))
         edits = [
             Edit(kind, pair, min(self._sort_key(0, pair[0]), self._sort_key(1, pair[1])))
             for kind, pairs in ((DifferenceKind.ORDER, moved), (DifferenceKind.CHANGED, changed))
@@ -112,7 +117,11 @@ class Alignment:
         ]
         goals: dict[Hashable, Edit] = {}
         for run, index in chain(((0, index) for index in unpaired_a), ((1, index) for index in unpaired_b)):
-            edit = Edit(ALONE[run], (NONE, index) if run else (index, NONE), self._sort_key(run, index))
+            edit = Edit(
+                ONE_SIDED_KINDS[run],
+                (MISSING, index) if run else (index, MISSING),
+                self._sort_key(run, index),
+            )
             # a goal of one run is one difference, however many states it has and wherever they are
             goal = owner(run, index) if owner else None
             if goal is None:
@@ -123,14 +132,14 @@ class Alignment:
                 edit.is_whole_goal = True
                 goals[run, goal] = edit
         edits += goals.values()
-        return _joined(sorted(edits, key=lambda edit: edit.sort_key), joined)
+        return _join_consecutive(sorted(edits, key=lambda edit: edit.sort_key), joined_kinds)
 
-    def _steps(self, run: int, thread: StateProperty) -> list[Hashable]:
+    def _thread_steps(self, run: int, thread: StateProperty) -> list[Hashable]:
         """Return, for each state of a run, its thread and the number of the thread's pairs before it."""
         counts: Counter[Hashable] = Counter()
         paired = {pair[run] for pair in self.pairs}
         steps: list[Hashable] = []
-        for index in range(self._ends[run]):
+        for index in range(self._lengths[run]):
             name = thread(run, index)
             steps.append((name, counts[name]))
             counts[name] += index in paired
@@ -140,13 +149,17 @@ class Alignment:
         """Return the sort key of a state; in a gap, states of A precede those of B."""
         if run == 0:
             return (index, 0, index)
-        gap = self.gap(1, index)
-        return ((self.pairs[gap][0] if gap < len(self.pairs) else self._ends[0]) - 1, 1, index)
+        pairs_before = self.pairs_before(1, index)
+        return (
+            (self.pairs[pairs_before][0] if pairs_before < len(self.pairs) else self._lengths[0]) - 1,
+            1,
+            index,
+        )
 
     def rows(self, line: Callable[[int, int], EventLine]) -> list[AlignedRow]:
         """Return both runs side by side around the first difference.
 
-        :param line: returns the state of a run at an index as a line.
+        :param line: returns the displayed state of a run, 0 or 1, at an index.
         """
         pairs = list(self._row_indices())
         first = next((number for number, (_, _, is_equal) in enumerate(pairs) if not is_equal), len(pairs))
@@ -154,28 +167,29 @@ class Alignment:
         rows: list[AlignedRow] = []
         for number, (*indices, is_equal) in enumerate(pairs[start : first + ROWS_AFTER], start):
             line_a, line_b = (
-                None if index == NONE else replace(line(run, index), here=number == first)
+                None if index == MISSING else replace(line(run, index), here=number == first)
                 for run, index in enumerate(indices)
             )
             rows.append(AlignedRow(line_a, line_b, bool(is_equal)))
         return rows
 
     def _row_indices(self) -> Iterator[tuple[int, int, bool]]:
-        """Yield the indices of rows, with -1 for a gap, and whether they are pairs."""
+        """Yield the indices of rows, -1 for a missing state, and whether the states are equal."""
         partners = set(self.pairs)
         next_a = next_b = 0
-        for index_a, index_b in (*self._row_pairs, self._ends):
-            yield from ((index, NONE, False) for index in range(next_a, index_a))
-            yield from ((NONE, index, False) for index in range(next_b, index_b))
-            if index_a < self._ends[0]:
+        for index_a, index_b in (*self._row_pairs, self._lengths):
+            yield from ((index, MISSING, False) for index in range(next_a, index_a))
+            yield from ((MISSING, index, False) for index in range(next_b, index_b))
+            if index_a < self._lengths[0]:
                 yield index_a, index_b, (index_a, index_b) in partners
             next_a, next_b = index_a + 1, index_b + 1
 
 
-def _joined(edits: Iterable[Edit], kinds: tuple[DifferenceKind, ...]) -> list[Edit]:
-    """Return sorted edits, with consecutive edits of the same kind joined.
+def _join_consecutive(edits: Iterable[Edit], kinds: tuple[DifferenceKind, ...]) -> list[Edit]:
+    """Join consecutive edits of the same kind; other edits are unchanged.
 
-    :param kinds: the kinds of which edits are joined.
+    :param edits: sorted by position.
+    :param kinds: the kinds to join.
     """
     result: list[Edit] = []
     for edit in edits:
@@ -183,7 +197,9 @@ def _joined(edits: Iterable[Edit], kinds: tuple[DifferenceKind, ...]) -> list[Ed
         if previous is None or previous.kind is not edit.kind or edit.kind not in kinds:
             result.append(edit)
             continue
-        following = tuple(NONE if index == NONE else index + previous.count for index in previous.indices)
+        following = tuple(
+            MISSING if index == MISSING else index + previous.count for index in previous.indices
+        )
         if edit.indices == following and not (previous.is_whole_goal or edit.is_whole_goal):
             previous.count += 1
         else:

@@ -1,4 +1,8 @@
-"""Matching of the goals of two runs by structure instead of ids or order alone."""
+"""Matching of the goals of two runs.
+
+Ids of goals differ between runs, and the order of siblings may differ. Goals are therefore matched by their
+place in the tree of goals and by their behaviour: transitions, plans and sub-goals.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
-from cxbridge.trace.compare.align import drop_pairs, take_equal
-from cxbridge.trace.compare.goals import Goal, GoalForest, signatures_of
-from cxbridge.trace.compare.names import anonymous
+from cxbridge.trace.compare.align import pop_equal_pairs, remove_pairs
+from cxbridge.trace.compare.goals import Goal, GoalForest, goal_signatures
+from cxbridge.trace.compare.names import replace_names
 
 MIN_SIMILARITY: Final = 0.5
 """The minimal similarity of paired goals whose classes or parents differ."""
@@ -23,7 +27,7 @@ The time grows with the square of the number of siblings.
 MAX_CANDIDATES: Final = 50
 """The maximal number of unpaired goals of the same kind to which a goal is compared."""
 
-Pair: TypeAlias = tuple[Goal, Goal]
+GoalPair: TypeAlias = tuple[Goal, Goal]
 
 
 @dataclass(slots=True)
@@ -31,16 +35,16 @@ class GoalMatch:
     """The paired goals, parents before their children.
 
     :param pairs: the pairs of goals of both runs.
-    :param unmatched: the goals of each run without a partner.
-    :param moved: the pairs with different parents.
-    :param renamed: the pairs with different classes or ids.
+    :param unmatched_goals: the goals of each run without a partner.
+    :param moved_pairs: the pairs with different parents.
+    :param renamed_pairs: the pairs with different classes or ids.
     :param labels: the name of each goal in reports, equal for both goals of a pair.
     """
 
-    pairs: list[Pair] = field(default_factory=list)
-    unmatched: tuple[list[Goal], list[Goal]] = field(default_factory=lambda: ([], []))
-    moved: list[Pair] = field(default_factory=list)
-    renamed: list[Pair] = field(default_factory=list)
+    pairs: list[GoalPair] = field(default_factory=list)
+    unmatched_goals: tuple[list[Goal], list[Goal]] = field(default_factory=lambda: ([], []))
+    moved_pairs: list[GoalPair] = field(default_factory=list)
+    renamed_pairs: list[GoalPair] = field(default_factory=list)
     labels: dict[Goal, str] = field(default_factory=dict)
 
 
@@ -48,13 +52,12 @@ def match_goals(a: GoalForest, b: GoalForest) -> GoalMatch:
     """Pair the goals of two runs, from the roots down.
 
     Goals form a pair if their parents do, and environment, class, sub-type and id without gensym number are
-    equal. Among several such siblings, those with equal behaviour are paired first, then the most similar
-    ones. The remaining goals are paired with similar goals of another parent or class, and such pairs are
-    differences.
+    equal. Of several such siblings, those with equal behaviour are paired first, then the most similar ones.
+    The remaining goals are paired with similar goals of another parent or class; such pairs are differences.
     """
     matcher = _Matcher(a, b)
     matcher.pair_siblings("", a.roots, b.roots)
-    matcher.pair_moved()
+    matcher.pair_moved_goals()
     return matcher.match
 
 
@@ -64,10 +67,10 @@ class _Matcher:
     def __init__(self, a: GoalForest, b: GoalForest) -> None:
         self.match = GoalMatch()
         self._signatures: list[dict[Goal, int]] = []
-        self._counts: Counter[str] = Counter()
+        self._label_counts: Counter[str] = Counter()
         for with_parent in (True, False):
             numbers: dict[object, int] = {}
-            signatures = [signatures_of(forest, numbers, with_parent=with_parent) for forest in (a, b)]
+            signatures = [goal_signatures(forest, numbers, with_parent=with_parent) for forest in (a, b)]
             self._signatures.append(signatures[0] | signatures[1])
 
     def pair_siblings(self, path: str, siblings_a: list[Goal], siblings_b: list[Goal]) -> None:
@@ -77,28 +80,28 @@ class _Matcher:
             path, goals_a, goals_b = stack.pop()
             goals_a, goals_b = list(goals_a), list(goals_b)
             indices = {goal: index for siblings in (goals_a, goals_b) for index, goal in enumerate(siblings)}
-            pairs: list[Pair] = []
-            # goals that did exactly the same, if possible at the same place among their siblings
+            pairs: list[GoalPair] = []
+            # first the goals with equal behaviour, if possible with the same index among their siblings
             for signatures in self._signatures:
-                placed_signatures = {goal: (signatures[goal], index) for goal, index in indices.items()}
-                pairs += take_equal(goals_a, goals_b, placed_signatures.__getitem__)
-                pairs += take_equal(goals_a, goals_b, signatures.__getitem__)
-            pairs += _take_similar(goals_a, goals_b)
-            # the last resort among siblings, so that a goal of the same class is preferred
-            renamed = _take_renamed(goals_a, goals_b)
-            self.match.renamed += renamed
+                signatures_with_index = {goal: (signatures[goal], index) for goal, index in indices.items()}
+                pairs += pop_equal_pairs(goals_a, goals_b, signatures_with_index.__getitem__)
+                pairs += pop_equal_pairs(goals_a, goals_b, signatures.__getitem__)
+            pairs += _pop_similar_pairs(goals_a, goals_b)
+            # last the goals of another class, so that a goal of the same class is preferred
+            renamed_pairs = _pop_renamed_pairs(goals_a, goals_b)
+            self.match.renamed_pairs += renamed_pairs
             stack += [
                 (self._add_pair(path, pair), pair[0].children, pair[1].children)
-                for pair in (*pairs, *renamed)
+                for pair in (*pairs, *renamed_pairs)
             ]
-            for unmatched, goals in zip(self.match.unmatched, (goals_a, goals_b), strict=True):
-                unmatched.extend(goals)
-                self.match.labels.update({goal: self._label(path, goal) for goal in goals})
+            for unmatched_goals, goals in zip(self.match.unmatched_goals, (goals_a, goals_b), strict=True):
+                unmatched_goals.extend(goals)
+                self.match.labels.update({goal: self._make_label(path, goal) for goal in goals})
 
-    def pair_moved(self) -> None:
+    def pair_moved_goals(self) -> None:
         """Pair the remaining goals with similar goals of other parents."""
         by_kind: dict[object, list[Goal]] = defaultdict(list)
-        unmatched_a, unmatched_b = self.match.unmatched
+        unmatched_a, unmatched_b = self.match.unmatched_goals
         for candidate in unmatched_b:
             by_kind[candidate.kind].append(candidate)
         for goal_a in list(unmatched_a):
@@ -108,52 +111,55 @@ class _Matcher:
             by_kind[goal_a.kind].remove(goal_b)
             unmatched_a.remove(goal_a)
             unmatched_b.remove(goal_b)
-            self.match.moved.append((goal_a, goal_b))
+            self.match.moved_pairs.append((goal_a, goal_b))
             self.match.pairs.append((goal_a, goal_b))
             label = self.match.labels[goal_b] = self.match.labels[goal_a]
             self.pair_siblings(label, goal_a.children, goal_b.children)
 
-    def _add_pair(self, path: str, pair: Pair) -> str:
+    def _add_pair(self, path: str, pair: GoalPair) -> str:
         """Add a pair; return its label."""
         self.match.pairs.append(pair)
-        label = self._label(path, pair[0])
+        label = self._make_label(path, pair[0])
         self.match.labels.update(dict.fromkeys(pair, label))
         return label
 
-    def _label(self, path: str, goal: Goal) -> str:
+    def _make_label(self, path: str, goal: Goal) -> str:
         """Return a unique label for a goal: the id without its number, or the class."""
-        name = anonymous(goal.key[1]).replace("gen#", "").strip("-") or goal.goal_class
+        # `RUN-gen3` is `RUN`; `gen3` is nothing but a number, so that the class names the goal
+        name = replace_names(goal.key[1]).replace("gen#", "").strip("-") or goal.goal_class
         label = f"{path}/{name}"
-        self._counts[label] += 1
-        return label if self._counts[label] == 1 else f"{label}[{self._counts[label]}]"
+        self._label_counts[label] += 1
+        return label if self._label_counts[label] == 1 else f"{label}[{self._label_counts[label]}]"
 
 
-def _take_similar(goals_a: list[Goal], goals_b: list[Goal]) -> list[Pair]:
+def _pop_similar_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPair]:
     """Remove pairs of the same kind from siblings, the most similar first, and return them."""
     kinds: dict[object, tuple[list[Goal], list[Goal]]] = defaultdict(lambda: ([], []))
     for run, goals in enumerate((goals_a, goals_b)):
         for goal in goals:
             kinds[goal.kind][run].append(goal)
-    pairs: list[Pair] = []
+    pairs: list[GoalPair] = []
     for group in kinds.values():
         is_comparable = 1 < len(group[0]) * len(group[1]) <= MAX_COMPARED
-        pairs += _most_similar(*group, 0.0) if is_comparable else zip(*group, strict=False)
-    drop_pairs(pairs, goals_a, goals_b)
+        pairs += _most_similar_pairs(*group, 0.0) if is_comparable else zip(*group, strict=False)
+    remove_pairs(pairs, goals_a, goals_b)
     return pairs
 
 
-def _take_renamed(goals_a: list[Goal], goals_b: list[Goal]) -> list[Pair]:
+def _pop_renamed_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPair]:
     """Remove pairs of different kinds but similar behaviour from siblings, and return them."""
     if len(goals_a) * len(goals_b) > MAX_COMPARED:
         return []
     pairs = [
-        pair for pair in _most_similar(goals_a, goals_b, MIN_SIMILARITY) if pair[0].key[0] == pair[1].key[0]
+        pair
+        for pair in _most_similar_pairs(goals_a, goals_b, MIN_SIMILARITY)
+        if pair[0].key[0] == pair[1].key[0]
     ]
-    drop_pairs(pairs, goals_a, goals_b)
+    remove_pairs(pairs, goals_a, goals_b)
     return pairs
 
 
-def _most_similar(goals_a: Sequence[Goal], goals_b: Sequence[Goal], minimum: float) -> list[Pair]:
+def _most_similar_pairs(goals_a: Sequence[Goal], goals_b: Sequence[Goal], minimum: float) -> list[GoalPair]:
     """Return pairs of goals by decreasing similarity; equally similar ones by closeness of their indices."""
     ranking = sorted(
         (-goal_a.similarity(goal_b), abs(i - j), i, j)
@@ -161,9 +167,9 @@ def _most_similar(goals_a: Sequence[Goal], goals_b: Sequence[Goal], minimum: flo
         for j, goal_b in enumerate(goals_b)
     )
     paired: tuple[set[int], set[int]] = (set(), set())
-    pairs: list[Pair] = []
-    for negated, _, i, j in ranking:
-        if -negated >= minimum and i not in paired[0] and j not in paired[1]:
+    pairs: list[GoalPair] = []
+    for negative_similarity, _, i, j in ranking:
+        if -negative_similarity >= minimum and i not in paired[0] and j not in paired[1]:
             paired[0].add(i)
             paired[1].add(j)
             pairs.append((goals_a[i], goals_b[j]))

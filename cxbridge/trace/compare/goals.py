@@ -12,10 +12,10 @@ from typing import Final, TypeAlias
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.trace.compare.details import DetailChanges, MissingDetails
-from cxbridge.trace.compare.names import anonymous, anonymous_fact
-from cxbridge.trace.compare.sequences import State, Step, Steps, Streams, states_of
+from cxbridge.trace.compare.names import replace_fact_names, replace_names
+from cxbridge.trace.compare.sequences import State, Step, Steps, ValueStreams, step_states
 
-UNKNOWN: Final = "?"
+UNKNOWN_CLASS: Final = "?"
 """The class of a goal of which only plan-actions are known."""
 
 GoalKey: TypeAlias = tuple[str, str]
@@ -27,17 +27,19 @@ class Goal:
     """A goal and its plans.
 
     :param transitions: the transitions of the goal, without those that change only the parent.
-    :param plans: the transitions of its plan-actions, by plan id; after reading, by ids that are equal in all
-        runs.
-    :param details: its parameters and other details, when they changed.
-    :param plan_details: the details of its plan-actions by plan; each state starts with the action's id.
-    :param states: the states of the goal and its plans, computed for comparisons with other goals.
-    :param error_mentions: the kind of each goal whose error names this one, and the index of the transition.
+    :param plans: the transitions of its plan-actions by plan; the keys are the ids of plans while the run is
+        read, afterwards ids that are equal in all runs.
+    :param details: the changes of its parameters and other details.
+    :param plan_details: the changes of the details of its plan-actions by plan; each state starts with the
+        action's id.
+    :param error_mentions: the kind of each goal whose error names this goal, and the index of the transition.
+    :param states: the number of each state of the goal and its plans; empty until :meth:`similarity` needs
+        it.
     """
 
     key: GoalKey
-    goal_class: str = UNKNOWN
-    sub_type: str = UNKNOWN
+    goal_class: str = UNKNOWN_CLASS
+    sub_type: str = UNKNOWN_CLASS
     parent: GoalKey | None = None
     transitions: list[Step] = field(default_factory=list)
     plans: dict[str, list[Step]] = field(default_factory=dict)
@@ -50,7 +52,7 @@ class Goal:
     @property
     def kind(self) -> tuple[str, str, str, str]:
         """The properties that distinguish siblings: environment, class, sub-type, and id without number."""
-        return (self.key[0], self.goal_class, self.sub_type, anonymous(self.key[1]))
+        return (self.key[0], self.goal_class, self.sub_type, replace_names(self.key[1]))
 
     @property
     def start(self) -> int:
@@ -60,36 +62,39 @@ class Goal:
     @property
     def size(self) -> int:
         """The number of goals in this subtree."""
-        return sum(1 for _ in downwards([self]))
+        return sum(1 for _ in walk_goals([self]))
 
     def similarity(self, other: Goal) -> float:
         """Return the share of equal states of two goals, in any order, from 0 to 1."""
-        states_a, states_b = self._all_states(), other._all_states()
+        states_a, states_b = self._count_states(), other._count_states()
         return 2 * (states_a & states_b).total() / max(1, states_a.total() + states_b.total())
 
-    def _all_states(self) -> Counter[State]:
-        """Return the states of goal and plans without names, and the classes of the children."""
+    def _count_states(self) -> Counter[State]:
+        """Count the states of goal and plans without names, and the classes of the children."""
         if not self.states:
-            self.states.update((*step.state[:2], anonymous(step.state[2])) for step in self.transitions)
+            self.states.update((*step.state[:2], replace_names(step.state[2])) for step in self.transitions)
             for steps in (*self.plans.values(), self.details, *self.plan_details.values()):
-                self.states.update(states_of(steps))
+                self.states.update(step_states(steps))
             self.states.update((child.goal_class, child.sub_type) for child in self.children)
         return self.states
 
-    def before(self, inner: Steps) -> list[int]:
-        """Return, for each transition of a child or plan, the number of this goal's earlier ones."""
+    def counts_before(self, inner: Steps) -> list[int]:
+        """Return, for each transition of a child or plan, the number of earlier transitions of this goal."""
         positions = [step.position for step in self.transitions]
         return [bisect_left(positions, step.position) for step in inner]
 
-    def by_plan_stem(self, steps: Mapping[str, list[Step]]) -> dict[str, list[Step]]:
-        """Return steps of plans by ids without gensym numbers.
+    def steps_by_stem(self, steps: Mapping[str, list[Step]]) -> dict[str, list[Step]]:
+        """Return the steps of plans by stems, which are equal in all runs.
+
+        A stem is the plan's id with ``@`` for the goal's id, without gensym numbers. Equal stems are
+        numbered, as in ``@-PLAN[2]``.
 
         :param steps: the steps by plan id.
         """
         by_stem: dict[str, list[Step]] = {}
         counts: Counter[str] = Counter()
         for plan, plan_steps in steps.items():
-            stem = anonymous(plan.replace(self.key[1], "@"))
+            stem = replace_names(plan.replace(self.key[1], "@"))
             counts[stem] += 1
             by_stem[stem if counts[stem] == 1 else f"{stem}[{counts[stem]}]"] = plan_steps
         return by_stem
@@ -104,68 +109,69 @@ class GoalForest:
 
     def __init__(self, events: Iterable[Event], missing: MissingDetails | None = None) -> None:
         self.goals: dict[GoalKey, Goal] = {}
-        self.skillers = Streams()
+        self.skillers = ValueStreams()
         self.count = 0
         self.start_us = 0
         self._detail_changes = DetailChanges(missing)
         for event in events:
             self.start_us = event.time_us if not self.count else self.start_us
             if isinstance(event, GoalTransition):
-                self._goal_transition(event)
+                self._add_goal_transition(event)
             elif isinstance(event, PlanActionTransition):
-                self._action_transition(event)
+                self._add_action_transition(event)
             elif isinstance(event, SkillStatus):
                 self.skillers.add(event, self.count)
             else:
                 continue
             self.count += 1
-        self.roots = self._link()
+        self.roots = self._link_goals()
 
     @property
     def scopes(self) -> set[str]:
         """The classes of the goals, and the skills."""
         return {f"goal class {goal.goal_class}" for goal in self.goals.values()} | self.skillers.scopes
 
-    def _goal(self, env: str, name: str) -> Goal:
-        # ids repeat in every event: one copy of each keeps long runs in memory
+    def _find_or_add_goal(self, env: str, name: str) -> Goal:
+        # each event repeats its ids: long runs fit into memory if each id is stored once
         key = (intern(env), intern(name))
         return self.goals.get(key) or self.goals.setdefault(key, Goal(key))
 
-    def _goal_transition(self, event: GoalTransition) -> None:
-        """Process a transition of a goal; one that changes only the parent is ignored."""
-        goal = self._goal(event.env, event.goal)
-        goal.goal_class = _joined_class(goal.goal_class, event.goal_class)
-        goal.sub_type = _joined_class(goal.sub_type, event.sub_type)
+    def _add_goal_transition(self, event: GoalTransition) -> None:
+        """Add a transition of a goal, unless the transition changes only the parent."""
+        goal = self._find_or_add_goal(event.env, event.goal)
+        goal.goal_class = _join_classes(goal.goal_class, event.goal_class)
+        goal.sub_type = _join_classes(goal.sub_type, event.sub_type)
         parent = parent_id(event.parent)
         goal.parent = None if parent is None else (goal.key[0], intern(parent))
         state = (event.mode, event.outcome, event.error)
-        # a change of the parent alone: trees are built in different orders, see docs/evidence/comparing.md
+        # a tree may be built from its leaves or from its root (docs/evidence/comparing.md): a new parent
+        # alone is no transition
         if not goal.transitions or goal.transitions[-1].state != state:
             goal.transitions.append(Step(state, self.count, event.time_us))
-        self._take_details(goal.details, event, ())
+        self._add_details(goal.details, event, ())
 
-    def _action_transition(self, event: PlanActionTransition) -> None:
-        goal, plan = self._goal(event.env, event.goal), intern(event.plan)
+    def _add_action_transition(self, event: PlanActionTransition) -> None:
+        goal, plan = self._find_or_add_goal(event.env, event.goal), intern(event.plan)
         state = (event.action_id, event.action, event.state)
         goal.plans.setdefault(plan, []).append(Step(state, self.count, event.time_us))
-        self._take_details(goal.plan_details.setdefault(plan, []), event, (event.action_id, event.action))
+        self._add_details(goal.plan_details.setdefault(plan, []), event, (event.action_id, event.action))
 
-    def _take_details(self, steps: list[Step], event: Event, subject: State) -> None:
-        changes = zip(event.KIND.details, self._detail_changes.of(event), strict=True)
-        words = [f"{name}={anonymous_fact(value)}" for name, value in changes if value]
+    def _add_details(self, steps: list[Step], event: Event, subject: State) -> None:
+        changes = zip(event.KIND.details, self._detail_changes.changed_details(event), strict=True)
+        words = [f"{name}={replace_fact_names(value)}" for name, value in changes if value]
         if words:
             steps.append(Step((*subject, *words), self.count, event.time_us))
 
-    def _link(self) -> list[Goal]:
+    def _link_goals(self) -> list[Goal]:
         """Link goals to their parents; return those without a known parent."""
         forest = Forest({key: goal.parent for key, goal in self.goals.items()})
         for key, goal in self.goals.items():
             goal.children = [self.goals[child] for child in forest.children.get(key, ())]
             goal.plans, goal.plan_details = (
-                goal.by_plan_stem(goal.plans),
-                goal.by_plan_stem(goal.plan_details),
+                goal.steps_by_stem(goal.plans),
+                goal.steps_by_stem(goal.plan_details),
             )
-            # which goal an error names distinguishes siblings that did the same
+            # siblings with equal behaviour may differ in which of them an error names
             for number, step in enumerate(goal.transitions):
                 for word in step.state[2].split():
                     if mentioned := self.goals.get((key[0], word)):
@@ -173,12 +179,12 @@ class GoalForest:
         return [self.goals[key] for key in forest.roots]
 
 
-def _joined_class(former: str, new: str) -> str:
-    """Return the class of a goal, in which different classes are joined by ``|``."""
-    return former if former == new else intern(new if former == UNKNOWN else f"{former}|{new}")
+def _join_classes(former: str, new: str) -> str:
+    """Return the class of a goal; different classes of its transitions are joined by ``|``."""
+    return former if former == new else intern(new if former == UNKNOWN_CLASS else f"{former}|{new}")
 
 
-def downwards(roots: Iterable[Goal]) -> Iterator[Goal]:
+def walk_goals(roots: Iterable[Goal]) -> Iterator[Goal]:
     """Yield goals and their descendants, parents before their children."""
     stack = list(roots)[::-1]
     while stack:
@@ -187,7 +193,7 @@ def downwards(roots: Iterable[Goal]) -> Iterator[Goal]:
         stack.extend(reversed(goal.children))
 
 
-def signatures_of(forest: GoalForest, numbers: dict[object, int], *, with_parent: bool) -> dict[Goal, int]:
+def goal_signatures(forest: GoalForest, numbers: dict[object, int], *, with_parent: bool) -> dict[Goal, int]:
     """Return a number per goal, equal for goals whose subtrees behaved equally.
 
     :param numbers: the numbers assigned so far, for any number of runs.
@@ -195,16 +201,19 @@ def signatures_of(forest: GoalForest, numbers: dict[object, int], *, with_parent
     """
     signatures: dict[Goal, int] = {}
     # children before their parents, whose signature contains theirs
-    for goal in reversed(list(downwards(forest.roots))):
+    for goal in reversed(list(walk_goals(forest.roots))):
         parent = forest.goals.get(goal.parent) if with_parent and goal.parent else None
         behaviour = (
             goal.kind,
-            tuple((*step.state[:2], anonymous(step.state[2])) for step in goal.transitions),
-            tuple(parent.before(goal.transitions)[1:]) if parent else (),
+            tuple((*step.state[:2], replace_names(step.state[2])) for step in goal.transitions),
+            tuple(parent.counts_before(goal.transitions)[1:]) if parent else (),
             tuple(sorted(goal.error_mentions)),
-            tuple((plan, states_of(steps), tuple(goal.before(steps))) for plan, steps in goal.plans.items()),
-            states_of(goal.details),
-            tuple(states_of(steps) for steps in goal.plan_details.values()),
+            tuple(
+                (plan, step_states(steps), tuple(goal.counts_before(steps)))
+                for plan, steps in goal.plans.items()
+            ),
+            step_states(goal.details),
+            tuple(step_states(steps) for steps in goal.plan_details.values()),
             tuple(sorted(signatures[child] for child in goal.children)),
         )
         signatures[goal] = numbers.setdefault(behaviour, len(numbers))

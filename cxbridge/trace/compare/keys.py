@@ -1,4 +1,8 @@
-"""Keys of events: the parts that are equal in all runs, separated from names."""
+"""Keys of events: the parts of events that are equal in all runs, separated from names.
+
+A comparison reads each event as a :class:`Token`: the key and the names. Names are the ids that differ
+between runs, such as ``gen12``; :mod:`.names` replaces them in the key, and numbers them.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +25,15 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.trace.compare.details import MissingDetails
-from cxbridge.trace.compare.names import MSGID, Namer, Names, interface_text, take_msgid, without_times_of_day
-from cxbridge.trace.compare.selection import Selection, with_content
+from cxbridge.trace.compare.names import (
+    MSGID,
+    Namer,
+    Names,
+    interface_text,
+    replace_times_of_day,
+    split_msgid,
+)
+from cxbridge.trace.compare.selection import Selection, events_with_content
 from cxbridge.trace.formats.base import Run
 
 Key: TypeAlias = tuple[Any, ...]
@@ -31,18 +42,18 @@ Key: TypeAlias = tuple[Any, ...]
 NamedKey: TypeAlias = tuple[Key, Names]
 """A key and its names as numbers that are equal in both runs."""
 
-MAX_CHANGED: Final = 3
+MAX_CHANGED_PARTS: Final = 3
 """The maximal number of differing parts of an event that counts as changed."""
 
-DIFFERENT_SCENARIOS: Final = 0.5
-"""The share of common goal classes, rules and skills below which runs are of different scenarios."""
+MIN_COMMON_SHARE: Final = 0.5
+"""The minimal share of common goal classes, rules and skills in two runs of one scenario."""
 
-MAX_SCOPES: Final = 5
+MAX_LISTED_SCOPES: Final = 5
 """The number of classes, rules and skills listed in the hint."""
 
 _PLACEHOLDER: Final = re.compile(r"(?:gen|uuid|fact)#")
-_ENDED: Final = ("S_FINAL", "S_FAILED")
-_IDLE: Final = "S_INACTIVE"
+_END_STATUSES: Final = ("S_FINAL", "S_FAILED")
+_IDLE_STATUS: Final = "S_INACTIVE"
 
 
 @dataclass(frozen=True)
@@ -51,24 +62,24 @@ class KeyForm:
 
     :param kind: the first part of the key.
     :param parts: the other parts: the noun for reports, and the attribute of the event.
-    :param thread: the number of leading parts, with the kind, that identify the thread of the event: a goal
-        or plan.
-    :param subject: the subject as a format string, with the event as ``{0}``.
+    :param thread_length: the number of leading parts, with the kind, that identify the thread of the event:
+        its goal, plan, Skiller, interface, or the rules or facts of an environment.
+    :param subject_format: the subject in reports as a format string, with the event as ``{0}``.
     :param scope: the noun and index of the part that distinguishes scenarios.
     :param name_attributes: the attributes with names that differ between runs.
-    :param details: the last parts, which may also contain fact indices and absolute times.
+    :param details: the last parts, as ``parts``; they may also contain fact indices and absolute times.
     """
 
     kind: str
     parts: tuple[tuple[str, str], ...]
-    thread: int
-    subject: str
+    thread_length: int
+    subject_format: str
     scope: tuple[str, int]
     name_attributes: frozenset[str] = frozenset()
     details: tuple[tuple[str, str], ...] = ()
 
 
-FORMS: Final[Mapping[type[Event], KeyForm]] = {
+KEY_FORMS: Final[Mapping[type[Event], KeyForm]] = {
     GoalTransition: KeyForm(
         "goal",
         (
@@ -81,8 +92,8 @@ FORMS: Final[Mapping[type[Event], KeyForm]] = {
             ("outcome", "outcome"),
             ("error", "error"),
         ),
-        thread=3,
-        subject="goal {0.goal} of class {0.goal_class}",
+        thread_length=3,
+        subject_format="goal {0.goal} of class {0.goal_class}",
         scope=("goal class", 3),
         name_attributes=frozenset({"goal", "parent", "error"}),
         details=(
@@ -102,8 +113,8 @@ FORMS: Final[Mapping[type[Event], KeyForm]] = {
             ("action", "action"),
             ("state", "state"),
         ),
-        thread=4,
-        subject="plan {0.plan} of goal {0.goal}",
+        thread_length=4,
+        subject_format="plan {0.plan} of goal {0.goal}",
         scope=("action", 5),
         name_attributes=frozenset({"goal", "plan"}),
         details=(("set of parameters", "params"),),
@@ -116,43 +127,45 @@ FORMS: Final[Mapping[type[Event], KeyForm]] = {
             ("skill string", "skill_string"),
             ("status", "status"),
         ),
-        thread=3,
-        subject="skiller {0.skiller} of {0.env}",
+        thread_length=3,
+        subject_format="skiller {0.skiller} of {0.env}",
         scope=("skill", 3),
         name_attributes=frozenset({"skill_string"}),
     ),
     RuleFired: KeyForm(
         "rule",
         (("environment", "env"), ("rule", "rule")),
-        thread=2,
-        subject="rules of {0.env}",
+        thread_length=2,
+        subject_format="rules of {0.env}",
         scope=("rule", 2),
     ),
     FactChange: KeyForm(
         "fact",
         (("environment", "env"), ("template", "template"), ("direction", "asserted"), ("text", "text")),
-        thread=3,
-        subject="facts {0.template} of {0.env}",
+        thread_length=3,
+        subject_format="facts {0.template} of {0.env}",
         scope=("template", 2),
     ),
     InterfaceWrite: KeyForm(
         "interface",
         (("interface", "uid"), ("values", "values")),
-        thread=2,
-        subject="{0.uid}",
+        thread_length=2,
+        subject_format="{0.uid}",
         scope=("interface", 1),
     ),
 }
 """The form of the key of each kind of event."""
 
-_BY_KIND: Final = {form.kind: form for form in FORMS.values()}
+_FORMS_BY_KIND: Final = {form.kind: form for form in KEY_FORMS.values()}
 
 # The number of leading parts of a key, with the kind, that identify the subject of the event.
-_SUBJECTS: Final = {form.kind: len(event_type.KIND.subject) + 1 for event_type, form in FORMS.items()}
+_SUBJECT_LENGTHS: Final = {
+    form.kind: len(event_type.KIND.subject) + 1 for event_type, form in KEY_FORMS.items()
+}
 
 
 class Token(NamedTuple):
-    """The compared content of one event.
+    """An event as a comparison sees it.
 
     :param names: the names in the parts of the key, in order.
     :param thread_names: the number of names in the parts that identify the thread.
@@ -173,10 +186,10 @@ class Token(NamedTuple):
         return thread_key(self.key), self.names[: self.thread_names]
 
 
-class Tokens:
-    """Reads one run; can be iterated over once.
+class TokenReader:
+    """Reads the tokens of a run; can be iterated over once.
 
-    :param missing: the details that are not compared.
+    :param missing: details that are not compared.
     :ivar start_us: the start of the run in microseconds, 0 before the first event.
     """
 
@@ -190,11 +203,11 @@ class Tokens:
         self.count = 0
         self.start_us = 0
         self.namer = Namer()
-        self._events = with_content(run, view, selection)
+        self._events = events_with_content(run, view, selection)
         self._skillers = SkillerBacklog()
-        self._makers = {
+        self._key_makers = {
             kind: _KeyMaker(form, self.namer, (missing or {}).get(kind, frozenset()))
-            for kind, form in FORMS.items()
+            for kind, form in KEY_FORMS.items()
         }
 
     def __iter__(self) -> Iterator[Token]:
@@ -204,17 +217,19 @@ class Tokens:
                 continue
             number = self.count
             self.count += 1
-            # a dropped status is counted nevertheless, because reports number the events of the file
-            fresh_content = self._skillers.fresh(content) if isinstance(content, SkillStatus) else content
+            # reports number the events of the file, so that dropped states of Skillers count, too
+            fresh_content = (
+                self._skillers.fresh_state(content) if isinstance(content, SkillStatus) else content
+            )
             if fresh_content is not None:
                 # the event as recorded, for reports
-                yield Token(*self._make(fresh_content), content, number)
+                yield Token(*self._make_key(fresh_content), content, number)
 
-    def _make(self, event: Event) -> tuple[Key, Names, int, int | None]:
+    def _make_key(self, event: Event) -> tuple[Key, Names, int, int | None]:
         """Return the key of an event, its names, the number of names in the thread, and the message id."""
         if isinstance(event, FactChange):
-            bare, msgid = take_msgid(event.text)
-            text, names = self.namer.split(bare, is_fact=True)
+            text_without_id, msgid = split_msgid(event.text)
+            text, names = self.namer.split(text_without_id, is_fact=True)
             direction = "asserted" if event.asserted else "retracted"
             return ("fact", event.env, event.template, direction, text), names, 0, msgid
         if isinstance(event, InterfaceWrite):
@@ -222,14 +237,14 @@ class Tokens:
             msgid = event.values.get(MSGID)
             return ("interface", event.uid, text), names, 0, msgid if isinstance(msgid, int) else None
         msgid = event.msgid if isinstance(event, SkillStatus) else None
-        return *self._makers[type(event)].make(event), msgid
+        return *self._key_makers[type(event)].make(event), msgid
 
 
 class _KeyMaker:
     """Makes the keys of one kind of event.
 
     :param namer: separates the names from the parts.
-    :param missing: the details that are not compared.
+    :param missing: details that are not compared.
     """
 
     def __init__(self, form: KeyForm, namer: Namer, missing: Collection[str]) -> None:
@@ -242,7 +257,7 @@ class _KeyMaker:
         self._details = [
             (index, attribute in missing) for index, (_, attribute) in enumerate(form.details, first_detail)
         ]
-        self._thread = form.thread - 1
+        self._thread_length = form.thread_length - 1  # without the kind
         self._namer = namer
 
     def make(self, event: Event) -> tuple[Key, Names, int]:
@@ -250,40 +265,40 @@ class _KeyMaker:
         values = list(self._values(event))
         names: Names = ()
         thread_names = 0
-        # names are found by attribute instead of in all parts, because a class or a mode may look like a
-        # gensym id
+        # other attributes are not searched for names: a class or a mode may look like an id of gensym
         for index in self._named_indices:
             values[index], part_names = self._namer.split(values[index])
             names += part_names
-            if index < self._thread:
+            if index < self._thread_length:
                 thread_names = len(names)
         for index, is_missing in self._details:
-            detail = "" if is_missing else without_times_of_day(values[index], event.time_us)
+            detail = "" if is_missing else replace_times_of_day(values[index], event.time_us)
             values[index], part_names = self._namer.split(detail, is_fact=True)
             names += part_names
         return (self._kind, *values), names, thread_names
 
 
 class SkillerBacklog:
-    """Shows the states of Skillers as if they were fresh at the start of the run.
+    """Shows the states of Skillers as if the Skillers were fresh at the start of the run.
 
-    A used Skiller first shows the end of its last skill, also after control is acquired, until it runs a
-    skill. That state is replaced by the idle state of a fresh Skiller; its repetitions are dropped.
+    Until a used Skiller runs a skill, the Skiller shows the end of its last skill, even after an agent has
+    acquired control. That state is replaced by the idle state of a fresh Skiller, and its repetitions are
+    dropped.
     """
 
     def __init__(self) -> None:
         # the old skill by Skiller, empty after the first new one
         self._old_skills: dict[tuple[str, str], str] = {}
 
-    def fresh(self, event: SkillStatus) -> SkillStatus | None:
-        """Return the state that a fresh Skiller would report, or None."""
+    def fresh_state(self, event: SkillStatus) -> SkillStatus | None:
+        """Return the state that a fresh Skiller would show, or None for a repetition."""
         skiller = (event.env, event.skiller)
         old_skill = self._old_skills.get(skiller)
-        has_ended = event.status in _ENDED and event.skill_string
-        # the first status of the run: the end of a skill of an earlier client
+        has_ended = event.status in _END_STATUSES and event.skill_string
+        # the first state of the Skiller in the run is the end of a skill of an earlier client
         if old_skill is None and has_ended:
             self._old_skills[skiller] = event.skill_string
-            return replace(event, skill_string="", msgid=0, status=_IDLE)
+            return replace(event, skill_string="", msgid=0, status=_IDLE_STATUS)
         if old_skill and has_ended and event.skill_string == old_skill:
             return None
         self._old_skills[skiller] = ""
@@ -292,17 +307,17 @@ class SkillerBacklog:
 
 def thread_key(key: Key) -> Key:
     """Return the parts of a key that, with their names, identify the thread of the event."""
-    return key[: _BY_KIND[key[0]].thread]
+    return key[: _FORMS_BY_KIND[key[0]].thread_length]
 
 
-def subject_of(event: Event) -> str:
+def describe_subject(event: Event) -> str:
     """Return the goal, plan, Skiller or interface of an event."""
-    return FORMS[type(event)].subject.format(event)
+    return KEY_FORMS[type(event)].subject_format.format(event)
 
 
-def scope_of(key: Key) -> str:
-    """Return the part that distinguishes scenarios: goal class, rule, skill, template or interface."""
-    name, part = _BY_KIND[key[0]].scope
+def key_scope(key: Key) -> str:
+    """Return the part that distinguishes scenarios: goal class, rule, skill, deftemplate or interface."""
+    name, part = _FORMS_BY_KIND[key[0]].scope
     return skill_scope(key[part]) if key[0] == "skill" else f"{name} {key[part]}"
 
 
@@ -319,28 +334,28 @@ def scenario_hints(scopes_a: set[str], scopes_b: set[str]) -> list[str]:
     :param scopes_b: the goal classes, rules and skills of run B.
     """
     all_scopes = (scopes_a | scopes_b) - {""}
-    # the empty scope is that of an idle Skiller, which every run has
-    if len(scopes_a & scopes_b & all_scopes) >= DIFFERENT_SCENARIOS * len(all_scopes):
+    # every run has the empty scope of an idle Skiller
+    if len(scopes_a & scopes_b & all_scopes) >= MIN_COMMON_SHARE * len(all_scopes):
         return []
     sentences = ["these look like runs of different scenarios"]
     for run_name, scopes in (("A", scopes_a - scopes_b), ("B", scopes_b - scopes_a)):
         listed = sorted(scope for scope in scopes if scope)
-        rest_text = f" and {len(listed) - MAX_SCOPES} more" if len(listed) > MAX_SCOPES else ""
+        rest_text = f" and {len(listed) - MAX_LISTED_SCOPES} more" if len(listed) > MAX_LISTED_SCOPES else ""
         if listed:
-            sentences.append(f"only {run_name} has {', '.join(listed[:MAX_SCOPES])}{rest_text}")
+            sentences.append(f"only {run_name} has {', '.join(listed[:MAX_LISTED_SCOPES])}{rest_text}")
     return ["; ".join(sentences)]
 
 
-def changed_parts(key_a: NamedKey, key_b: NamedKey) -> str:
-    """Return a text with the parts in which two events differ."""
+def describe_changed_parts(key_a: NamedKey, key_b: NamedKey) -> str:
+    """Return the parts in which two events differ as text."""
     if key_a[0][0] != key_b[0][0]:
         return "another event"
-    form = _BY_KIND[key_a[0][0]]
+    form = _FORMS_BY_KIND[key_a[0][0]]
     parts = zip(
         (*form.parts, *form.details), _parts_with_names(*key_a), _parts_with_names(*key_b), strict=True
     )
     nouns = [noun for (noun, _), a, b in parts if a != b]
-    if not nouns or len(nouns) > MAX_CHANGED:
+    if not nouns or len(nouns) > MAX_CHANGED_PARTS:
         return "another event"
     return "another " + " and ".join(nouns)
 
@@ -348,10 +363,10 @@ def changed_parts(key_a: NamedKey, key_b: NamedKey) -> str:
 def detail_change(key_a: NamedKey, key_b: NamedKey) -> Key | None:
     """Return the difference between two events if only details differ, else None.
 
-    :returns: the parts that identify the goal or plan-action, and the details of both.
+    :returns: the parts that identify the goal or plan-action, and the details of both events.
     """
     kind = key_a[0][0]
-    form = _BY_KIND[kind]
+    form = _FORMS_BY_KIND[kind]
     if kind != key_b[0][0] or not form.details:
         return None
     parts_a, parts_b, start = (
@@ -361,7 +376,7 @@ def detail_change(key_a: NamedKey, key_b: NamedKey) -> Key | None:
     )
     if parts_a[:start] != parts_b[:start]:
         return None
-    return (*parts_a[: _SUBJECTS[kind] - 1], *parts_a[start:], *parts_b[start:])
+    return (*parts_a[: _SUBJECT_LENGTHS[kind] - 1], *parts_a[start:], *parts_b[start:])
 
 
 def _parts_with_names(key: Key, labels: Names) -> Iterator[tuple[str, Names]]:

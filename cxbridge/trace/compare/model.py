@@ -36,9 +36,9 @@ class DifferenceKind(Enum):
 class Side:
     """The event of one run at a difference.
 
-    :param position: the number of the event among the compared ones, from 0. If the event is missing: the
-        number of the preceding one, or None without one.
-    :param text: the compared content, or the reason why the event is missing.
+    :param position: the number of the event among the compared events, from 0; for a missing event the number
+        of the preceding event, or None.
+    :param text: the event as text, or the reason why the event is missing.
     """
 
     position: int | None
@@ -70,7 +70,7 @@ class Difference:
     def position(self) -> int:
         """The first position on either side, by which differences are sorted.
 
-        A surplus of one run has its position in that run.
+        An event that only one run has is sorted by its position in that run.
         """
         if self.kind in {DifferenceKind.ONLY_A, DifferenceKind.ONLY_B}:
             side = self.a if self.kind is DifferenceKind.ONLY_A else self.b
@@ -117,9 +117,9 @@ class GoalAtDifference:
 
 @dataclass(frozen=True, slots=True)
 class DifferenceContext:
-    """The causes of a difference on one side.
+    """The events, rules and goals around a difference in one run.
 
-    :param rules: the preceding firings, if the run records them.
+    :param rules: the preceding firings, if the run records firings.
     :param goals: the goals that are not retracted, parents before their children.
     """
 
@@ -147,10 +147,10 @@ class Comparison:
     :param count_a: the number of compared events of the first run.
     :param count_b: the number of compared events of the second run.
     :param differences: in the order of the runs; empty for equal runs.
-    :param other: the index of the run with the differences among those that A was compared with.
-    :param dropped: the number of further differences.
+    :param other: the index of the run with the differences among the runs with which A was compared.
+    :param dropped: the number of differences that are not kept.
     :param rows: both runs side by side around the first difference; may be empty.
-    :param alike: the share of paired events from 0 to 1, if it was computed.
+    :param alike: the share of paired events from 0 to 1; None if it was not computed.
     :param hints: hints for the user.
     """
 
@@ -181,7 +181,7 @@ class Comparison:
         return len(self.differences) + self.dropped
 
 
-def ends_early(differences: Sequence[Difference], count_a: int, count_b: int) -> list[str]:
+def early_end_hints(differences: Sequence[Difference], count_a: int, count_b: int) -> list[str]:
     """Return a hint if one run equals the start of the other."""
     for kind, count, short, long in (
         (DifferenceKind.ONLY_A, count_b, "B", "A"),

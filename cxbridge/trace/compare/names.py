@@ -1,7 +1,7 @@
 """Names that differ between runs, and their replacements in a comparison.
 
-Ids of ``gensym*`` (``gen12``), UUIDs, fact indices and absolute times do not characterize a run. The rules
-are in docs/comparing.md, section "Names".
+Ids of ``gensym*`` (``gen12``), UUIDs and fact indices are names: a comparison replaces them by ``gen#``,
+``uuid#`` and ``fact#``, and absolute times by ``time#``. docs/comparing.md, section "Names", has the rules.
 """
 
 from __future__ import annotations
@@ -13,37 +13,37 @@ from typing import Any, Final, TypeAlias
 from cxbridge.clock import MICROSECONDS
 from cxbridge.trace.codec import dump, plain_values
 
-# without a lookbehind the search is fast; the preceding character is checked separately
+# Without a lookbehind the search is fast: `_extract_names` checks the preceding character.
 _GENSYM = re.compile(r"gen\d+(?![A-Za-z0-9])")
 _UUID = re.compile(r"(?<![0-9A-Za-z])[0-9a-fA-F]{8}(?:-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}(?![0-9A-Za-z])")
-_UUID_WITHIN = re.compile(r"-[0-9a-fA-F]{4}-[0-9a-fA-F]{4}-")
+_UUID_MIDDLE = re.compile(r"-[0-9a-fA-F]{4}-[0-9a-fA-F]{4}-")
 _INDEX = re.compile(r"(?<=<Fact-)\d+(?=>)|(?<=-idx )[1-9]\d*(?=\))|(?<=\(meta-fact )[1-9]\d*(?=\))")
-_INDEX_WITHIN = ("-idx ", "(meta-fact ", "<Fact-")
+_INDEX_STARTS = ("-idx ", "(meta-fact ", "<Fact-")
 _TIMES = re.compile(r"(?<![\w.-])[1-9]\d{9}(?:\.\d+|[ ,]+(?:INTEGER )?\d{1,6})?(?![\w.-])")
-_PAIR = re.compile(r"(?<![\w.-])(\d{1,9}) \d{1,6}(?![\w.-])")  # seconds and microseconds
-_DATED_US = 10**9 * MICROSECONDS
-_RECENT_S = 3600  # numbers within the last hour of the run count as times
-_TIME_WITHIN = re.compile(r"\d{10}")
+_SECONDS_AND_MICROSECONDS = re.compile(r"(?<![\w.-])(\d{1,9}) \d{1,6}(?![\w.-])")
+_MIN_DATED_US = 10**9 * MICROSECONDS  # in 2001: earlier times are times of day in a log without dates
+_MAX_AGE_S = 3600  # in a log without dates, numbers within the last hour count as times
+_TEN_DIGITS = re.compile(r"\d{10}")
 _MSGID = re.compile(r"\(msgid (\d{1,18})\)")
 
 MSGID: Final = "msgid"
-"""The field or slot with the id of the message that a writer took last."""
+"""The field or slot with the id of the message that the writer of an interface processed last."""
 
-MAX_CACHED: Final = 50_000
+MAX_CACHED_TEXTS: Final = 50_000
 """The number of cached texts at which the cache is cleared."""
 
 Names: TypeAlias = tuple[int, ...]
 """The names in a text, in order, as numbers by first appearance in the run."""
 
 
-def anonymous(text: str) -> str:
-    """Replace all gensym ids in a text by one name, and all UUIDs by another."""
-    return _split(text, [])
+def replace_names(text: str) -> str:
+    """Replace all gensym ids in a text by ``gen#``, and all UUIDs by ``uuid#``."""
+    return _extract_names(text, [])
 
 
-def anonymous_fact(text: str) -> str:
-    """Replace gensym ids, UUIDs, fact indices, message ids and times in a text by one name each."""
-    return _MSGID.sub("(msgid #)", _split(without_times(text), [], indices=True))
+def replace_fact_names(text: str) -> str:
+    """Replace gensym ids, UUIDs, fact indices, message ids and absolute times in a text."""
+    return _MSGID.sub("(msgid #)", _extract_names(replace_times(text), [], indices=True))
 
 
 def interface_text(values: Mapping[str, Any]) -> str:
@@ -51,65 +51,63 @@ def interface_text(values: Mapping[str, Any]) -> str:
     return dump({name: value for name, value in plain_values(values).items() if name != MSGID})
 
 
-def take_msgid(text: str) -> tuple[str, int | None]:
-    """Return the text of a fact without its message id, and the id or None."""
+def split_msgid(text: str) -> tuple[str, int | None]:
+    """Return the text of a fact with a replaced message id, and the id or None."""
     match = _MSGID.search(text) if MSGID in text else None
     if match is None:
         return text, None
     return f"{text[: match.start()]}(msgid #){text[match.end() :]}", int(match.group(1))
 
 
-def without_times(text: str) -> str:
-    """Replace all absolute times in a text."""
-    return text if _TIME_WITHIN.search(text) is None else _TIMES.sub("time#", text)
+def replace_times(text: str) -> str:
+    """Replace all absolute times in a text by ``time#``."""
+    return text if _TEN_DIGITS.search(text) is None else _TIMES.sub("time#", text)
 
 
-def without_times_of_day(text: str, now_us: int) -> str:
+def replace_times_of_day(text: str, now_us: int) -> str:
     """Replace seconds since midnight in a text of a log without dates.
 
     :param now_us: the run's clock; the text of a run with dates is unchanged.
     """
     # the times of a log without dates count from midnight of 1970-01-01
-    if now_us >= _DATED_US or _PAIR.search(text) is None:
+    if now_us >= _MIN_DATED_US or _SECONDS_AND_MICROSECONDS.search(text) is None:
         return text
 
     def replacement(match: re.Match[str]) -> str:
-        return "time#" if 0 <= now_us // MICROSECONDS - int(match[1]) <= _RECENT_S else match[0]
+        return "time#" if 0 <= now_us // MICROSECONDS - int(match[1]) <= _MAX_AGE_S else match[0]
 
-    return _PAIR.sub(replacement, text)
+    return _SECONDS_AND_MICROSECONDS.sub(replacement, text)
 
 
-def _split(text: str, names: list[str], *, indices: bool = False) -> str:
-    """Replace the names in a text by one name for each kind, and append the names to a list.
-
-    The names are in this order: gensym ids, UUIDs, fact indices.
+def _extract_names(text: str, names: list[str], *, indices: bool = False) -> str:
+    """Replace the names in a text, and append the names to a list: gensym ids, then UUIDs, then fact indices.
 
     :param indices: whether fact indices are names.
     """
 
-    def gensym(match: re.Match[str]) -> str:
+    def replace_gensym(match: re.Match[str]) -> str:
         start = match.start()
-        # `oxygen5` is a word
+        # the end of `oxygen5` is no id
         if start and match.string[start - 1].isalnum() and match.string[start - 1].isascii():
             return match.group()
         names.append(match.group())
         return "gen#"
 
-    def uuid(match: re.Match[str]) -> str:
+    def replace_uuid(match: re.Match[str]) -> str:
         names.append(match.group())
         return "uuid#"
 
-    def index(match: re.Match[str]) -> str:
+    def replace_index(match: re.Match[str]) -> str:
         names.append(f"f-{match.group()}")
         return "fact#"
 
-    # most texts have no names: these searches exclude them faster than the expressions
+    # most texts have no names, which these searches show faster than the substitutions
     if "gen" in text:
-        text = _GENSYM.sub(gensym, text)
-    if _UUID_WITHIN.search(text) is not None:
-        text = _UUID.sub(uuid, text)
-    if indices and any(part in text for part in _INDEX_WITHIN):
-        text = _INDEX.sub(index, text)
+        text = _GENSYM.sub(replace_gensym, text)
+    if _UUID_MIDDLE.search(text) is not None:
+        text = _UUID.sub(replace_uuid, text)
+    if indices and any(part in text for part in _INDEX_STARTS):
+        text = _INDEX.sub(replace_index, text)
     return text
 
 
@@ -132,10 +130,10 @@ class Namer:
         key = (text, is_fact)
         result = self._cache.get(key)
         if result is None:
-            if len(self._cache) >= MAX_CACHED:
+            if len(self._cache) >= MAX_CACHED_TEXTS:
                 self._cache.clear()
             names: list[str] = []
-            template = _split(without_times(text) if is_fact else text, names, indices=is_fact)
+            template = _extract_names(replace_times(text) if is_fact else text, names, indices=is_fact)
             numbers = self._numbers
             result = template, tuple(numbers.setdefault(name, len(numbers)) for name in names)
             self._cache[key] = result

@@ -1,6 +1,8 @@
 """Comparison in partial order: only dependent events must have the same order.
 
-The definition is in docs/comparing.md, section "Partial order".
+The goals of both runs are paired by their structure, and the transitions of each pair are compared in order.
+Then the order between a goal and its plans and sub-goals is compared, as far as all other runs agree on that
+order. docs/comparing.md, section "Partial order", has the definition.
 """
 
 from __future__ import annotations
@@ -19,11 +21,11 @@ from cxbridge.trace.compare.goal_matching import GoalMatch, match_goals
 from cxbridge.trace.compare.goals import Goal, GoalForest
 from cxbridge.trace.compare.keys import scenario_hints
 from cxbridge.trace.compare.model import Comparison, Difference, DifferenceKind, Order, Side
-from cxbridge.trace.compare.names import anonymous, anonymous_fact
-from cxbridge.trace.compare.sequences import StepPair, Steps, compare_steps, text_of
+from cxbridge.trace.compare.names import replace_fact_names, replace_names
+from cxbridge.trace.compare.sequences import StepPair, Steps, compare_steps, state_text
 
-Relation: TypeAlias = tuple[Goal, str]
-"""A goal of the first run and its plan; an empty plan means the goal's own transitions."""
+RelationKey: TypeAlias = tuple[Goal, str]
+"""A goal of the first run and its plan; an empty plan stands for the transitions of the goal itself."""
 
 
 def compare_partial(
@@ -34,25 +36,27 @@ def compare_partial(
 ) -> Comparison:
     """Compare the transitions of a run with those of other runs, each read once.
 
-    The run must have the same goals, plans and statuses as each of the other runs. Of the relations between a
-    goal and its parent only those are compared on which all other runs agree.
+    The run must have the same goals, plans and statuses as each of the other runs. Relations between a goal
+    and its parent are compared only if all other runs agree on them.
 
-    :param missing: the details that are not compared.
+    :param missing: details that are not compared.
     """
     forest_a = GoalForest(a, missing)
-    relations: dict[Relation, _AgreedRelation] = {}
+    relations: dict[RelationKey, _AgreedRelation] = {}
     for number, run in enumerate(others):
         forest_b = GoalForest(run, missing)
         comparison = Comparison(View.TRANSITIONS, Order.PARTIAL, forest_a.count, forest_b.count, other=number)
         match = match_goals(forest_a, forest_b)
-        steps = chain(_step_pairs(match, (forest_a, forest_b)), forest_a.skillers.pairs(forest_b.skillers))
+        steps = chain(
+            _step_pairs(match, (forest_a, forest_b)), forest_a.skillers.pair_streams(forest_b.skillers)
+        )
         begin = forest_a.start_us, forest_b.start_us
         compare_steps(comparison, steps, begin, tolerance, _goal_differences(match))
         if not comparison.same:
             comparison.hints += scenario_hints(forest_a.scopes, forest_b.scopes)
             return comparison
         _add_relations(relations, match)
-    # relations concern all of the compared runs; differences are reported against the first
+    # no single run differs in a relation, because all other runs agree: the report shows the first of them
     comparison.other = 0
     comparison.keep(sorted(_broken_relations(relations), key=lambda difference: difference.position))
     return comparison
@@ -62,13 +66,13 @@ def _goal_differences(match: GoalMatch) -> Iterator[Difference]:
     """Yield the goals that only one run has, or that differ in parent or class."""
     missing = Side(None, "(no such goal)")
     for run, kind in enumerate((DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)):
-        for goal in match.unmatched[run]:
+        for goal in match.unmatched_goals[run]:
             side = Side(goal.start, _goal_text(goal))
             sides = (missing, side) if run else (side, missing)
             yield Difference(f"a goal that only {'AB'[run]} has", match.labels[goal], *sides, kind)
     for noun, text, pairs in (
-        ("another parent", _parent_text, match.moved),
-        ("another class or id", _class_text, match.renamed),
+        ("another parent", _parent_text, match.moved_pairs),
+        ("another class or id", _class_text, match.renamed_pairs),
     ):
         for pair in pairs:
             side_a, side_b = (Side(goal.start, text(goal)) for goal in pair)
@@ -95,7 +99,7 @@ def _step_pairs(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Ite
     for pair in match.pairs:
         goal_a, goal_b = pair
         subject = f"goal {match.labels[goal_a]}"
-        transitions = (_renamed(goal_a, forests[0], match), _renamed(goal_b, forests[1], match))
+        transitions = (_label_errors(goal_a, forests[0], match), _label_errors(goal_b, forests[1], match))
         yield StepPair(subject, "transition", transitions)
         details: list[tuple[str, Steps, Steps]] = [(subject, goal_a.details, goal_b.details)]
         for plan in {**goal_a.plans, **goal_b.plans}:
@@ -103,14 +107,14 @@ def _step_pairs(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Ite
             yield StepPair(name, "transition", (goal_a.plans.get(plan, ()), goal_b.plans.get(plan, ())))
             plan_details = [goal.plan_details.get(plan, []) for goal in pair]
             actions = set.intersection(*({step.state[0] for step in steps} for steps in plan_details))
-            # an action that only one run has is a difference already
+            # an action that only one run has is a difference of the plan already
             steps_a, steps_b = (
                 [step for step in steps if step.state[0] in actions] for steps in plan_details
             )
             details.append((name, steps_a, steps_b))
         for name, *sides in details:
             if all(sides):
-                yield StepPair(f"details of {name}", "value", (sides[0], sides[1]), timed=False)
+                yield StepPair(f"details of {name}", "value", (sides[0], sides[1]), has_times=False)
 
 
 def _plan_subject(match: GoalMatch, goal: Goal, plan: str) -> str:
@@ -118,12 +122,12 @@ def _plan_subject(match: GoalMatch, goal: Goal, plan: str) -> str:
     return f"plan {plan.replace('@', goal.key[1])} of goal {match.labels[goal]}"
 
 
-def _renamed(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
-    """Return the steps of a goal with the labels of goals in its errors."""
+def _label_errors(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
+    """Return the steps of a goal with labels instead of the ids of goals in its errors."""
 
     def label(word: str) -> str:
         mentioned = forest.goals.get((goal.key[0], word))
-        return anonymous(word) if mentioned is None else match.labels[mentioned]
+        return replace_names(word) if mentioned is None else match.labels[mentioned]
 
     return [
         step._replace(state=(*step.state[:2], " ".join(map(label, step.state[2].split()))))
@@ -139,9 +143,9 @@ class _AgreedRelation:
 
     :param outer: the goal whose transitions are counted.
     :param inner: the transitions of the plan or sub-goal in the first run.
-    :param counts_a: the number for each of these transitions.
+    :param counts_a: the number of transitions of ``outer`` before each transition of ``inner``.
     :param inner_b: the transitions of the plan or sub-goal in the first of the other runs.
-    :param counts_b: the numbers in each of the other runs.
+    :param counts_b: as ``counts_a``, for each of the other runs.
     """
 
     subject: str
@@ -152,7 +156,7 @@ class _AgreedRelation:
     counts_b: list[list[int]]
 
 
-def _add_relations(relations: dict[Relation, _AgreedRelation], match: GoalMatch) -> None:
+def _add_relations(relations: dict[RelationKey, _AgreedRelation], match: GoalMatch) -> None:
     """Add the relations of another run."""
     partners = dict(match.pairs)
     for goal_a, goal_b in match.pairs:
@@ -167,32 +171,33 @@ def _add_relations(relations: dict[Relation, _AgreedRelation], match: GoalMatch)
 
 
 def _add_relation(
-    relations: dict[Relation, _AgreedRelation],
-    key: Relation,
+    relations: dict[RelationKey, _AgreedRelation],
+    key: RelationKey,
     subject: str,
     side_a: tuple[Goal, Steps],
     side_b: tuple[Goal, Steps],
 ) -> None:
     """Add the relations between the transitions of a goal and those of a child or plan."""
-    counts = [outer.before(inner) for outer, inner in (side_a, side_b)]
+    counts = [outer.counts_before(inner) for outer, inner in (side_a, side_b)]
     if not key[1]:
-        # the way the tree is built decides whether parent or child is formulated first
+        # a child may be formulated before its parent, depending on how the rules build the tree: the first
+        # transition of the child counts as later in any case
         for count in counts:
             count[:1] = [max(1, first_count) for first_count in count[:1]]
     relation = relations.setdefault(key, _AgreedRelation(subject, *side_a, counts[0], side_b[1], []))
     relation.counts_b.append(counts[1])
 
 
-def _broken_relations(relations: dict[Relation, _AgreedRelation]) -> Iterator[Difference]:
+def _broken_relations(relations: dict[RelationKey, _AgreedRelation]) -> Iterator[Difference]:
     """Yield the relations on which the other runs agree and which the first run breaks."""
     for relation in relations.values():
         for index, count_a in enumerate(relation.counts_a):
             counts_b = [counts[index] for counts in relation.counts_b]
-            # if the other runs differ, all counts between their extremes are allowed
+            # the other runs may disagree: then all counts between their extremes are allowed
             agreed_count = min(max(count_a, min(counts_b)), max(counts_b))
             if count_a != agreed_count:
                 yield Difference(
-                    f"'{text_of(relation.inner[index].state)}' on the other side of transitions"
+                    f"'{state_text(relation.inner[index].state)}' on the other side of transitions"
                     f" of goal {relation.outer.key[1]}",
                     relation.subject,
                     Side(relation.inner[index].position, _position_text(relation.outer, count_a)),
@@ -205,13 +210,13 @@ def _position_text(goal: Goal, count: int) -> str:
     """Return the text for a position among the transitions of a goal."""
     if count == 0:
         return "before its first transition"
-    return f"after its transition number {count}, '{text_of(goal.transitions[count - 1].state)}'"
+    return f"after its transition number {count}, '{state_text(goal.transitions[count - 1].state)}'"
 
 
 def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Comparison:
     """Compare the numbers of firings of each rule, or of assertions and retractions of each fact.
 
-    Their order is not compared, because without goals their dependencies are unknown.
+    The order is not compared: without goals, the dependencies between these events are unknown.
     """
     runs = _EventCounts(a), _EventCounts(b)
     differences = []
@@ -243,7 +248,7 @@ class _EventCounts:
             else:
                 assert isinstance(event, FactChange)
                 arrow = "==>" if event.asserted else "<=="
-                text = f"{event.env}: {arrow} {anonymous_fact(event.text)}"
+                text = f"{event.env}: {arrow} {replace_fact_names(event.text)}"
                 self.scopes.add(f"template {event.template}")
             self.counts[text] += 1
             self.last_position[text] = position

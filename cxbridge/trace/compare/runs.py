@@ -10,7 +10,7 @@ from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.details import missing_details
 from cxbridge.trace.compare.model import Comparison, Order
 from cxbridge.trace.compare.partial import compare_counts, compare_partial
-from cxbridge.trace.compare.selection import Selection, compared
+from cxbridge.trace.compare.selection import Selection, compared_contents
 from cxbridge.trace.compare.sequences import compare_streams
 from cxbridge.trace.compare.total import compare_total
 from cxbridge.trace.formats.base import Run
@@ -34,17 +34,17 @@ def compare_runs(
     """
     if not others:
         raise ValueError("nothing to compare with")
-    # in partial order, firings and changes of facts are only counted, and a count has no time
+    # in partial order, firings and changes of facts are counted, and a count has no time
     if tolerance and order is Order.PARTIAL and view in {View.RULES, View.FACTS}:
         raise TraceError(
             f"in partial order, {view.value} have no times that could be compared",
             hint="use --order total with --time-tolerance",
         )
     if selection:
-        selection.check(view)
+        selection.check_level(view)
     missing = missing_details([a, *others]) if view is View.TRANSITIONS else {}
     if view is View.TRANSITIONS and order is Order.PARTIAL:
-        events, *other_events = (compared(run, view, selection) for run in (a, *others))
+        events, *other_events = (compared_contents(run, view, selection) for run in (a, *others))
         comparison = compare_partial(events, other_events, tolerance, missing)
         _need_events(a, comparison.count_a, view)
         _need_events(others[comparison.other], comparison.count_b, view)
@@ -53,7 +53,7 @@ def compare_runs(
         if order is Order.TOTAL:
             comparison = compare_total(a, other, view, selection, tolerance, missing)
         else:
-            pair = compared(a, view, selection), compared(other, view, selection)
+            pair = compared_contents(a, view, selection), compared_contents(other, view, selection)
             if view in {View.SKILLS, View.BLACKBOARD}:
                 comparison = compare_streams(*pair, view, tolerance)
             else:

@@ -1,4 +1,7 @@
-"""Selection of the compared events by the patterns of ``--only`` and ``--ignore``; see docs/comparing.md."""
+"""Selection of the compared events by the patterns of ``--only`` and ``--ignore``; see docs/comparing.md.
+
+The content of an event is the event without the fields that the patterns leave out.
+"""
 
 from __future__ import annotations
 
@@ -21,14 +24,15 @@ from cxbridge.events import (
     PlanActionTransition,
 )
 
-EventReader: TypeAlias = Callable[[Event], Event | None]
-"""Takes the events of one run in order; returns the compared content of each, or None."""
+ContentSelector: TypeAlias = Callable[[Event], Event | None]
+"""Gets the events of one run in order; returns the compared content of each, or None."""
 
+# A pattern with only these fields selects goals as a whole, with their plan-actions and all states.
 _WHOLE_GOAL: Final = frozenset({"id", "env", "class", "sub-type"})
 
 
-def selectable() -> Mapping[str, Mapping[str, str]]:
-    """Return the fields that patterns can name, by kind of event; compared kinds first."""
+def pattern_fields() -> Mapping[str, Mapping[str, str]]:
+    """Return the fields that patterns can name with their attributes, by kind; compared kinds first."""
     compared = [event_type for view in View for event_type in view.event_types]
     kinds = (event_type.KIND for event_type in (*compared, *EVENT_TYPES.values()))
     return {kind.name: kind.patterns for kind in kinds if kind.patterns}
@@ -39,23 +43,23 @@ class EventPattern:
     """A pattern that selects events, or fields of events.
 
     :param field: a glob for the selected fields; empty: the whole event is selected.
-    :param tests: globs that the fields of the event must match, by field.
+    :param field_globs: globs that the fields of the event must match, by field.
     """
 
     text: str
     kind: str
     field: str
-    tests: Mapping[str, re.Pattern[str]]
+    field_globs: Mapping[str, re.Pattern[str]]
 
     @property
     def is_whole_goal(self) -> bool:
         """Whether the pattern selects goals with everything that belongs to them."""
-        return self.kind == "goal" and not self.field and self.tests.keys() <= _WHOLE_GOAL
+        return self.kind == "goal" and not self.field and self.field_globs.keys() <= _WHOLE_GOAL
 
     def matches(self, kind: str, values: Mapping[str, str]) -> bool:
         """Return whether the pattern selects an event of this kind."""
         return kind == self.kind and all(
-            test.match(values.get(name, "")) is not None for name, test in self.tests.items()
+            glob.match(values.get(name, "")) is not None for name, glob in self.field_globs.items()
         )
 
 
@@ -66,7 +70,7 @@ def parse_pattern(text: str) -> EventPattern:
     """
     head, _, condition = text.partition(":")
     kind, _, field = head.partition(".")
-    kinds = selectable()
+    kinds = pattern_fields()
     if kind not in kinds:
         raise TraceError(f"pattern '{text}': no kind '{kind}'", hint=f"use one of {', '.join(kinds)}")
     fields = kinds[kind]
@@ -78,7 +82,9 @@ def parse_pattern(text: str) -> EventPattern:
         if dot and "uid=" not in condition and "::" not in field_glob:
             field, tests["uid"] = field_glob, uid_glob
     elif field and kind not in {"interface", "fact"} and not fields.get(field):
-        raise TraceError(f"pattern '{text}': {kind} has no field '{field}' to leave out", hint=_hint(fields))
+        raise TraceError(
+            f"pattern '{text}': {kind} has no field '{field}' to leave out", hint=_known_fields_hint(fields)
+        )
     globs = {name: re.compile(translate(glob)) for name, glob in tests.items()}
     return EventPattern(text, kind, field, globs)
 
@@ -94,11 +100,11 @@ def _parse_tests(text: str, condition: str, fields: Mapping[str, str]) -> Iterat
     for test in re.split(f",(?=(?:{'|'.join(fields)})=)", condition):
         name, _, glob = test.partition("=")
         if name not in fields:
-            raise TraceError(f"pattern '{text}': no field '{name}'", hint=_hint(fields))
+            raise TraceError(f"pattern '{text}': no field '{name}'", hint=_known_fields_hint(fields))
         yield name, glob
 
 
-def _hint(fields: Mapping[str, str]) -> str:
+def _known_fields_hint(fields: Mapping[str, str]) -> str:
     return f"use one of {', '.join(fields)}"
 
 
@@ -114,21 +120,21 @@ class Selection:
         self.only = [parse_pattern(text) for text in only]
         self.ignore = [parse_pattern(text) for text in ignore]
         for pattern in self.only:
-            # a single field of another kind of event does not tell to which goal or plan it belongs
+            # a single field of another kind of event does not show to which goal or plan the field belongs
             if pattern.field and pattern.kind != "interface":
                 raise TraceError(
                     f"--only {pattern.text}: single fields can be chosen of interfaces only",
                     hint=f"--only {pattern.kind}, and --ignore for its other fields",
                 )
-        self._matched: set[str] = set()
+        self._matched_patterns: set[str] = set()
 
     def __bool__(self) -> bool:
         return bool(self.only or self.ignore)
 
-    def check(self, view: View) -> None:
-        """Check that ``--only`` selects events that this level compares.
+    def check_level(self, view: View) -> None:
+        """Check that this level compares events that ``--only`` selects.
 
-        :raises TraceError: if it does not.
+        :raises TraceError: if the level compares none.
         """
         compared = [event_type.KIND.name for event_type in view.event_types]
         if self.only and not any(pattern.kind in compared for pattern in self.only):
@@ -138,69 +144,78 @@ class Selection:
             )
 
     @property
-    def unused(self) -> list[str]:
+    def unused_patterns(self) -> list[str]:
         """The patterns that matched no event of the runs read so far."""
-        return [pattern.text for pattern in (*self.only, *self.ignore) if pattern.text not in self._matched]
+        return [
+            pattern.text
+            for pattern in (*self.only, *self.ignore)
+            if pattern.text not in self._matched_patterns
+        ]
 
-    def reader(self) -> EventReader:
-        """Return a function for the events of one run, from its start."""
-        return _SelectionReader(self, self._matched).content
+    def content_selector(self) -> ContentSelector:
+        """Return a function that selects the content of the events of one run, from its start."""
+        return _SelectionReader(self, self._matched_patterns).select_content
 
 
-def with_content(
+def events_with_content(
     run: Iterable[Event], view: View, selection: Selection | None = None
 ) -> Iterator[tuple[Event, Event | None]]:
-    """Yield all events of a run with their compared content, or None."""
+    """Yield all events of a run with their compared content, which is None for other events."""
     types = frozenset(view.event_types)
-    content_of = selection.reader() if selection else None
+    select_content = selection.content_selector() if selection else None
     for event in run:
         is_compared = type(event) in types
-        yield event, (content_of(event) if content_of is not None else event) if is_compared else None
+        yield event, (select_content(event) if select_content else event) if is_compared else None
 
 
-def compared(run: Iterable[Event], view: View, selection: Selection | None = None) -> Iterator[Event]:
+def compared_contents(
+    run: Iterable[Event], view: View, selection: Selection | None = None
+) -> Iterator[Event]:
     """Yield the compared content of the events of a run."""
-    return (content for _, content in with_content(run, view, selection) if content is not None)
+    return (content for _, content in events_with_content(run, view, selection) if content is not None)
 
 
 class _SelectionReader:
-    """Selects the events of one run; it stores goals and last events for patterns that need them."""
+    """Selects the content of the events of one run.
+
+    :param matched: gets the texts of the patterns that match.
+    """
 
     def __init__(self, selection: Selection, matched: set[str]) -> None:
-        self._only, self._ignore, self._matched = selection.only, selection.ignore, matched
+        self._only, self._ignore, self._matched_patterns = selection.only, selection.ignore, matched
         self._goals: dict[tuple[str, str], GoalTransition] = {}
-        self._last: dict[object, Event] = {}
+        self._last_contents: dict[object, Event] = {}
 
-    def content(self, event: Event) -> Event | None:
+    def select_content(self, event: Event) -> Event | None:
         """Return the compared content of the next event, or None."""
         kind = event.KIND.name
         if not event.KIND.patterns:
             return event
-        # a plan-action belongs to a goal that a pattern may select, and has itself only the goal's id
+        # a pattern may select a goal with its plan-actions, which have only the id of the goal
         if isinstance(event, GoalTransition):
             self._goals[event.env, event.goal] = event
-        values = self._values(event)
+        values = self._pattern_values(event)
         content: Event | None = event
         if self._only:
             patterns = [pattern for pattern in self._only if self._matches(pattern, kind, event, values)]
-            content = _with_only_selected_fields(event, patterns) if patterns else None
+            content = _keep_selected_fields(event, patterns) if patterns else None
         for pattern in self._ignore:
             if content is not None and self._matches(pattern, kind, event, values):
-                content = _without_field(content, pattern.field) if pattern.field else None
+                content = _remove_field(content, pattern.field) if pattern.field else None
         # without some fields, consecutive states of a subject may be equal
-        return content if content is None or content is event else self._unless_repeated(content)
+        return content if content is None or content is event else self._drop_repetition(content)
 
     def _matches(self, pattern: EventPattern, kind: str, event: Event, values: Mapping[str, str]) -> bool:
         """Return whether a pattern selects the event, or the goal to which it belongs."""
         is_match = pattern.matches(kind, values)
         if not is_match and pattern.is_whole_goal and isinstance(event, PlanActionTransition):
             goal = self._goals.get((event.env, event.goal))
-            is_match = goal is not None and pattern.matches("goal", self._values(goal))
+            is_match = goal is not None and pattern.matches("goal", self._pattern_values(goal))
         if is_match:
-            self._matched.add(pattern.text)
+            self._matched_patterns.add(pattern.text)
         return is_match
 
-    def _values(self, event: Event) -> Mapping[str, str]:
+    def _pattern_values(self, event: Event) -> Mapping[str, str]:
         """Return the fields of an event by their names in patterns."""
         values = {name: str(getattr(event, field)) for name, field in event.KIND.patterns.items() if field}
         if isinstance(event, PlanActionTransition):
@@ -208,19 +223,19 @@ class _SelectionReader:
             values["class"] = goal.goal_class if goal else ""
         return values
 
-    def _unless_repeated(self, event: Event) -> Event | None:
-        """Return the event, or None if it repeats the last one of its subject."""
+    def _drop_repetition(self, event: Event) -> Event | None:
+        """Return the event, or None if the event repeats the last one of its subject."""
         if not event.KIND.subject:
             return event
         subject = event.KIND.name, *(getattr(event, field) for field in event.KIND.subject)
         timeless = replace(event, time_us=0)
-        if self._last.get(subject) == timeless:
+        if self._last_contents.get(subject) == timeless:
             return None
-        self._last[subject] = timeless
+        self._last_contents[subject] = timeless
         return event
 
 
-def _with_only_selected_fields(event: Event, patterns: Sequence[EventPattern]) -> Event:
+def _keep_selected_fields(event: Event, patterns: Sequence[EventPattern]) -> Event:
     """Return an interface write with only the selected fields; other events are unchanged."""
     if not isinstance(event, InterfaceWrite) or any(not pattern.field for pattern in patterns):
         return event
@@ -229,17 +244,17 @@ def _with_only_selected_fields(event: Event, patterns: Sequence[EventPattern]) -
     return replace(event, values=values)
 
 
-def _without_field(event: Event, field: str) -> Event:
+def _remove_field(event: Event, field: str) -> Event:
     if isinstance(event, InterfaceWrite):
         glob = re.compile(translate(field))
         return replace(event, values={k: v for k, v in event.values.items() if not glob.match(k)})
     if isinstance(event, FactChange):
-        return replace(event, text=_without_slot(event.text, field))
+        return replace(event, text=_remove_slots(event.text, field))
     attribute = event.KIND.patterns[field]
     return replace(event, **{attribute: type(getattr(event, attribute))()})
 
 
-def _without_slot(text: str, field: str) -> str:
+def _remove_slots(text: str, field: str) -> str:
     """Return the text of a fact without the slots that match a glob."""
     glob = re.compile(translate(field))
     try:

@@ -1,4 +1,7 @@
-"""Comparison of sequences of steps of a goal, plan, Skiller or interface."""
+"""Comparison of the sequences of steps of a goal, plan, Skiller or interface, in partial order.
+
+A step is an event with its state: the content without names that differ between runs.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,9 @@ from typing import NamedTuple, TypeAlias
 from cxbridge.clock import MICROSECONDS
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, InterfaceWrite, SkillStatus
-from cxbridge.trace.compare.align import NONE
-from cxbridge.trace.compare.checks import PartnerTimes, Tolerance, lag_text
-from cxbridge.trace.compare.edits import ALONE, Alignment, Edit
+from cxbridge.trace.compare.align import MISSING
+from cxbridge.trace.compare.checks import TimeCheck, Tolerance, describe_lag
+from cxbridge.trace.compare.edits import ONE_SIDED_KINDS, Alignment, Edit
 from cxbridge.trace.compare.keys import SkillerBacklog, scenario_hints, skill_scope
 from cxbridge.trace.compare.model import (
     AlignedRow,
@@ -22,9 +25,9 @@ from cxbridge.trace.compare.model import (
     EventLine,
     Order,
     Side,
-    ends_early,
+    early_end_hints,
 )
-from cxbridge.trace.compare.names import anonymous, anonymous_fact, interface_text
+from cxbridge.trace.compare.names import interface_text, replace_fact_names, replace_names
 
 State: TypeAlias = tuple[str, ...]
 """The compared content of a step."""
@@ -43,11 +46,11 @@ class Step(NamedTuple):
 
 
 Steps: TypeAlias = Sequence[Step]
-Rows: TypeAlias = dict[str, Callable[[], list[AlignedRow]]]
-"""Functions that make the rows of a difference, by subject."""
+RowMakers: TypeAlias = dict[str, Callable[[], list[AlignedRow]]]
+"""Functions that make the rows for a subject: both runs side by side around the first difference."""
 
 
-def states_of(steps: Steps) -> tuple[State, ...]:
+def step_states(steps: Steps) -> tuple[State, ...]:
     """Return the states of steps in order."""
     return tuple(step.state for step in steps)
 
@@ -59,72 +62,84 @@ class StepPair:
     :param subject: the goal, plan, Skiller or interface.
     :param noun: the noun for a step in reports.
     :param steps: the steps of both runs.
-    :param timed: whether to compare times; False for details, whose transitions have the same times.
+    :param has_times: whether to compare times; False for details, whose transitions have the same times.
     """
 
     subject: str
     noun: str
     steps: tuple[Steps, Steps]
-    timed: bool = True
+    has_times: bool = True
 
-    def differences(self, times: PartnerTimes | None, begin: tuple[int, int], rows: Rows) -> list[Difference]:
+    def find_differences(
+        self, times: TimeCheck | None, begin: tuple[int, int], rows: RowMakers
+    ) -> list[Difference]:
         """Return the differences in the order of the first run.
 
         :param begin: the start of each run in microseconds.
+        :param rows: gets the function that makes the rows, if there are differences.
         """
-        states = [states_of(steps) for steps in self.steps]
-        times = times if self.timed else None
+        states = [step_states(steps) for steps in self.steps]
+        times = times if self.has_times else None
         if states[0] == states[1] and times is None:
             return []
         alignment = Alignment(*states)
-        # all states have the same subject, so that states between the same pairs are changed ones
-        edits = alignment.edits(lambda run, index: states[run][index], lambda _run, _at: None, joined=ALONE)
+        # all states have the same subject, so that states between the same pairs count as changed
+        edits = alignment.find_edits(
+            lambda run, index: states[run][index], lambda _run, _index: None, joined_kinds=ONE_SIDED_KINDS
+        )
         differences = [self._difference(alignment, edit) for edit in edits]
         if times:
             differences += self._late_steps(alignment, times)
         if differences:
             # rows are made only for the first difference of the report
-            rows[self.subject] = lambda: alignment.rows(lambda run, index: self._line(run, index, begin))
+            rows[self.subject] = lambda: alignment.rows(lambda run, index: self._step_line(run, index, begin))
         return differences
 
-    def _late_steps(self, alignment: Alignment, times: PartnerTimes) -> Iterator[Difference]:
+    def _late_steps(self, alignment: Alignment, times: TimeCheck) -> Iterator[Difference]:
         for pair in alignment.pairs:
             step_a, step_b = (steps[index] for steps, index in zip(self.steps, pair, strict=True))
-            lag = times.lag(self.subject, step_a.time_us, step_b.time_us)
-            if lag is not None:
-                position = f"its {self.noun} number {pair[0] + 1}: {lag_text(lag)}"
-                yield Difference(position, self.subject, _side(step_a), _side(step_b), DifferenceKind.TIME)
+            lag_s = times.exceeding_lag_s(self.subject, step_a.time_us, step_b.time_us)
+            if lag_s is not None:
+                position = f"its {self.noun} number {pair[0] + 1}: {describe_lag(lag_s)}"
+                yield Difference(
+                    position, self.subject, _step_side(step_a), _step_side(step_b), DifferenceKind.TIME
+                )
 
     def _difference(self, alignment: Alignment, edit: Edit) -> Difference:
         index_a, index_b = edit.indices
-        index, run_name = (index_b, "B") if index_a == NONE else (index_a, "A")
+        index, run_name = (index_b, "B") if index_a == MISSING else (index_a, "A")
         position = f"its {self.noun} number {index + 1}"
         if edit.count > 1:
             position = f"its {self.noun}s number {index + 1} to {index + edit.count}"
         if edit.kind is DifferenceKind.ORDER:
             position = f"{position} is its number {index_b + 1} in B"
-        elif edit.kind in ALONE:
+        elif edit.kind in ONE_SIDED_KINDS:
             position = f"{position}, which only {run_name} has"
         side_a, side_b = (
-            _side(self.steps[run][index])
-            if index != NONE
-            else self._missing(run, alignment.preceding(1 - run, index))
+            _step_side(self.steps[run][index])
+            if index != MISSING
+            else self._missing_side(run, alignment.preceding_index(1 - run, index))
             for run, index in enumerate(edit.indices)
         )
         return Difference(position, self.subject, side_a, side_b, edit.kind, edit.count)
 
-    def _missing(self, run: int, preceding: int) -> Side:
-        """Return the side of a run without a step; ``preceding`` is the index of the preceding step."""
+    def _missing_side(self, run: int, preceding_index: int) -> Side:
+        """Return the side of a run without a step.
+
+        :param preceding_index: the index of the preceding step, or -1.
+        """
         steps = self.steps[run]
         if not steps:
             return Side(None, f"(no {self.noun})")
-        adverb = "no further" if preceding == len(steps) - 1 else "no such"
-        return Side(steps[preceding].position if preceding != NONE else None, f"({adverb} {self.noun})")
+        adverb = "no further" if preceding_index == len(steps) - 1 else "no such"
+        return Side(
+            steps[preceding_index].position if preceding_index != MISSING else None, f"({adverb} {self.noun})"
+        )
 
-    def _line(self, run: int, index: int, begin: tuple[int, int]) -> EventLine:
+    def _step_line(self, run: int, index: int, begin: tuple[int, int]) -> EventLine:
         step = self.steps[run][index]
         seconds = (step.time_us - begin[run]) / MICROSECONDS
-        return EventLine(step.position + 1, seconds, text_of(step.state), here=False)
+        return EventLine(step.position + 1, seconds, state_text(step.state), here=False)
 
 
 def compare_steps(
@@ -139,23 +154,23 @@ def compare_steps(
     :param begin: the start of each run in microseconds.
     :param goal_differences: differences between goals.
     """
-    times = PartnerTimes(tolerance, begin) if tolerance else None
-    rows: Rows = {}
+    times = TimeCheck(tolerance, begin) if tolerance else None
+    rows: RowMakers = {}
     differences = sorted(
-        chain(goal_differences, *(pair.differences(times, begin, rows) for pair in pairs)),
+        chain(goal_differences, *(pair.find_differences(times, begin, rows) for pair in pairs)),
         key=lambda difference: difference.position,
     )
     comparison.keep(differences)
-    comparison.hints += ends_early(differences, comparison.count_a, comparison.count_b)
+    comparison.hints += early_end_hints(differences, comparison.count_a, comparison.count_b)
     if differences and differences[0].subject in rows:
         comparison.rows = rows[differences[0].subject]()
 
 
-def _side(step: Step) -> Side:
-    return Side(step.position, text_of(step.state))
+def _step_side(step: Step) -> Side:
+    return Side(step.position, state_text(step.state))
 
 
-def text_of(state: State) -> str:
+def state_text(state: State) -> str:
     """Return a state as one line."""
     return " ".join(state).strip()
 
@@ -168,15 +183,15 @@ def compare_streams(
     :param a: the compared events of one run.
     :param b: the compared events of the other run.
     """
-    runs = Streams(a), Streams(b)
+    runs = ValueStreams(a), ValueStreams(b)
     comparison = Comparison(view, Order.PARTIAL, runs[0].count, runs[1].count)
     begin = runs[0].start_us, runs[1].start_us
-    compare_steps(comparison, runs[0].pairs(runs[1]), begin, tolerance)
+    compare_steps(comparison, runs[0].pair_streams(runs[1]), begin, tolerance)
     comparison.hints += scenario_hints(runs[0].scopes, runs[1].scopes)
     return comparison
 
 
-class Streams:
+class ValueStreams:
     """The sequences of values of interfaces, or of statuses of Skillers, without repetitions."""
 
     def __init__(self, events: Iterable[Event] = ()) -> None:
@@ -193,23 +208,23 @@ class Streams:
     def add(self, event: Event, position: int) -> None:
         """Add the next event of the run unless it repeats the last state."""
         if isinstance(event, InterfaceWrite):
-            name, text = event.uid, anonymous_fact(interface_text(event.values))
+            name, text = event.uid, replace_fact_names(interface_text(event.values))
             self.scopes.add(f"interface {name}")
         elif isinstance(event, SkillStatus):
-            counted = self._skillers.fresh(event)
-            if counted is None:
+            fresh_state = self._skillers.fresh_state(event)
+            if fresh_state is None:
                 return
-            self.scopes.add(skill_scope(counted.skill_string))
+            self.scopes.add(skill_scope(fresh_state.skill_string))
             name = f"skiller {event.skiller} of {event.env}"
-            text = anonymous(f'skill="{counted.skill_string}" status={counted.status}')
+            text = replace_names(f'skill="{fresh_state.skill_string}" status={fresh_state.status}')
         else:
             return
         stream = self._streams.setdefault(name, [])
-        # how often a writer repeats a value depends on the machine
+        # the load of the machine decides how often a writer repeats a value
         if not stream or stream[-1].state != (text,):
             stream.append(Step((text,), position, event.time_us))
 
-    def pairs(self, other: Streams) -> Iterator[StepPair]:
+    def pair_streams(self, other: ValueStreams) -> Iterator[StepPair]:
         """Yield the streams of both runs, paired by name."""
         for name in {**self._streams, **other._streams}:
             yield StepPair(name, "state", (self._streams.get(name, ()), other._streams.get(name, ())))

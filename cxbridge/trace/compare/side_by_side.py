@@ -1,4 +1,4 @@
-"""A comparison for a page: the goals of both runs side by side, and the contexts of differences."""
+"""A comparison as JSON values for an HTML page: goals side by side, and the contexts of differences."""
 
 from __future__ import annotations
 
@@ -12,21 +12,22 @@ from cxbridge.events import Event
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.model import GoalRecord
 from cxbridge.history.outcome import goal_outcome
-from cxbridge.trace.compare.context import contexts_of
+from cxbridge.trace.compare.context import read_contexts
 from cxbridge.trace.compare.goal_matching import match_goals
 from cxbridge.trace.compare.goals import GoalForest
-from cxbridge.trace.compare.render.json import plain_report
+from cxbridge.trace.compare.render.json import report_to_json
 from cxbridge.trace.compare.render.text import ComparisonReport
-from cxbridge.trace.compare.selection import Selection, compared
+from cxbridge.trace.compare.selection import Selection, compared_contents
 from cxbridge.trace.formats.base import Run
 
-MAX_EXPLAINED: Final = 30
+MAX_EXPLAINED_DIFFERENCES: Final = 30
 """The maximal number of differences with a context."""
 
 MAX_ROWS: Final = 500
 """The maximal number of displayed goals."""
 
 Bar: TypeAlias = dict[str, Any]
+"""A goal on the page: its name, class, begin, end, outcome and error."""
 
 
 def page_report(
@@ -34,46 +35,46 @@ def page_report(
     options: Mapping[str, Any] | None = None,
     selection: Selection | None = None,
 ) -> dict[str, Any]:
-    """Return the values of :func:`plain_report`, and values that only a page shows.
+    """Return the values of :func:`.render.json.report_to_json`, and values that only a page shows.
 
     :returns: the further values are ``contexts``, the causes of the first differences in their order, by
         side; ``goals``, rows with ``label``, ``depth`` and the bars of both sides; ``end``, the length of
         each side; ``start_us``, the start of each side; and ``unit``, ``s``, or ``steps`` if a run has no
         times.
     """
-    explained = report.comparison.differences[:MAX_EXPLAINED]
+    explained = report.comparison.differences[:MAX_EXPLAINED_DIFFERENCES]
     contexts: list[list[dict[str, Any]]] = []
     for run, sides in (
         (report.a, [difference.a for difference in explained]),
         (report.b, [difference.b for difference in explained]),
     ):
         positions = [side.position for side in sides]
-        contexts_by_position = contexts_of(run, report.comparison.view, positions, selection)
+        contexts_by_position = read_contexts(run, report.comparison.view, positions, selection)
         contexts.append([asdict(contexts_by_position[position]) for position in positions])
     return {
-        **plain_report(report, options),
+        **report_to_json(report, options),
         "contexts": [{"a": a, "b": b} for a, b in zip(*contexts, strict=True)],
-        **_goals(report.a, report.b),
+        **_goal_values(report.a, report.b),
     }
 
 
-def _goals(a: Run, b: Run) -> dict[str, Any]:
-    """Return the goals of both runs in the order of their trees."""
+def _goal_values(a: Run, b: Run) -> dict[str, Any]:
+    """Return the goals of both runs in the order of their trees, with lengths, starts and unit."""
     histories = [RunHistory.of(run, UNLIMITED, run.start_us) for run in (a, b)]
     # a text of transitions may have no times: the numbers of events then replace them
-    timed = all(history.end > 0 for history in histories)
-    bars = [_bars(history, timed=timed) for history in histories]
-    ends = [history.end / MICROSECONDS if timed else history.events for history in histories]
+    has_times = all(history.end > 0 for history in histories)
+    bars = [_goal_bars(history, has_times=has_times) for history in histories]
+    ends = [history.end / MICROSECONDS if has_times else history.events for history in histories]
     match = match_goals(GoalForest(_transitions_of(a)), GoalForest(_transitions_of(b)))
     rows: dict[str, dict[str, Any]] = {}
     for goal_a, goal_b in match.pairs:
         rows[match.labels[goal_a]] = {"a": bars[0].get(goal_a.key), "b": bars[1].get(goal_b.key)}
-    for side, unmatched in zip("ab", match.unmatched, strict=True):
-        for goal in unmatched:
+    for side, unmatched_goals in zip("ab", match.unmatched_goals, strict=True):
+        for goal in unmatched_goals:
             rows[match.labels[goal]] = {"a": None, "b": None, side: bars["ab".index(side)].get(goal.key)}
-    ordered = list(_in_order(rows))
+    ordered = list(_sort_rows(rows))
     return {
-        "unit": "s" if timed else "steps",
+        "unit": "s" if has_times else "steps",
         "end": dict(zip("ab", ends, strict=True)),
         "start_us": {
             side: history.clock.first_us or 0 for side, history in zip("ab", histories, strict=True)
@@ -84,22 +85,23 @@ def _goals(a: Run, b: Run) -> dict[str, Any]:
 
 
 def _transitions_of(run: Run) -> Iterator[Event]:
-    return compared(run, View.TRANSITIONS)
+    return compared_contents(run, View.TRANSITIONS)
 
 
-def _bars(history: RunHistory, *, timed: bool) -> dict[tuple[str, str], Bar]:
+def _goal_bars(history: RunHistory, *, has_times: bool) -> dict[tuple[str, str], Bar]:
     """Return the first life of each goal as a bar."""
     bars: dict[tuple[str, str], Bar] = {}
     for goal in history.goals:
-        # the comparison knows a goal by its id, so that all lives of an id are one row
-        bars.setdefault((goal.env, goal.id), _bar(goal, history, timed=timed))
+        # the comparison identifies goals by their ids: all lives of an id are one row, whose bar is the first
+        # life
+        bars.setdefault((goal.env, goal.id), _make_bar(goal, history, has_times=has_times))
     return bars
 
 
-def _bar(goal: GoalRecord, history: RunHistory, *, timed: bool) -> Bar:
+def _make_bar(goal: GoalRecord, history: RunHistory, *, has_times: bool) -> Bar:
     end_change = goal.end_change
     begin, end = goal.changes[0], end_change or goal.changes[-1]
-    if timed:
+    if has_times:
         times = begin.time / MICROSECONDS, (history.end if end_change is None else end.time) / MICROSECONDS
     else:
         times = begin.seq, (history.events if end_change is None else end.seq)
@@ -113,7 +115,7 @@ def _bar(goal: GoalRecord, history: RunHistory, *, timed: bool) -> Bar:
     }
 
 
-def _in_order(rows: Mapping[str, dict[str, Any]]) -> Iterator[dict[str, Any]]:
+def _sort_rows(rows: Mapping[str, dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """Yield the rows of parents before those of their children, siblings by start."""
     children: dict[str, list[str]] = {}
     for label in rows:

@@ -1,7 +1,8 @@
 """Comparison in total order: the runs must have equal events at equal positions.
 
-Up to the first difference both runs are read side by side. The rest is aligned twice: without names, so that
-paired events show which name of B is which of A, then with these names.
+Names, such as ids of goals, differ between runs. Up to the first difference both runs are read side by side,
+and names are equal if they are new at the same position. The rest is aligned twice: first without names, so
+that the paired events show which name of B stands for which name of A, then with these names.
 """
 
 from __future__ import annotations
@@ -11,20 +12,20 @@ from collections.abc import Hashable, Iterable, Iterator
 from typing import Final
 
 from cxbridge.event_kinds import View
-from cxbridge.trace.compare.align import NONE
-from cxbridge.trace.compare.checks import MessageIds, PartnerTimes, Tolerance, lag_text, stream_of
+from cxbridge.trace.compare.align import MISSING
+from cxbridge.trace.compare.checks import MessageIdCheck, TimeCheck, Tolerance, describe_lag, message_stream
 from cxbridge.trace.compare.context import event_line
 from cxbridge.trace.compare.details import MissingDetails
 from cxbridge.trace.compare.edits import Alignment, Edit
 from cxbridge.trace.compare.keys import (
     NamedKey,
     Token,
-    Tokens,
-    changed_parts,
+    TokenReader,
+    describe_changed_parts,
+    describe_subject,
     detail_change,
+    key_scope,
     scenario_hints,
-    scope_of,
-    subject_of,
     thread_key,
 )
 from cxbridge.trace.compare.model import (
@@ -41,16 +42,16 @@ from cxbridge.trace.compare.selection import Selection
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.listing import describe, describe_details
 
-NOTHING = "(nothing here)"
+NO_EVENT_TEXT = "(nothing here)"
 """The text of a missing event."""
 
-OVER = "(the run is over)"
+RUN_OVER_TEXT = "(the run is over)"
 """The text of a missing event after the end of a run."""
 
-WINDOW: Final = 2000
+WINDOW_SIZE: Final = 2000
 """The number of events before the first difference that are aligned again.
 
-If several equal goals are new there, only later events show which ones are partners.
+If several equal goals are new in these events, only later events show which of the goals are partners.
 """
 
 
@@ -62,17 +63,16 @@ def compare_total(
     tolerance: Tolerance | None = None,
     missing: MissingDetails | None = None,
 ) -> Comparison:
-    """Compare two runs event by event up to the first difference, with names by first appearance.
+    """Compare two runs event by event up to the first difference, and align the rest.
 
-    The rest is aligned, so that only events without a partner count as different. For equal runs the memory
-    stays constant.
+    Only events without a partner count as different. For equal runs the memory stays constant.
 
-    :param missing: the details that are not compared.
+    :param missing: details that are not compared.
     """
-    runs = (Tokens(a, view, selection, missing), Tokens(b, view, selection, missing))
+    runs = (TokenReader(a, view, selection, missing), TokenReader(b, view, selection, missing))
     checks = _PartnerChecks(tolerance)
     differences: list[Difference] = []
-    window: deque[tuple[Token, Token, int]] = deque(maxlen=WINDOW)
+    window: deque[tuple[Token, Token, int]] = deque(maxlen=WINDOW_SIZE)
     tokens_a, tokens_b = iter(runs[0]), iter(runs[1])
     while True:
         # names are numbered by first appearance, so equal numbers mean the same name up to here
@@ -83,7 +83,7 @@ def compare_total(
         window.append((token_a, token_b, shared_names))
         # most events have neither a message id nor a compared time, and this is the inner loop
         if tolerance or token_a.msgid is not None or token_b.msgid is not None:
-            differences += checks.differences(token_a, token_b)
+            differences += checks.find_differences(token_a, token_b)
     tails = [
         [*compared_tokens, *([] if token is None else [token]), *rest]
         for compared_tokens, token, rest in (
@@ -93,16 +93,16 @@ def compare_total(
     ]
     comparison = Comparison(view, Order.TOTAL, runs[0].count, runs[1].count)
     if len(window) < max(map(len, tails)):
-        # names that are new in the window may be paired differently, so that only the older ones are certain
+        # the alignment may pair names that are new in the window differently: only earlier names are certain
         shared_names = window[0][2] if window else shared_names
         divergence = Divergence(tails, shared_names, (runs[0].start_us, runs[1].start_us))
         is_first = not differences
-        differences += divergence.differences(checks, len(window))
-        # rows show the first difference; an earlier one is a message id or a time, around which events are
-        # equal
+        differences += divergence.find_differences(checks, len(window))
+        # rows show the first difference: a difference before the divergence is a message id or a time, and
+        # the events around are equal
         comparison.rows = divergence.rows() if is_first else []
         longer = max(comparison.count_a, comparison.count_b)
-        comparison.alike = (longer - divergence.unpaired) / longer
+        comparison.alike = (longer - divergence.unpaired_count) / longer
         comparison.hints = divergence.hints(differences)
     comparison.keep(differences)
     return comparison
@@ -112,31 +112,31 @@ class _PartnerChecks:
     """Finds differences between paired equal events: message ids and times."""
 
     def __init__(self, tolerance: Tolerance | None) -> None:
-        self._msgids = MessageIds()
-        self._times = PartnerTimes(tolerance) if tolerance else None
+        self._msgids = MessageIdCheck()
+        self._times = TimeCheck(tolerance) if tolerance else None
 
-    def differences(self, token_a: Token, token_b: Token) -> Iterator[Difference]:
+    def find_differences(self, token_a: Token, token_b: Token) -> Iterator[Difference]:
         """Yield the differences between the next pair."""
-        if self._msgids.differ(stream_of(token_a.key), token_a.msgid or 0, token_b.msgid or 0):
-            yield _between(token_a, token_b, DifferenceKind.MSGID, "another message id")
+        if self._msgids.has_new_offset(message_stream(token_a.key), token_a.msgid or 0, token_b.msgid or 0):
+            yield _partner_difference(token_a, token_b, DifferenceKind.MSGID, "another message id")
         if self._times:
-            lag = self._times.lag(token_a.thread, token_a.event.time_us, token_b.event.time_us)
-            if lag is not None:
-                yield _between(token_a, token_b, DifferenceKind.TIME, lag_text(lag))
+            lag_s = self._times.exceeding_lag_s(token_a.thread, token_a.event.time_us, token_b.event.time_us)
+            if lag_s is not None:
+                yield _partner_difference(token_a, token_b, DifferenceKind.TIME, describe_lag(lag_s))
 
-    def gap(self, token: Token) -> None:
-        """Note an event without a partner."""
+    def note_unpaired(self, token: Token) -> None:
+        """Note an event that only one run has, which may shift the message ids after it."""
         if token.msgid is not None:
-            self._msgids.gap(stream_of(token.key))
+            self._msgids.forget_offset(message_stream(token.key))
 
 
-def _between(token_a: Token, token_b: Token, kind: DifferenceKind, text: str) -> Difference:
+def _partner_difference(token_a: Token, token_b: Token, kind: DifferenceKind, text: str) -> Difference:
     side_a, side_b = (Side(token.number, describe(token.event)) for token in (token_a, token_b))
-    return Difference(text, subject_of(token_a.event), side_a, side_b, kind)
+    return Difference(text, describe_subject(token_a.event), side_a, side_b, kind)
 
 
 class Divergence:
-    """The rest of two runs from the first difference on, with equal names for paired goals.
+    """The rest of two runs from the first difference on, with one name for both goals of a pair.
 
     :param tails: the events of both runs.
     :param shared_names: the number of names that are equal in both runs.
@@ -161,40 +161,39 @@ class Divergence:
             self._pair_names_of_new_goals()
 
     @property
-    def unpaired(self) -> int:
+    def unpaired_count(self) -> int:
         """The number of events of the longer rest without a partner."""
         return max(map(len, self._tails)) - len(self._alignment.pairs)
 
-    def differences(self, checks: _PartnerChecks, checked: int) -> list[Difference]:
+    def find_differences(self, checks: _PartnerChecks, checked: int) -> list[Difference]:
         """Return all differences in the order of the runs.
 
         :param checked: the number of leading pairs that were checked while reading.
         """
-        edits = self._alignment.edits(self._content, self._thread, owner=self._owner)
+        edits = self._alignment.find_edits(self._masked_state, self._thread, owner=self._owner)
         differences = [
             (edit.sort_key, self._difference(edit)) for edit in self._without_repeated_details(edits)
         ]
-        starts = [(NONE, NONE), *self._alignment.pairs]
+        starts = [(MISSING, MISSING), *self._alignment.pairs]
         for (last_a, last_b), (index_a, index_b) in zip(starts, self._alignment.pairs, strict=False):
-            # an event that only one run has may shift the message ids after it
             for token in (*self._tails[0][last_a + 1 : index_a], *self._tails[1][last_b + 1 : index_b]):
-                checks.gap(token)
+                checks.note_unpaired(token)
             if not index_a == index_b < checked:
                 partners = self._tails[0][index_a], self._tails[1][index_b]
                 differences += (
-                    ((index_a, 0, index_a), difference) for difference in checks.differences(*partners)
+                    ((index_a, 0, index_a), difference) for difference in checks.find_differences(*partners)
                 )
         return [difference for _, difference in sorted(differences, key=lambda difference: difference[0])]
 
     def rows(self) -> list[AlignedRow]:
         """Return both runs side by side around the first difference."""
-        return self._alignment.rows(self._line)
+        return self._alignment.rows(self._event_line)
 
     def hints(self, differences: list[Difference]) -> list[str]:
         """Return hints for the user."""
         if all(difference.kind is DifferenceKind.ORDER for difference in differences):
             return ["only the order differs: compare with --order partial if the order is no matter"]
-        scopes = [{scope_of(key) for key in {token.key for token in tail}} for tail in self._tails]
+        scopes = [{key_scope(key) for key in {token.key for token in tail}} for tail in self._tails]
         return scenario_hints(*scopes)
 
     def _pair_names_by_votes(self) -> None:
@@ -206,21 +205,23 @@ class Divergence:
         )
         # names are paired one to one: a pair with fewer votes is dropped if a name of it is paired already
         for pair, _ in votes.most_common():
-            self._pair(*pair)
+            self._pair_names(*pair)
 
     def _pair_names_of_new_goals(self) -> None:
         """Pair goals that only one run has and that are in the same gap, if their kinds allow it."""
         gaps: dict[Hashable, tuple[dict[int, None], dict[int, None]]] = defaultdict(lambda: ({}, {}))
         for run in (0, 1):
-            for index in self._alignment.unpaired(run):
+            for index in self._alignment.unpaired_indices(run):
                 token = self._tails[run][index]
                 if token.key[0] == "goal" and self._owner(run, index) is not None:
-                    gaps[self._alignment.gap(run, index), thread_key(token.key)][run][token.names[0]] = None
+                    gaps[self._alignment.pairs_before(run, index), thread_key(token.key)][run][
+                        token.names[0]
+                    ] = None
         for names_a, names_b in gaps.values():
             for pair in zip(names_a, names_b, strict=False):
-                self._pair(*pair)
+                self._pair_names(*pair)
 
-    def _pair(self, name_a: int, name_b: int) -> None:
+    def _pair_names(self, name_a: int, name_b: int) -> None:
         """Pair two names unless one of them is paired."""
         if (
             min(name_a, name_b) >= self._shared_names
@@ -230,34 +231,34 @@ class Divergence:
             self._partner_names[name_b] = name_a
             self._paired_names.add(name_a)
 
-    def _labels(self, run: int, names: Iterable[int]) -> Names:
-        """Return the names of A, or those of the partners for names of B; negative without a partner."""
+    def _translate_names(self, run: int, names: Iterable[int]) -> Names:
+        """Translate the names of a run to those of A; a name of B without a partner becomes negative."""
         if run == 0:
             return tuple(names)
         return tuple(
             name if name < self._shared_names else self._partner_names.get(name, -1 - name) for name in names
         )
 
-    def _without_unpaired(self, labels: Names) -> Names:
-        """Return the names with -1 for those of one run only."""
+    def _mask_unpaired(self, labels: Names) -> Names:
+        """Return the names, with -1 for each name that only one run has."""
         return tuple(
             name if name in self._paired_names or 0 <= name < self._shared_names else -1 for name in labels
         )
 
-    def _content(self, run: int, index: int) -> Hashable:
-        """Return the key of an event and its names, with all unpaired names equal."""
+    def _masked_state(self, run: int, index: int) -> Hashable:
+        """Return the key of an event and its names; all names that only one run has are equal."""
         key, labels = self._key_and_names(run, index)
-        return key, self._without_unpaired(labels)
+        return key, self._mask_unpaired(labels)
 
     def _thread(self, run: int, index: int) -> Hashable:
         """Return the goal, plan or Skiller of an event, equal for both runs."""
         key, names = self._tails[run][index].thread
-        return key, self._labels(run, names)
+        return key, self._translate_names(run, names)
 
     def _owner(self, run: int, index: int) -> Hashable:
-        """Return the goal of an event if only one run has the goal."""
-        names = self._labels(run, self._tails[run][index].thread[1][:1])
-        return names if names and self._without_unpaired(names) == (NONE,) else None
+        """Return the goal of an event if only one run has the goal, else None."""
+        names = self._translate_names(run, self._tails[run][index].thread[1][:1])
+        return names if names and self._mask_unpaired(names) == (MISSING,) else None
 
     def _without_repeated_details(self, edits: Iterable[Edit]) -> Iterator[Edit]:
         """Yield edits without repetitions of a detail that differs in all events of a goal or plan-action."""
@@ -269,36 +270,39 @@ class Divergence:
                 yield edit
 
     def _detail_change(self, edit: Edit) -> Hashable:
-        """Return the differing details of a changed event, which its text does not show, or None."""
+        """Return the differing details of a changed event if nothing else differs, else None.
+
+        The text of an event does not show its details.
+        """
         if edit.kind is not DifferenceKind.CHANGED:
             return None
         return detail_change(self._key_and_names(0, edit.indices[0]), self._key_and_names(1, edit.indices[1]))
 
     def _key_and_names(self, run: int, index: int) -> NamedKey:
-        """Return the key of an event and its names, equal for both runs."""
+        """Return the key of an event and its names, which are equal for partners in both runs."""
         token = self._tails[run][index]
-        return token.key, self._labels(run, token.names)
+        return token.key, self._translate_names(run, token.names)
 
     def _difference(self, edit: Edit) -> Difference:
-        tokens = [self._tails[run][index] for run, index in enumerate(edit.indices) if index != NONE]
+        tokens = [self._tails[run][index] for run, index in enumerate(edit.indices) if index != MISSING]
         side_a, side_b = self._side(0, edit), self._side(1, edit)
         return Difference(
-            self._edit_text(edit), subject_of(tokens[0].event), side_a, side_b, edit.kind, edit.count
+            self._edit_text(edit), describe_subject(tokens[0].event), side_a, side_b, edit.kind, edit.count
         )
 
     def _side(self, run: int, edit: Edit) -> Side:
         index = edit.indices[run]
-        if index != NONE:
+        if index != MISSING:
             token = self._tails[run][index]
             details = f" {describe_details(token.event)}" if self._detail_change(edit) else ""
             return Side(token.number, f"{describe(token.event)}{details}")
-        preceding = self._alignment.preceding(1 - run, edit.indices[1 - run])
-        number = None if preceding == NONE else self._tails[run][preceding].number
-        return Side(number, OVER if self._alignment.has_ended(run, edit) else NOTHING)
+        preceding_index = self._alignment.preceding_index(1 - run, edit.indices[1 - run])
+        number = None if preceding_index == MISSING else self._tails[run][preceding_index].number
+        return Side(number, RUN_OVER_TEXT if self._alignment.has_ended(run, edit) else NO_EVENT_TEXT)
 
     def _edit_text(self, edit: Edit) -> str:
         if edit.kind is DifferenceKind.CHANGED:
-            return changed_parts(
+            return describe_changed_parts(
                 self._key_and_names(0, edit.indices[0]), self._key_and_names(1, edit.indices[1])
             )
         events = "an event" if edit.count == 1 else f"{edit.count} events"
@@ -312,6 +316,6 @@ class Divergence:
             return f"{ended_run} ends here, {run_name} goes on"
         return f"{events} that only {run_name} has"
 
-    def _line(self, run: int, index: int) -> EventLine:
+    def _event_line(self, run: int, index: int) -> EventLine:
         token = self._tails[run][index]
         return event_line(token.number, token.event, self._start_us[run])

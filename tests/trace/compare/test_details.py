@@ -64,7 +64,7 @@ def test_one_can_be_left_out(order):
     selection = Selection(ignore=["goal.params"])
     one, other = MemoryRun(family()), MemoryRun(changed("params", "(odd)"))
     assert compare_runs(one, [other], View.TRANSITIONS, order, selection=selection).same
-    assert not selection.unused
+    assert not selection.unused_patterns
 
 
 @pytest.mark.parametrize("order", Order)

@@ -17,7 +17,7 @@ from tests.trace.runs import MemoryRun, action, family, goal, skill
 
 def left(events: Sequence[Event], only: Sequence[str] = (), ignore: Sequence[str] = ()) -> list[int]:
     """The indices of the events that count."""
-    take = Selection(only, ignore).reader()
+    take = Selection(only, ignore).content_selector()
     return [at for at, event in enumerate(events) if take(event) is not None]
 
 
@@ -86,11 +86,11 @@ def test_what_matches_one_only_and_no_ignore_counts() -> None:
     ],
 )
 def test_a_field_can_be_left_out(pattern: str, event: Event, expected: Event) -> None:
-    assert Selection(ignore=[pattern]).reader()(event) == expected
+    assert Selection(ignore=[pattern]).content_selector()(event) == expected
 
 
 def test_only_can_choose_fields_of_interfaces() -> None:
-    take = Selection(only=["interface:*.status"]).reader()
+    take = Selection(only=["interface:*.status"]).content_selector()
     assert take(EVENTS[8]) == InterfaceWrite(0, "SkillerInterface::Skiller", {"status": 1})
 
 
@@ -133,7 +133,7 @@ def test_the_numbers_of_a_difference_are_those_of_what_is_compared() -> None:
 def test_patterns_that_met_nothing_are_known() -> None:
     selection = Selection(only=["goal", "rule:x"], ignore=["goal:gen7"])
     compare_runs(MemoryRun(family()), [MemoryRun(family())], selection=selection)
-    assert selection.unused == ["rule:x", "goal:gen7"]
+    assert selection.unused_patterns == ["rule:x", "goal:gen7"]
 
 
 @pytest.mark.parametrize(

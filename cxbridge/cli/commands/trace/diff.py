@@ -117,9 +117,9 @@ def _check_outputs(runs: tuple[Path, ...], *outputs: Path | None) -> None:
 
 def _tolerance(seconds: float | None, since: str) -> Tolerance | None:
     """Return the tolerance of times, or None if times are not compared."""
-    from cxbridge.trace.compare.checks import TimeFrom, Tolerance
+    from cxbridge.trace.compare.checks import TimeReference, Tolerance
 
-    reference = _choice(TimeFrom, "--time-from", since)
+    reference = _choice(TimeReference, "--time-from", since)
     return None if seconds is None else Tolerance(seconds, reference)
 
 
@@ -128,14 +128,14 @@ def _print_outcome(report: ComparisonReport, outputs: _DiffOutputs, method: dict
 
     :param method: the options of the comparison.
     """
-    from cxbridge.trace.compare.render.json import plain_report
+    from cxbridge.trace.compare.render.json import report_to_json
     from cxbridge.trace.compare.render.junit import write_junit
     from cxbridge.trace.compare.render.text import text_report
 
     if outputs.junit is not None:
         write_junit(outputs.junit, report)
     if outputs.as_json:
-        say_json(plain_report(report, method))
+        say_json(report_to_json(report, method))
     else:
         for line in text_report(report):
             say(line)
@@ -153,7 +153,7 @@ def _notes(report: ComparisonReport, selection: Selection) -> Iterator[str]:
     """Yield warnings for the user."""
     for _, run, _ in report.sides:
         yield from (f"{run.path}: {note}" for note in run.notes)
-    yield from (f"pattern '{pattern}' met nothing" for pattern in selection.unused)
+    yield from (f"pattern '{pattern}' met nothing" for pattern in selection.unused_patterns)
 
 
 def _choice(kinds: type[Choice], option: str, value: str) -> Choice:

@@ -13,7 +13,7 @@ VERSION: Final = 2
 """The version of the format; increased when a field is removed or changes its meaning."""
 
 
-def plain_report(report: ComparisonReport, options: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def report_to_json(report: ComparisonReport, options: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Return the result as JSON values; numbers of events count from 1.
 
     :param options: the options of the comparison.
@@ -34,7 +34,7 @@ def plain_report(report: ComparisonReport, options: Mapping[str, Any] | None = N
             "number": comparison.other + 1,
         },
         "total": comparison.total,
-        "differences": [plain_difference(difference) for difference in comparison.differences],
+        "differences": [difference_to_json(difference) for difference in comparison.differences],
         "hints": list(comparison.hints),
         "notes": [f"{run.path}: {note}" for _, run, _ in report.sides for note in run.notes],
         "alike": comparison.alike,
@@ -42,7 +42,7 @@ def plain_report(report: ComparisonReport, options: Mapping[str, Any] | None = N
     }
 
 
-def plain_difference(difference: Difference) -> dict[str, Any]:
+def difference_to_json(difference: Difference) -> dict[str, Any]:
     """Return a difference as JSON values."""
     return {
         "kind": difference.kind.value,
@@ -57,7 +57,7 @@ def plain_difference(difference: Difference) -> dict[str, Any]:
 
 
 def _first_context(report: ComparisonReport) -> dict[str, Any]:
-    """Return the causes of the first difference."""
+    """Return the events, rules and goals around the first difference."""
     return {
         "rows": [
             {

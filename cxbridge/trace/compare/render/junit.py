@@ -7,9 +7,10 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from cxbridge.printing import visible
-from cxbridge.trace.compare.render.text import ComparisonReport, summary, text_report, title
+from cxbridge.trace.compare.render.text import ComparisonReport, difference_title, summary, text_report
 from cxbridge.trace.formats.files import writing
 
+# The characters that XML 1.0 forbids.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -23,12 +24,14 @@ def write_junit(path: Path, report: ComparisonReport) -> None:
     counts = {"tests": "1", "failures": "0" if comparison.same else "1", "errors": "0", "skipped": "0"}
     suites = ET.Element("testsuites", counts)
     suite = ET.SubElement(suites, "testsuite", {"name": "cxbridge trace diff", **counts})
-    name = _clean(f"{report.a.path} is the same as {report.b.path}")
+    name = _make_xml_safe(f"{report.a.path} is the same as {report.b.path}")
     case = ET.SubElement(suite, "testcase", {"classname": f"trace.diff.{level}", "name": name})
-    text = _clean("\n".join(text_report(report)))
+    text = _make_xml_safe("\n".join(text_report(report)))
     if not comparison.same:
-        message = title(comparison.differences[0]) if comparison.differences else summary(comparison)
-        failure = ET.SubElement(case, "failure", {"type": "difference", "message": _clean(message)})
+        message = (
+            difference_title(comparison.differences[0]) if comparison.differences else summary(comparison)
+        )
+        failure = ET.SubElement(case, "failure", {"type": "difference", "message": _make_xml_safe(message)})
         failure.text = text
     else:
         ET.SubElement(case, "system-out").text = text
@@ -38,6 +41,6 @@ def write_junit(path: Path, report: ComparisonReport) -> None:
         tree.write(path, encoding="utf-8", xml_declaration=True)
 
 
-def _clean(text: str) -> str:
-    """Replace characters that XML cannot contain or that could be harmful when displayed."""
+def _make_xml_safe(text: str) -> str:
+    """Replace characters that XML cannot contain, and control characters that could harm a terminal."""
     return _FORBIDDEN.sub("\ufffd", visible(text))

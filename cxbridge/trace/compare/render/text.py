@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from cxbridge.printing import one_line
-from cxbridge.trace.compare.context import context_of
+from cxbridge.trace.compare.context import read_context
 from cxbridge.trace.compare.model import (
     AlignedRow,
     Comparison,
@@ -21,13 +21,13 @@ from cxbridge.trace.compare.model import (
 from cxbridge.trace.compare.selection import Selection
 from cxbridge.trace.formats.base import Run
 
-MAX_LISTED: Final = 10
+MAX_LISTED_DIFFERENCES: Final = 10
 """The number of listed differences after the first."""
 
-MAX_EVENT_TEXT: Final = 400
+MAX_EVENT_CHARACTERS: Final = 400
 """The maximal number of displayed characters of an event."""
 
-NOUNS: Final = {
+EVENT_NOUNS: Final = {
     "transitions": "transitions",
     "skills": "skill statuses",
     "rules": "firings",
@@ -42,9 +42,9 @@ class ComparisonReport:
     """A comparison with everything to report.
 
     :param a: the compared run.
-    :param b: the run that it was compared with.
-    :param context_a: the causes of the first difference in A.
-    :param context_b: the causes of the first difference in B.
+    :param b: the run with which ``a`` was compared.
+    :param context_a: the events, rules and goals around the first difference in A.
+    :param context_b: the same for B.
     """
 
     comparison: Comparison
@@ -69,11 +69,11 @@ def make_report(
     b = others[comparison.other]
     first = comparison.differences[0] if comparison.differences else None
     contexts = [
-        context_of(run, comparison.view, None if side is None else side.position, selection)
+        read_context(run, comparison.view, None if side is None else side.position, selection)
         for run, side in ((a, first and first.a), (b, first and first.b))
     ]
-    # events with different message ids or times are partners, as all events before them, so the lines of both
-    # contexts correspond one to one
+    # events that differ in message id or time are partners, and so are all events before them: the lines of
+    # both contexts correspond one to one
     if first and first.kind in {DifferenceKind.MSGID, DifferenceKind.TIME} and not comparison.rows:
         lines = zip(contexts[0].lines, contexts[1].lines, strict=False)
         comparison.rows = [AlignedRow(line_a, line_b, not line_a.here) for line_a, line_b in lines]
@@ -82,20 +82,20 @@ def make_report(
 
 def summary(comparison: Comparison) -> str:
     """Return the result on one line."""
-    noun = NOUNS[comparison.view.value]
+    noun = EVENT_NOUNS[comparison.view.value]
     order = f"{comparison.order.value} order"
     if comparison.same:
         return f"same: {comparison.count_a} {noun}, {order}"
     counts = f"A has {comparison.count_a} {noun}, B {comparison.count_b}"
-    return f"differ in {_extent(comparison)}, {order}: {counts}"
+    return f"differ in {_difference_count_text(comparison)}, {order}: {counts}"
 
 
 def text_report(report: ComparisonReport) -> Iterator[str]:
     """Yield the lines of the report: the result and the context of the first difference."""
-    return map(one_line, _lines(report))
+    return map(one_line, _report_lines(report))
 
 
-def _lines(report: ComparisonReport) -> Iterator[str]:
+def _report_lines(report: ComparisonReport) -> Iterator[str]:
     comparison = report.comparison
     yield summary(comparison)
     if not comparison.same:
@@ -104,78 +104,80 @@ def _lines(report: ComparisonReport) -> Iterator[str]:
         yield from (f"hint: {hint}" for hint in comparison.hints)
         first = comparison.differences[0]
         yield ""
-        yield f"first difference: {title(first)}"
-        yield f"  A {_side(first.a)}"
-        yield f"  B {_side(first.b)}"
+        yield f"first difference: {difference_title(first)}"
+        yield f"  A {_side_text(first.a)}"
+        yield f"  B {_side_text(first.b)}"
         if comparison.rows:
             yield ""
             yield "around it (- only A, + only B):"
-            yield from _rows(comparison.rows)
+            yield from _row_lines(comparison.rows)
         for name, _, context in report.sides:
-            yield from _context(name, context, lines=not comparison.rows or comparison.order is Order.PARTIAL)
-        yield from _further(comparison)
+            yield from _context_lines(
+                name, context, lines=not comparison.rows or comparison.order is Order.PARTIAL
+            )
+        yield from _further_lines(comparison)
 
 
-def _further(comparison: Comparison) -> Iterator[str]:
+def _further_lines(comparison: Comparison) -> Iterator[str]:
     """Yield a line per difference after the first."""
     further = comparison.differences[1:]
     if not further:
         return
     yield ""
     yield "further differences:"
-    for difference in further[:MAX_LISTED]:
-        yield f"  {title(difference)}: A {_side(difference.a)}; B {_side(difference.b)}"
-    unlisted = len(further) - MAX_LISTED + comparison.dropped
+    for difference in further[:MAX_LISTED_DIFFERENCES]:
+        yield f"  {difference_title(difference)}: A {_side_text(difference.a)}; B {_side_text(difference.b)}"
+    unlisted = len(further) - MAX_LISTED_DIFFERENCES + comparison.dropped
     if unlisted > 0:
         yield f"  and {unlisted} more"
 
 
-def _extent(comparison: Comparison) -> str:
+def _difference_count_text(comparison: Comparison) -> str:
     """Return the number of differences as text."""
     noun = "place" if comparison.order is Order.TOTAL else "thing"
     return f"{comparison.total} {noun}{'' if comparison.total == 1 else 's'}"
 
 
-def title(difference: Difference) -> str:
+def difference_title(difference: Difference) -> str:
     """Return the subject and differing parts on one line."""
-    return f"{short(difference.subject)}: {difference.what}" if difference.subject else difference.what
+    return f"{shorten(difference.subject)}: {difference.what}" if difference.subject else difference.what
 
 
-def _side(side: Side) -> str:
+def _side_text(side: Side) -> str:
     """Return the event of one run with its number."""
-    text = short(side.text)
+    text = shorten(side.text)
     return text if side.number is None else f"[{side.number}] {text}"
 
 
-def short(text: str) -> str:
+def shorten(text: str) -> str:
     """Shorten a long text in the middle; JSON contains it in full."""
-    if len(text) <= MAX_EVENT_TEXT:
+    if len(text) <= MAX_EVENT_CHARACTERS:
         return text
-    # the end is as telling as the start: the error of a goal is last
-    half = MAX_EVENT_TEXT // 2
+    # the end matters, too: the error of a goal is last
+    half = MAX_EVENT_CHARACTERS // 2
     return f"{text[:half]} ... {text[-half:]}"
 
 
-def _rows(rows: Sequence[AlignedRow]) -> Iterator[str]:
+def _row_lines(rows: Sequence[AlignedRow]) -> Iterator[str]:
     """Yield both runs as one list in the style of diff."""
     for row in rows:
         if row.same and row.a is not None:
-            yield f"  {_line(row.a)}"
+            yield f"  {_format_line(row.a)}"
             continue
         for sign, line in (("-", row.a), ("+", row.b)):
             if line is not None:
-                yield f"{sign} {_line(line)}"
+                yield f"{sign} {_format_line(line)}"
 
 
-def _line(line: EventLine) -> str:
-    return f"{line.number:6d} {line.seconds:+11.6f} {short(line.text)}"
+def _format_line(line: EventLine) -> str:
+    return f"{line.number:6d} {line.seconds:+11.6f} {shorten(line.text)}"
 
 
-def _context(name: str, context: DifferenceContext, *, lines: bool) -> Iterator[str]:
+def _context_lines(name: str, context: DifferenceContext, *, lines: bool) -> Iterator[str]:
     if lines and context.lines:
         yield ""
         yield f"what led to it in {name}:"
-        yield from (f"{'>' if line.here else ' '} {_line(line)}" for line in context.lines)
+        yield from (f"{'>' if line.here else ' '} {_format_line(line)}" for line in context.lines)
     if not lines and (context.rules or context.goals):
         yield ""
     if context.rules:
