@@ -42,7 +42,7 @@ def explainer(run: RecordedRun, at_s: float | None, env: str | None) -> Explaine
     def answer(kind: str, name: str) -> Mapping[str, Any]:
         evidence.notes = [*notes_of_source]  # drops the notes of earlier questions
         explanation = explain(evidence, name, kind)
-        return {"lines": explanation.lines, "data": explanation.plain}
+        return {"lines": explanation.lines, "data": explanation.data}
 
     return answer
 

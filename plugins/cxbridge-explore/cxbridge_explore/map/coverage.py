@@ -9,7 +9,7 @@ from typing import Any
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.use import Used
 from cxbridge_studio.check.sources import scenario_sources
-from cxbridge_studio.explain.coverage.model import AgentSources, Coverage, RecordedUse, coverage_of
+from cxbridge_studio.explain.coverage.model import AgentSources, Coverage, RecordedUse, compute_coverage
 from cxbridge_studio.explain.coverage.report import short_names
 
 
@@ -17,14 +17,14 @@ def explored_coverage(options: RunOptions, used: Iterable[Used]) -> Coverage:
     """Return the coverage of an agent by an exploration. A count is 1 for a used part, otherwise 0."""
     agent, use = AgentSources(), RecordedUse()
     for source in scenario_sources(options):  # from the files, since an exploration has no recording
-        agent.add_source(source, core=False)
+        agent.add_source(source, include_core=False)
     for kind, name, detail in used:
         counts = getattr(use, kind)
         if detail:  # the mode or outcome of a goal
             counts.setdefault(name, Counter())[detail] = 1
         else:
             counts[name] = 1
-    return coverage_of(agent, use)
+    return compute_coverage(agent, use)
 
 
 def as_dict(coverage: Coverage) -> dict[str, Any]:
@@ -36,11 +36,11 @@ def as_dict(coverage: Coverage) -> dict[str, Any]:
         if count == 0
     ]
     return {
-        "rules": {"fired": coverage.fired, "of": coverage.counted, "never": never},
+        "rules": {"fired": coverage.fired_count, "of": coverage.watched_count, "never": never},
         "goals": {
             "outcomes": {name: [word for word, _ in ends] for name, ends in coverage.outcomes},
             "modes_never_reached": {name: list(modes) for name, modes in coverage.missing_modes},
-            "never": list(coverage.classes.unused),
+            "never": list(coverage.goal_classes.unused),
         },
         "actions": {
             "executed": [name for name, _ in coverage.actions.used],
@@ -61,11 +61,11 @@ def never_fired(coverage: Coverage) -> Iterable[tuple[str, int, str]]:
 
 def never_reached(coverage: Coverage) -> Iterable[str]:
     """Yield the unreached parts as lines of text."""
-    yield f"{coverage.fired} of {coverage.counted} rules fired: {coverage.percent:.1f} %"
+    yield f"{coverage.fired_count} of {coverage.watched_count} rules fired: {coverage.percent:.1f} %"
     for name, line, rule in never_fired(coverage):
         yield f"  never fired: {name}:{line} {rule}"
     for name, modes in coverage.missing_modes:
         yield f"  {name} was never {', '.join(modes)}"
-    for kind, names in (("goal class", coverage.classes.unused), ("action", coverage.actions.unused)):
+    for kind, names in (("goal class", coverage.goal_classes.unused), ("action", coverage.actions.unused)):
         for name in names:
             yield f"  never: {kind} {name}"

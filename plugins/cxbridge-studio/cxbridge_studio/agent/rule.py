@@ -95,12 +95,12 @@ class Dependencies:
 
     :param functions: the texts of the deffunctions that the condition calls, directly or not; callees first.
     :param globals: the global variables in the condition and in the functions.
-    :param all_facts: whether a function may query facts of any template.
+    :param needs_all_facts: whether a function may query facts of any template.
     """
 
     functions: tuple[str, ...]
     globals: frozenset[str]
-    all_facts: bool
+    needs_all_facts: bool
 
 
 def dependencies(condition: Condition, text_of: Callable[[str], str | None]) -> Dependencies:

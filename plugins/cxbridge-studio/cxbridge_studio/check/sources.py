@@ -15,7 +15,7 @@ from cxbridge.trace.sourcing import emit_configuration
 from cxbridge_studio.check.agent import Agent, agents
 from cxbridge_studio.check.domain_calls import domain_calls
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
-from cxbridge_studio.explain.rules.environment import rulebook, source_form, take_snapshot
+from cxbridge_studio.explain.rules.environment import restore_sources, rulebook, take_snapshot
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
@@ -47,14 +47,14 @@ class ScenarioRules:
             globals={},
             global_texts=self._globals if rule_snapshot.globals else {},
             agenda=None,
-            own_counts=(),
-            too_many=0,
-            halted="",
+            clips_counts=(),
+            uncopied_count=0,
+            halt_reason="",
         )
 
     def rule_texts(self) -> Mapping[str, str]:
         """Return the texts of the defrules by name."""
-        return source_form(rule_texts(self._env))
+        return restore_sources(rule_texts(self._env))
 
 
 @contextmanager

@@ -27,7 +27,7 @@ from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.udf import store_value
 from cxbridge.executive.host.values import FALSE, InstanceName, Value
 from cxbridge.file_access import is_readable_file
-from cxbridge_studio.explain.rules.isolated import ALLOWED
+from cxbridge_studio.explain.rules.isolated import ALLOWED_FUNCTIONS
 
 _BY_REASON: Final = {
     "reads more of the program, which calls the same stubs": """
@@ -43,7 +43,7 @@ _BY_REASON: Final = {
 }
 
 # The functions that are not replaced, each with the reason.
-KEPT_FUNCTIONS: Final = ALLOWED | {
+KEPT_FUNCTIONS: Final = ALLOWED_FUNCTIONS | {
     name: reason for reason, names in _BY_REASON.items() for name in names.split()
 }
 

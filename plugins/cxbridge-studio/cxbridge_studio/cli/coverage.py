@@ -91,18 +91,18 @@ def coverage(
 
     Example: cxbridge coverage out/a.mcap out/b.mcap --html out/coverage.html
     """
-    from cxbridge_studio.explain.coverage.model import coverage_of
+    from cxbridge_studio.explain.coverage.model import compute_coverage
 
     fail_under = outputs.fail_under
     if fail_under is not None and not 0 <= fail_under <= 100:  # noqa: PLR2004  per cent
         raise CxbridgeError(f"--fail-under cannot be {fail_under:g}", hint="use a number from 0 to 100")
     agent, use = _read(runs, scenario, env, core=core)
-    firings_known = len(use.without_firings) < len(runs)
+    firings_known = len(use.runs_without_firings) < len(runs)
     if not firings_known and (outputs.lcov is not None or fail_under is not None):
         raise TraceError(
             "no firings are recorded", file=runs[0], hint="record with --trace-level rules or facts"
         )
-    result = coverage_of(agent, use, tuple(files or ()))
+    result = compute_coverage(agent, use, tuple(files or ()))
     if files and not result.files:
         raise CxbridgeError(
             f"no rule is in a file like {', '.join(files)}", hint="see the files without --files"
@@ -127,10 +127,10 @@ def _read(
     if scenario.spec is not None and not scenario.is_named:
         raise CxbridgeError("--spec goes with a scenario only", hint="name it with --scenario")
     for source in scenario_sources(RunOptions(**vars(scenario))) if scenario.is_named else ():
-        agent.add_source(source, core=core)
+        agent.add_source(source, include_core=core)
     for run in runs:
         use.add(run, env)
-        if not scenario.is_named and not add_recorded_agent(agent, run, env, core=core):
+        if not scenario.is_named and not add_recorded_agent(agent, run, env, include_core=core):
             raise TraceError(
                 "this recording contains no CLIPS files, so their rules are unknown",
                 file=run.path,
@@ -145,12 +145,12 @@ def _write(outputs: _CoverageOutputs, result: Coverage, agent: AgentSources, *, 
     from cxbridge_studio.explain.coverage import report
 
     if outputs.lcov is not None:
-        text = "".join(f"{line}\n" for line in report.lcov(result))
+        text = "".join(f"{line}\n" for line in report.lcov_lines(result))
         write_file(outputs.lcov, text.encode("utf-8", "surrogateescape"))
     if outputs.page is not None:
         report.write_page(outputs.page, result, agent.texts, firings_known=firings_known)
     if outputs.as_json:
-        say_json(report.plain(result), indent=2)
+        say_json(report.to_json(result), indent=2)
     else:
-        for line in report.lines(result, firings_known=firings_known):
+        for line in report.report_lines(result, firings_known=firings_known):
             say(line)

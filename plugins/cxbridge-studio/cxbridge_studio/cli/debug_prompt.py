@@ -26,7 +26,7 @@ from cxbridge_studio.debugger.names import MetNames, Mistakes
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.evidence import History
 from cxbridge_studio.explain.rules.environment import fact_slots, rulebook
-from cxbridge_studio.explain.rules.missing import why_missing
+from cxbridge_studio.explain.rules.missing import explain_missing_rule
 from cxbridge_studio.explain.scenario import EnvironmentEvidence
 
 if TYPE_CHECKING:
@@ -159,8 +159,10 @@ class _Agent:
         env = assembly.executive.env
         self.met_names = MetNames()
         assembly.bus.subscribe(self.met_names.take, *TRANSITION_TYPES)
-        self._history = History(env.name, facts_of=partial(fact_slots, env))
-        assembly.bus.subscribe(self._history.take, *TRANSITION_TYPES, PlannerCall, LogLine, InterfaceWrite)
+        self._history = History(env.name, find_facts=partial(fact_slots, env))
+        assembly.bus.subscribe(
+            self._history.add_event, *TRANSITION_TYPES, PlannerCall, LogLine, InterfaceWrite
+        )
         self._commands: dict[str, Callable[[str], None]] = {
             "c": lambda _: self._ask("go-on"),
             "s": lambda unit: self._ask("step", what=unit or STEPS[0]),
@@ -210,7 +212,7 @@ class _Agent:
     def with_cause(self, item: Breakpoint, error: ExecutiveError) -> ExecutiveError:
         """Return the error about a breakpoint, with the reason why the rule is missing if it is known."""
         book = rulebook(self.assembly.executive.env, self.assembly.paths.clips_dirs)
-        cause = why_missing(item.name, book) if item.is_of_rules else ""
+        cause = explain_missing_rule(item.name, book) if item.is_of_rules else ""
         return ExecutiveError(error.message, hint=cause) if cause else error
 
     def _quit(self) -> None:

@@ -25,12 +25,12 @@ def planning(
     Example: cxbridge trace planning out/run.mcap plan
     """
     from cxbridge.trace.formats.registry import open_run
-    from cxbridge_studio.explain.planning import SECTIONS, choose_answer
+    from cxbridge_studio.explain.planning import SECTIONS, find_answer
 
     if section and section not in SECTIONS:
         raise typer.BadParameter(f"'{section}' is none of {', '.join(SECTIONS)}", param_hint="PART")
     run = open_run(file)
-    answer = choose_answer(run, call)
-    for line in answer.section(section) if section else answer.as_terminal():
+    answer = find_answer(run, call)
+    for line in answer.section_lines(section) if section else answer.terminal_lines():
         say(line)
     print_notes(run.notes, file)

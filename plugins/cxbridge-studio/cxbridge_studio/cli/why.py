@@ -117,7 +117,7 @@ def why(
     options = RunOptions(scenario=scenario, **vars(agent))
     with _evidence(options, run, _seconds(moment), env) as evidence:
         explanation = explain(evidence, name, kind, rules)
-    _print(explanation.lines, explanation.plain, as_json=as_json)
+    _print(explanation.lines, explanation.data, as_json=as_json)
     return 0
 
 

@@ -16,7 +16,7 @@ from cxbridge.errors import ClipsError
 from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, TestCE, patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.rules.matcher import Matcher
-from cxbridge_studio.explain.rules.recorded_facts import rows_of
+from cxbridge_studio.explain.rules.recorded_facts import parse_rows
 
 if TYPE_CHECKING:
     from cxbridge.events import FactChange
@@ -48,8 +48,8 @@ def bindings(snapshot: Snapshot, basis: str, fact: Callable[[int], FactChange | 
         raise ClipsError("a fact that the rule fired for is not known any more")
     names = {pattern.template for pattern in patterns(condition.ces)}
     templates_of_rule = {name: template for name, template in snapshot.templates.items() if name in names}
-    templates, rows = rows_of(changes, templates_of_rule)
-    with Matcher(replace(snapshot, templates=templates, facts=tuple(rows), all_facts=False)) as matcher:
+    templates, rows = parse_rows(changes, templates_of_rule)
+    with Matcher(replace(snapshot, templates=templates, facts=tuple(rows), needs_all_facts=False)) as matcher:
         failure = ClipsError("the facts do not match the condition any more")
         for ces in islice(_branches(condition.ces), _MAX_BRANCHES):
             fact_patterns = [ce for ce in ces if isinstance(ce, PatternCE)]
@@ -136,7 +136,7 @@ def indices_of_matches(
     :raises ClipsError: if the text is not a pattern.
     """
     changes = [change for group in facts.values() for change in group]
-    templates, rows = rows_of(changes, snapshot.templates)
+    templates, rows = parse_rows(changes, snapshot.templates)
     with Matcher(replace(snapshot, templates=templates, facts=tuple(rows))) as matcher:
         matches = matcher.match_values([f"?{_FACT}0 <- {pattern}"], [f"{_FACT}0"], len(changes) + 1)
     return list(dict.fromkeys(fact.index for (fact,) in matches))

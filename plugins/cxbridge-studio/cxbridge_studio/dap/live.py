@@ -13,7 +13,7 @@ from cxbridge.run.run import run_scenario
 from cxbridge_studio.dap.agent import DebuggedAgent, LiveMoment
 from cxbridge_studio.dap.target import DebugClient, Stopped, Target
 from cxbridge_studio.explain.rules.environment import rulebook
-from cxbridge_studio.explain.rules.missing import why_missing
+from cxbridge_studio.explain.rules.missing import explain_missing_rule
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
@@ -150,7 +150,7 @@ class LiveRun(Target):
         book = rulebook(agent.env, agent.run.paths.clips_dirs)
         if rule in book.rules:
             return ""
-        return why_missing(rule, book) or f"the spec does not load {file.name}"
+        return explain_missing_rule(rule, book) or f"the spec does not load {file.name}"
 
     def why_unreachable(self, item: Breakpoint) -> str:
         reasons = [_why_unreachable(agent, item) for agent in self._agents]

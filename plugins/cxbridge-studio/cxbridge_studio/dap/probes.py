@@ -17,7 +17,7 @@ from cxbridge.executive.host.capi import CData, callback
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import to_python
 from cxbridge_studio.dap.rule_lines import RuleAction, rules_of
-from cxbridge_studio.explain.rules.environment import without_pointers
+from cxbridge_studio.explain.rules.environment import detach_value
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -90,4 +90,4 @@ class Probes:
     @staticmethod
     def _next_value(context: CData, value: CData) -> Value:
         lib.UDFNextArgument(context, _ANY_TYPE, value)
-        return without_pointers(to_python(value))
+        return detach_value(to_python(value))

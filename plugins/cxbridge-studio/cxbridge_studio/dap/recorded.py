@@ -24,7 +24,7 @@ from cxbridge_studio.debugger.evaluating import Evaluation
 from cxbridge_studio.debugger.names import MetNames
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.matcher import FACT_FUNCTION, Matcher
-from cxbridge_studio.explain.rules.recorded_facts import rows_of
+from cxbridge_studio.explain.rules.recorded_facts import parse_rows
 from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Snapshot
 from cxbridge_studio.monitor.scrubbing import Scrubber
 
@@ -101,7 +101,7 @@ class RecordedMoment(StoppedEnvironment):
     def template(self, name: str) -> FactTemplate | None:
         """Return a deftemplate, derived from its facts if the sources lack it."""
         templates = self._sources.constructs.templates
-        return templates.get(name) or rows_of(self.facts(name), templates)[0].get(name)
+        return templates.get(name) or parse_rows(self.facts(name), templates)[0].get(name)
 
     def facts(self, template: str) -> Sequence[FactChange]:
         return [fact for fact in self._facts.values() if fact.template == template]
@@ -120,9 +120,9 @@ class RecordedMoment(StoppedEnvironment):
         """Evaluate an expression on the facts of the moment, in a separate environment."""
         if len(self._facts) > MAX_FACTS:
             raise ClipsError(f"there are more than {MAX_FACTS} facts")
-        templates, rows = rows_of(self._facts.values(), self._sources.constructs.templates)
+        templates, rows = parse_rows(self._facts.values(), self._sources.constructs.templates)
         with Matcher(Snapshot(self.agent, 0, "", templates, tuple(rows))) as matcher:
-            value = matcher.value(expression)
+            value = matcher.evaluate(expression)
         return Evaluation("" if value is None else show_alone(value), ())
 
 

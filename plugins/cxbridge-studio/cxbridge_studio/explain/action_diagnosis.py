@@ -9,11 +9,11 @@ from typing import Final
 from cxbridge.history.model import PLAN_ACTION, ActionKey
 from cxbridge.history.transitions import unquote
 from cxbridge.suggestions import or_similar
-from cxbridge_studio.explain.preconditions import FactsOf, Preconditions, atom_text, fields
+from cxbridge_studio.explain.preconditions import FactLookup, Preconditions, atom_text, parse_fields
 
 FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
-# The templates whose facts are inspected.
+# The templates whose facts a diagnosis reads.
 ACTION_TEMPLATES: Final = (
     PLAN_ACTION,
     "plan",
@@ -28,7 +28,7 @@ ACTION_TEMPLATES: Final = (
     "skiller-control",
 )
 
-_ANY_SKILLER: Final = ("", "nil")  # values of the slot `skiller` of an action that any Skiller may execute
+_UNSET_SKILLER_VALUES: Final = ("", "nil")  # of the slot `skiller`: any Skiller may execute the action
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,60 +53,64 @@ class ActionDiagnosis:
     error: str
 
 
-def diagnose_action(facts_of: FactsOf, key: ActionKey) -> ActionDiagnosis | None:
+def diagnose_action(find_facts: FactLookup, action_key: ActionKey) -> ActionDiagnosis | None:
     """Return the diagnosis of an action, or None if the action has no fact.
 
-    :param key: the ids of the goal, the plan and the action.
+    :param find_facts: finds the facts of :data:`ACTION_TEMPLATES`.
+    :param action_key: the ids of the goal, the plan and the action.
     """
-    action = _find(facts_of(PLAN_ACTION), **dict(zip(("goal-id", "plan-id", "id"), key, strict=True)))
+    action = _find_fact(
+        find_facts(PLAN_ACTION), **dict(zip(("goal-id", "plan-id", "id"), action_key, strict=True))
+    )
     if not action:
         return None
-    goal_id, plan_id, _ = key
-    plan = _find(facts_of("plan"), **{"id": plan_id, "goal-id": goal_id})
-    # The order of an action's life: each reason hides the later ones.
+    goal_id, plan_id, _ = action_key
+    plan = _find_fact(find_facts("plan"), **{"id": plan_id, "goal-id": goal_id})
+    # A failed skill comes first: after an execution, the effects of the action may make its precondition
+    # false.
     problem = (
-        _failed_skill(facts_of, action, key)
-        or _operator_mismatch(facts_of, action)
-        or _missing_effects(facts_of, action, key)
+        _describe_failed_skill(find_facts, action, action_key)
+        or _describe_operator_mismatch(find_facts, action)
+        or _describe_missing_effects(find_facts, action, action_key)
     )
     return ActionDiagnosis(
         action.get("action-name", ""),
         plan.get("type", ""),
         problem,
-        tuple(slots.get("name", "") for slots in facts_of("skill-action-mapping")),
-        tuple(slots.get("name", "") for slots in facts_of("domain-operator")),
-        _skiller_problem(facts_of, action, key),
+        tuple(slots.get("name", "") for slots in find_facts("skill-action-mapping")),
+        tuple(slots.get("name", "") for slots in find_facts("domain-operator")),
+        _describe_skiller_problem(find_facts, action, action_key),
         unquote(action.get("error-msg", "")),
     )
 
 
-def _find(facts: Iterable[Mapping[str, str]], **values: str) -> Mapping[str, str]:
+def _find_fact(facts: Iterable[Mapping[str, str]], **values: str) -> Mapping[str, str]:
     """Return the slots of the first fact with these values; empty if there is none."""
     return next((slots for slots in facts if values.items() <= slots.items()), {})
 
 
-def _failed_skill(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
-    """Return the failure of an action's skill."""
+def _describe_failed_skill(find_facts: FactLookup, action: Mapping[str, str], action_key: ActionKey) -> str:
+    """Return the failure of an action's skill; empty if the skill has not failed."""
     if action.get("state") != "EXECUTION-FAILED":
         return ""
     error = unquote(action.get("error-msg", ""))
-    call = _find(
-        facts_of("skill-action-execinfo"),
-        **dict(zip(("goal-id", "plan-id", "action-id"), key, strict=True)),
+    call = _find_fact(
+        find_facts("skill-action-execinfo"),
+        **dict(zip(("goal-id", "plan-id", "action-id"), action_key, strict=True)),
     )
-    skill = _find(facts_of("skill"), id=call.get("skill-id", "")) if call else {}
+    skill = _find_fact(find_facts("skill"), id=call.get("skill-id", "")) if call else {}
     text = unquote(skill.get("skill-string", ""))
     return ": ".join(filter(None, (f"skill {text} failed" if text else "", error)))
 
 
-def _operator_mismatch(facts_of: FactsOf, action: Mapping[str, str]) -> str:
-    """Return the mismatch of an action's operator, parameters or precondition."""
-    operators = {slots.get("name", ""): slots for slots in facts_of("domain-operator")}
+def _describe_operator_mismatch(find_facts: FactLookup, action: Mapping[str, str]) -> str:
+    """Return the mismatch of an action's operator, parameters or precondition; empty if there is none."""
+    operators = {slots.get("name", ""): slots for slots in find_facts("domain-operator")}
     name = action.get("action-name", "")
     if name not in operators:
         return f"the domain has no operator '{name}'{or_similar(name, operators)}" if operators else ""
-    expected = fields(operators[name].get("param-names", ""))
-    names, values = fields(action.get("param-names", "")), fields(action.get("param-values", ""))
+    expected = parse_fields(operators[name].get("param-names", ""))
+    names, values = parse_fields(action.get("param-names", "")), parse_fields(action.get("param-values", ""))
     if names and set(names) != set(expected):
         return (
             f"its parameters are ({' '.join(names)}), but those of the operator {name} ({' '.join(expected)})"
@@ -117,37 +121,41 @@ def _operator_mismatch(facts_of: FactsOf, action: Mapping[str, str]) -> str:
     # The effects of an action that has run may make its own precondition false.
     if action.get("state") == "SENSED-EFFECTS-WAIT" or action.get("executable") == "TRUE":
         return ""
-    blame = Preconditions(facts_of).blame(name, dict(zip(names, values, strict=True)))
-    return f"its precondition does not hold: {', '.join(blame)}" if blame else ""
+    blamed_atoms = Preconditions(find_facts).describe_blame(name, dict(zip(names, values, strict=True)))
+    return f"its precondition does not hold: {', '.join(blamed_atoms)}" if blamed_atoms else ""
 
 
-def _missing_effects(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
-    """Return the sensed effects that an action still waits for."""
+def _describe_missing_effects(
+    find_facts: FactLookup, action: Mapping[str, str], action_key: ActionKey
+) -> str:
+    """Return the sensed effects that an action still waits for; empty if it waits for none."""
     if action.get("state") != "SENSED-EFFECTS-WAIT":
         return ""
     atoms = [
-        atom_text((slots.get("name", ""), *fields(slots.get("param-values", ""))))
+        atom_text((slots.get("name", ""), *parse_fields(slots.get("param-values", ""))))
         + (" to go" if slots.get("type") == "NEGATIVE" else "")
-        for slots in facts_of("domain-pending-sensed-fact")
-        if (slots.get("goal-id"), slots.get("plan-id"), slots.get("action-id")) == key
+        for slots in find_facts("domain-pending-sensed-fact")
+        if (slots.get("goal-id"), slots.get("plan-id"), slots.get("action-id")) == action_key
     ]
     return f"it waits for the sensed effect {', '.join(atoms)}, which no rule has asserted" if atoms else ""
 
 
-def _skiller_problem(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
-    """Return why the Skiller of an action does not execute the action."""
+def _describe_skiller_problem(
+    find_facts: FactLookup, action: Mapping[str, str], action_key: ActionKey
+) -> str:
+    """Return why the Skiller of an action does not execute the action; empty if it can or does."""
     skiller = unquote(action.get("skiller", ""))
-    if skiller in _ANY_SKILLER:
+    if skiller in _UNSET_SKILLER_VALUES:
         return ""
-    for call in facts_of("skill-action-execinfo"):
+    for call in find_facts("skill-action-execinfo"):
         if unquote(call.get("skiller", "")) == skiller:
             goal, plan, action_id = (call.get(slot, "") for slot in ("goal-id", "plan-id", "action-id"))
-            if (goal, plan, action_id) == key:
+            if (goal, plan, action_id) == action_key:
                 return ""
             skill = call.get("skill-name", "")
             return f"the Skiller {skiller} executes action {action_id} {skill} of goal {goal}"
     # A Skiller takes skills only from the program that has its exclusive control.
-    controls = facts_of("skiller-control")
+    controls = find_facts("skiller-control")
     control = next((slots for slots in controls if unquote(slots.get("skiller", "")) == skiller), None)
     if control is None:
         return f'no fact (skiller-control (skiller "{skiller}")) asks for the control of its Skiller'

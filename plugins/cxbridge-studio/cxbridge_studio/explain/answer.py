@@ -8,16 +8,13 @@ from typing import Any, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.explain import facts, goal_report, run_story
 from cxbridge_studio.explain.evidence import Evidence
-from cxbridge_studio.explain.goal_rules import makers
+from cxbridge_studio.explain.goal_rules import find_formulating_rules
+from cxbridge_studio.explain.goals import UnknownGoalError
 from cxbridge_studio.explain.rules import report as rule_report
 from cxbridge_studio.explain.rules.missing import refused_rules, unloaded_rules
 
 # The kinds of subjects of an explanation. The kind `run` needs no name.
 KINDS: Final = ("rule", "goal", "action", "fact", "run")
-
-# The start of the error of :meth:`Goals.find` about an unknown goal. Its other errors, such as
-# that of an ambiguous name, go to the user as they are.
-_NO_GOAL: Final = "there is no goal"
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,101 +22,104 @@ class Explanation:
     """A report about one subject.
 
     :param lines: the report as text.
-    :param plain: the report as JSON values.
+    :param data: the report as JSON values.
     """
 
     lines: tuple[str, ...]
-    plain: dict[str, Any]
+    data: dict[str, Any]
 
 
-def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Explanation:
+def explain(evidence: Evidence, name: str, kind: str = "", rule_count: int = 1) -> Explanation:
     """Explain a subject of a run.
 
     :param kind: one of :data:`KINDS`, or empty to try in order: an existing rule, a goal, a missing rule.
-    :param rules: the number of rules to list before each step of a goal.
+    :param rule_count: the number of rules to list before each step of a goal.
     :raises CxbridgeError: if the name is unknown, or its state cannot be explained.
     """
     match kind:
         case "goal":
-            return _explain_goal(evidence, name, rules)
+            return _explain_goal(evidence, name, rule_count)
         case "rule":
             return _explain_rule(evidence, name)
         case "action":
             return _explain_action(evidence, name)
         case "fact":
             fact_story = facts.explain_fact(evidence, name)
-            return Explanation(tuple(facts.lines(fact_story)), facts.plain(fact_story))
+            return Explanation(tuple(facts.report_lines(fact_story)), facts.to_json(fact_story))
         case "run":
             story = run_story.tell_run(evidence)
-            return Explanation(tuple(run_story.lines(story)), run_story.plain(story))
+            return Explanation(tuple(run_story.report_lines(story)), run_story.to_json(story))
         case _:
-            return _explain_rule_or_goal(evidence, name, rules)
+            return _explain_rule_or_goal(evidence, name, rule_count)
 
 
-def _explain_rule_or_goal(evidence: Evidence, name: str, rules: int) -> Explanation:
+def _explain_rule_or_goal(evidence: Evidence, name: str, rule_count: int) -> Explanation:
     """Explain an existing rule, or else a goal, or else why a rule is missing."""
     try:
         is_rule = name in evidence.rulebook().rules
-    except CxbridgeError as no_rules:
-        return _explain_goal_without_rules(evidence, name, rules, no_rules)
+    except CxbridgeError as rules_error:
+        return _explain_goal_without_rules(evidence, name, rule_count, rules_error)
     if is_rule:
         return _explain_rule(evidence, name)
     try:
-        return _explain_goal(evidence, name, rules)
+        return _explain_goal(evidence, name, rule_count)
     except CxbridgeError as error:
-        no_goal = error
+        goal_error = error  # Python unbinds `error` at the end of the clause
     try:
         return _explain_rule(evidence, name)
-    except CxbridgeError as no_rule:
-        if not no_goal.message.startswith(_NO_GOAL):
-            raise no_goal from None
-        hint = no_rule.hint or no_goal.hint
+    except CxbridgeError as rule_error:
+        # Another error about the goal, such as that of an ambiguous name, tells the user more.
+        if not isinstance(goal_error, UnknownGoalError):
+            raise goal_error from None
+        hint = rule_error.hint or goal_error.hint
         raise CxbridgeError(f"there is neither a rule nor a goal '{name}'", hint=hint) from None
 
 
 def _explain_goal_without_rules(
-    evidence: Evidence, name: str, rules: int, no_rules: CxbridgeError
+    evidence: Evidence, name: str, rule_count: int, rules_error: CxbridgeError
 ) -> Explanation:
     """Explain a goal of an environment whose rules are unknown.
 
-    :param no_rules: the error that says why the rules are unknown.
+    :param rules_error: the error that says why the rules are unknown.
     """
     try:
-        return _explain_goal(evidence, name, rules)
-    except CxbridgeError as no_goal:
-        if not no_goal.message.startswith(_NO_GOAL):
-            raise
-        message = f"{no_goal.message}; its rules are not known: {no_rules.message}"
-        raise type(no_rules)(message, file=no_rules.file, hint=no_rules.hint) from None
+        return _explain_goal(evidence, name, rule_count)
+    except UnknownGoalError as goal_error:
+        message = f"{goal_error.message}; its rules are not known: {rules_error.message}"
+        raise type(rules_error)(message, file=rules_error.file, hint=rules_error.hint) from None
 
 
 def _explain_rule(evidence: Evidence, name: str) -> Explanation:
     story = rule_report.explain_rule(evidence, name)
-    return Explanation(tuple(rule_report.lines(story)), rule_report.plain(story))
+    return Explanation(tuple(rule_report.report_lines(story)), rule_report.to_json(story))
 
 
-def _explain_goal(evidence: Evidence, name: str, rules: int) -> Explanation:
+def _explain_goal(evidence: Evidence, name: str, rule_count: int) -> Explanation:
     try:
         stories = goal_report.explain_goals(evidence, name)
-    except CxbridgeError as no_goal:
-        explanation = _explain_missing_goal(evidence, name) if no_goal.message.startswith(_NO_GOAL) else None
+    except UnknownGoalError:
+        explanation = _explain_unformulated_goal(evidence, name)
         if explanation is None:
             raise
         return explanation
     return Explanation(
-        tuple(goal_report.lines(stories, evidence, rules)), goal_report.plain(stories, evidence)
+        tuple(goal_report.goal_lines(stories, evidence, rule_count)),
+        goal_report.goals_to_json(stories, evidence),
     )
 
 
 def _explain_action(evidence: Evidence, name: str) -> Explanation:
     stories = goal_report.explain_actions(evidence, name)
     return Explanation(
-        tuple(goal_report.action_lines(stories, evidence)), goal_report.plain_actions(stories, evidence)
+        tuple(goal_report.action_lines(stories, evidence)), goal_report.actions_to_json(stories, evidence)
     )
 
 
-def _explain_missing_goal(evidence: Evidence, name: str) -> Explanation | None:
-    """Explain why the rule that formulates goals of a class has not fired; None without such a rule."""
+def _explain_unformulated_goal(evidence: Evidence, name: str) -> Explanation | None:
+    """Explain why the rule that formulates goals of a class has not fired.
+
+    :return: None if no rule formulates such goals, or the rules are unknown.
+    """
     try:
         book, texts = evidence.rulebook(), evidence.rule_texts()
     except CxbridgeError:
@@ -127,13 +127,15 @@ def _explain_missing_goal(evidence: Evidence, name: str) -> Explanation | None:
     headline = f"no goal {name} has been formulated: "
     missing = {rule.name: rule for rule in (*refused_rules(book).values(), *unloaded_rules(book))}
     lines: list[str] = []
-    if missing_makers := makers({rule.name: rule.text for rule in missing.values()}, name):
-        rule = missing[missing_makers[0]]
+    if missing_rule_names := find_formulating_rules(
+        {rule.name: rule.text for rule in missing.values()}, name
+    ):
+        rule = missing[missing_rule_names[0]]
         headline += f"rule {rule.name}, which makes it, {rule.why}"
-    elif loaded_makers := makers(texts, name):
-        story = rule_report.explain_rule(evidence, loaded_makers[0])
+    elif loaded_rule_names := find_formulating_rules(texts, name):
+        story = rule_report.explain_rule(evidence, loaded_rule_names[0])
         headline += rule_report.headline(story)
-        lines = list(rule_report.lines(story))[1:]  # without the headline of the rule, which is in ours
+        lines = list(rule_report.report_lines(story))[1:]  # the first line is the headline, which is above
     else:
         return None
     return Explanation(

@@ -23,9 +23,9 @@ from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge_studio.explain.evidence import Evidence, History
-from cxbridge_studio.explain.goal_rules import makers
-from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, MAX_FACTS
-from cxbridge_studio.explain.rules.environment import fact_slots, rulebook, source_form, take_snapshot
+from cxbridge_studio.explain.goal_rules import find_formulating_rules
+from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, MAX_COPIED_FACTS
+from cxbridge_studio.explain.rules.environment import fact_slots, restore_sources, rulebook, take_snapshot
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 if TYPE_CHECKING:
@@ -34,15 +34,15 @@ if TYPE_CHECKING:
 
 MAX_QUESTIONS: Final = 4  # the length of the interface's message queue
 
-# The number of transitions, and the number of firings, that are kept to explain goals: fewer than for a
+# The limit of the transitions, and of the firings, that are kept to explain goals: lower than for a
 # recording, because a daemon runs for weeks.
 MAX_STEPS: Final = 10_000
 
-_MAX_ANSWER_BYTES: Final = 262_143  # the interface's string field has 256 KiB, with the final zero byte
+_MAX_ANSWER_BYTES: Final = 262_143  # the answer's string field has 256 KiB, with the final zero byte
 
 
 class Explainer(Component):
-    """Component that answers one question at a time."""
+    """The component of a daemon, or of a run on the web page, that answers one question at a time."""
 
     hooks = (Hook.PRE_LOOP,)
     steady = True
@@ -56,9 +56,10 @@ class Explainer(Component):
         self._context = context
         self._is_daemon = isinstance(context, Daemon)
         self._start_us = context.clock.start_us
-        self._history = History(context.name or ENVIRONMENT, MAX_STEPS, MAX_STEPS, self._facts_of)
-        # A subscription makes the environment format firings and facts. A daemon subscribes only if a
-        # recording needs these events anyway; a run on the web page runs no faster than the world.
+        self._history = History(context.name or ENVIRONMENT, MAX_STEPS, MAX_STEPS, self._find_facts)
+        # A subscription makes the environment format firings and facts, which takes time. A daemon subscribes
+        # only if a recording needs these events anyway. A run on the web page has the time: the page shows it
+        # at the speed of the real clock.
         options = context.options
         is_recorded = options.trace is not None and options.trace_level != "transitions"
         is_on_page = not self._is_daemon and context.has_clients
@@ -66,7 +67,7 @@ class Explainer(Component):
         types: list[type[Event]] = [*TRANSITION_TYPES, PlannerCall, InterfaceWrite]
         types += [RuleFired] if self._history.rules_known else []
         types += [FactChange] if is_on_page or (is_recorded and options.trace_level == "facts") else []
-        context.bus.subscribe(self._history.take, *types)
+        context.bus.subscribe(self._history.add_event, *types)
         self._thread: threading.Thread | None = None
         self._answer: str | None = None  # written by the thread
         self._msgid = 0
@@ -88,18 +89,18 @@ class Explainer(Component):
 
     def close(self) -> None:
         """Wait for the answer in progress."""
-        self._context.bus.unsubscribe(self._history.take)
+        self._context.bus.unsubscribe(self._history.add_event)
         if self._thread is not None:
             self._thread.join()
         self._context.board.close(self._interface)
 
     def _begin_answer(self, message: Any) -> None:
-        name, kind, rules = str(message.name), str(message.kind), int(message.rules)
+        name, kind, rule_count = str(message.name), str(message.kind), int(message.rules)
         self._msgid, self._answer = message.id, None
         env = self._environment
         if env is None:
             error = CxbridgeError("the executive is not running now", hint="see 'cxbridge daemon status'")
-            self._publish(_refusal(error))
+            self._publish(_error_to_json(error))
             return
         now_us = self._context.clock.now_us()
         agent = f"{self._context.spec} in the daemon" if self._is_daemon else self._context.spec
@@ -107,30 +108,34 @@ class Explainer(Component):
         folders, times_us = self._context.paths.clips_dirs, (self._start_us, now_us)
         evidence = copy_evidence(env, folders, name, kind, where, times_us, self._copy_history())
         self._thread = threading.Thread(
-            target=self._explain, args=(evidence, name, kind, rules), name="explain", daemon=True
+            target=self._explain, args=(evidence, name, kind, rule_count), name="explain", daemon=True
         )
         self._thread.start()
 
     def _copy_history(self) -> History:
+        """Return a copy that the thread can read while the run adds events."""
         history = copy(self._history)
         history.steps = self._history.steps.copy()
         history.firings = self._history.firings.copy()
         # The end of a fact is written into its life later, so the lives are copied, too.
-        history.lives = {index: copy(life) for index, life in self._history.lives.items()}
+        history.fact_lives = {index: copy(life) for index, life in self._history.fact_lives.items()}
         return history
 
-    def _facts_of(self, template: str) -> list[Mapping[str, str]]:
+    def _find_facts(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate. The history calls this while rules fire, in their thread."""
         env = self._environment
-        return [] if env is None else fact_slots(env, template, MAX_FACTS)
+        return [] if env is None else fact_slots(env, template, MAX_COPIED_FACTS)
 
-    def _explain(self, evidence: Evidence, name: str, kind: str, rules: int) -> None:
+    def _explain(self, evidence: Evidence, name: str, kind: str, rule_count: int) -> None:
+        """Set the answer. This is the function of the thread."""
         try:
-            self._answer = _answer(evidence, name, kind, rules)
+            self._answer = _explain_to_json(evidence, name, kind, rule_count)
         except CxbridgeError as error:
-            self._answer = _refusal(error)
+            self._answer = _error_to_json(error)
         except Exception as error:  # noqa: BLE001 - no question may end a daemon
-            self._answer = _refusal(CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}"))
+            self._answer = _error_to_json(
+                CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}")
+            )
 
     def _publish(self, text: str) -> None:
         if self._interface.valid:
@@ -173,12 +178,12 @@ class CopiedEvidence(Evidence):
             return copied
         raise copied or ClipsError(f"the rule '{rule}' was not copied")
 
-    def slots_of(self, template: str) -> list[Mapping[str, str]]:
+    def fact_slots(self, template: str) -> list[Mapping[str, str]]:
         return self._facts.get(template, [])
 
     def rule_texts(self) -> Mapping[str, str]:
         # The copy has the texts as they are: restoring hundreds of rules would stop the loop.
-        return source_form(self._texts)
+        return restore_sources(self._texts)
 
 
 def copy_evidence(
@@ -195,6 +200,8 @@ def copy_evidence(
     :param folders: the folders of the agent's CLIPS files.
     :param name: the rule, goal or goal class in the question.
     :param kind: ``rule``, ``goal``, or empty for either.
+    :param where: source and time in words.
+    :param times_us: the start of the run, and the moment to explain.
     """
     facts: dict[str, list[Mapping[str, str]]] = {}
     texts: dict[str, str] = {}
@@ -204,30 +211,33 @@ def copy_evidence(
         if kind == "goal" or name not in book.rules:
             texts = rule_texts(env)
             # If the goal does not exist, the report explains the rule that formulates it.
-            rules = makers(texts, name)[:1]
-            facts = {template: fact_slots(env, template, MAX_FACTS) for template in FACT_TEMPLATES}
-        snapshots = {rule: _snapshot_or_error(env, rule) for rule in rules}
+            rules = find_formulating_rules(texts, name)[:1]
+            facts = {template: fact_slots(env, template, MAX_COPIED_FACTS) for template in FACT_TEMPLATES}
+        snapshots = {rule: _try_snapshot(env, rule) for rule in rules}
     return CopiedEvidence(where, times_us, history, book, snapshots, facts, texts)
 
 
-def _snapshot_or_error(env: ClipsEnvironment, rule: str) -> Snapshot | ClipsError:
+def _try_snapshot(env: ClipsEnvironment, rule: str) -> Snapshot | ClipsError:
     try:
-        return take_snapshot(env, rule, MAX_FACTS)
+        return take_snapshot(env, rule, MAX_COPIED_FACTS)
     except ClipsError as error:
         return error
 
 
-def _answer(evidence: Evidence, name: str, kind: str, rules: int) -> str:
-    """Return the report as JSON."""
+def _explain_to_json(evidence: Evidence, name: str, kind: str, rule_count: int) -> str:
+    """Return the report as JSON.
+
+    :raises CxbridgeError: if the name is unknown, its state cannot be explained, or the report is too long.
+    """
     # The import takes long: it waits for the first question, and runs in the thread, not in the loop.
     from cxbridge_studio.explain.answer import explain  # noqa: PLC0415
 
-    explanation = explain(evidence, name, kind, rules)
-    text = json.dumps({"lines": explanation.lines, "data": explanation.plain})
+    explanation = explain(evidence, name, kind, rule_count)
+    text = json.dumps({"lines": explanation.lines, "data": explanation.data})
     if len(text) > _MAX_ANSWER_BYTES:  # `dumps` writes ASCII: a character is a byte
         raise CxbridgeError("the answer is too long", hint="ask about one goal: its id, or CLASS#NUMBER")
     return text
 
 
-def _refusal(error: CxbridgeError) -> str:
+def _error_to_json(error: CxbridgeError) -> str:
     return json.dumps({"error": error.message, "hint": error.hint})

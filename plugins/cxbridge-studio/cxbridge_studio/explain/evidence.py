@@ -1,7 +1,7 @@
 """The evidence for explanations: the events, rules and facts of a run, up to one moment.
 
-A scenario, a recording and a daemon each have a subclass of :class:`Evidence`. All of them fill a
-:class:`History` from the event bus or from the file.
+A scenario, a recording and a daemon each have a subclass of :class:`Evidence`. Each fills a :class:`History`
+with the events from the event bus or from the file.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ from cxbridge.history.exchange import agent_of, is_exchanged
 from cxbridge.history.model import PLAN_ACTION, ActionKey
 from cxbridge.history.transitions import unquote
 from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis, diagnose_action
-from cxbridge_studio.explain.preconditions import FactsOf
+from cxbridge_studio.explain.preconditions import FactLookup
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
-# The events that explain goals.
-STORY_TYPES: Final = (
+# The classes of events that a history keeps to explain goals.
+EVIDENCE_EVENT_TYPES: Final = (
     GoalTransition,
     PlanActionTransition,
     PlannerCall,
@@ -48,19 +48,29 @@ STORY_TYPES: Final = (
 # The limits keep the memory of a long run bounded; the oldest entries are dropped.
 MAX_FIRINGS: Final = 200_000
 MAX_STEPS: Final = 500_000
-MAX_LIVES: Final = 200_000
+MAX_FACT_LIVES: Final = 200_000
 
-RULES_BEFORE: Final = 3  # the number of firings kept before each transition: `why --rules` shows up to 3
+MAX_RULES_BEFORE: Final = 3  # the firings kept with each transition: `why --rules` shows up to 3
 
-# Each diagnosis of a failed action searches all facts of the domain.
+# The limit of diagnosed actions in a run: each diagnosis searches all facts of the domain.
 MAX_ACTION_DIAGNOSES: Final = 100
 
-_SKILLER = "SkillerInterface"
-_FEEDBACK = "FeedbackMessage"
+# The classes of events that belong to one CLIPS environment.
+ENVIRONMENT_EVENT_TYPES: Final = (
+    RuleFired,
+    FactChange,
+    GoalTransition,
+    PlanActionTransition,
+    PlannerCall,
+    SkillStatus,
+)
+
+_SKILLER_TYPE = "SkillerInterface"
+_FEEDBACK_MESSAGE = "FeedbackMessage"
 
 
 class NoFactsError(TraceError):
-    """A recording without facts."""
+    """The error about a recording without facts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,9 +91,9 @@ class EvidenceStep:
 class FactLife:
     """A fact from its assertion to its retraction.
 
-    :param rule: the rule that fired just before the assertion; empty if unknown.
-    :param instead_of: the index of the fact of the same template that the same firing retracted; -1 if there
-        is none.
+    :param begin_rule: the rule that fired just before the assertion; empty if unknown.
+    :param replaced_index: the index of the fact of the same template that the same firing retracted; -1 if
+        there is none.
     :param end_rule: the rule that fired just before the retraction; empty if unknown.
     """
 
@@ -91,21 +101,24 @@ class FactLife:
     template: str
     text: str
     begin_us: int
-    rule: str
-    instead_of: int = -1
+    begin_rule: str
+    replaced_index: int = -1
     end_us: int | None = None
     end_rule: str = ""
 
 
 class History:
-    """The events of an environment up to the moment. :meth:`take` subscribes to an event bus.
+    """The events of an environment up to one moment.
+
+    An event bus, or the reader of a recording, calls :meth:`add_event`.
 
     :param env: the environment whose events are kept.
     :param max_steps: the number of transitions to keep.
     :param max_firings: the number of firings to keep.
-    :param facts_of: returns the current facts while an event is taken; None if facts are unavailable.
+    :param find_facts: finds the facts at the time of the event; None if facts are unavailable.
     :ivar rules_known: whether firings are recorded.
-    :ivar lives: the facts by index, with the retracted facts; empty if facts are not recorded.
+    :ivar steps: the transitions and the other events that explain goals.
+    :ivar fact_lives: the facts by index, with the retracted facts; empty if facts are not recorded.
     """
 
     def __init__(
@@ -113,101 +126,110 @@ class History:
         env: str,
         max_steps: int = MAX_STEPS,
         max_firings: int = MAX_FIRINGS,
-        facts_of: FactsOf | None = None,
+        find_facts: FactLookup | None = None,
     ) -> None:
         self.env = env
-        self._failed: set[ActionKey] = set()
+        self._failed_actions: set[ActionKey] = set()
         self._diagnoses_left = MAX_ACTION_DIAGNOSES
-        self._facts_of = facts_of
+        self._find_facts = find_facts
         self.steps: deque[EvidenceStep] = deque(maxlen=max_steps)
         self.firings: deque[RuleFired] = deque(maxlen=max_firings)
         self.rules_known = False
-        self._errors: dict[str, str] = {}
-        self._recent_rules: deque[str] = deque(maxlen=RULES_BEFORE)
-        self.lives: dict[int, FactLife] = {}
-        self._retracted: FactLife | None = None  # the fact that the last firing retracted
+        self._skiller_errors: dict[str, str] = {}
+        self._recent_rules: deque[str] = deque(maxlen=MAX_RULES_BEFORE)
+        self.fact_lives: dict[int, FactLife] = {}
+        self._last_retracted: FactLife | None = None  # the fact that the last firing retracted
 
-    def take(self, event: Event) -> None:
-        """Keep an event if it explains goals."""
+    def add_event(self, event: Event) -> None:
+        """Keep an event if it explains goals, rules or facts."""
         if isinstance(event, InterfaceWrite):
             kind, _, skiller = event.uid.partition("::")
-            if kind == _SKILLER:
+            if kind == _SKILLER_TYPE:
                 self._record_skill_error(event, skiller, str(event.values.get("error", "")))
         elif isinstance(event, InterfaceMessage):
             # An execution reports its progress many times, which explains nothing.
-            if is_exchanged(event) and event.message != _FEEDBACK and agent_of(event) in ("", self.env):
+            if (
+                is_exchanged(event)
+                and event.message != _FEEDBACK_MESSAGE
+                and agent_of(event) in ("", self.env)
+            ):
                 self.steps.append(EvidenceStep(event, ()))
-        elif isinstance(event, _ENVIRONMENT_TYPES) and event.env == self.env:
-            self._take_from_environment(event)
+        elif isinstance(event, ENVIRONMENT_EVENT_TYPES) and event.env == self.env:
+            self._add_environment_event(event)
 
-    def _take_from_environment(self, event: Event) -> None:
+    def _add_environment_event(self, event: Event) -> None:
         if isinstance(event, RuleFired):
             self.rules_known = True
             self.firings.append(event)
             self._recent_rules.append(event.rule)
-            self._retracted = None
+            self._last_retracted = None
         elif isinstance(event, FactChange):
-            self._record_life(event)
-            # A Fawkes log has no writes of interfaces: there, the errors of skills are in the facts.
-            if event.template == _SKILLER and event.asserted:
+            self._record_fact_life(event)
+            # A Fawkes log has no writes of interfaces, so the errors of skills come from the facts.
+            if event.template == _SKILLER_TYPE and event.asserted:
+                # A log may cut a fact short; then the fact tells no error.
                 with suppress(FactSyntaxError):
                     _, slots = parse_fact(event.text)
                     error, skiller = unquote(slots.get("error", "")), unquote(slots.get("id", ""))
                     self._record_skill_error(event, skiller, error)
             elif event.template == PLAN_ACTION and event.asserted:
-                self.steps.append(EvidenceStep(event, ()))  # names the Skiller and the arguments
+                # The transitions lack the Skiller and the arguments of the action, which the fact has.
+                self.steps.append(EvidenceStep(event, ()))
         else:
-            diagnosis = self._diagnose(event) if isinstance(event, PlanActionTransition) else None
+            diagnosis = self._diagnose_failure(event) if isinstance(event, PlanActionTransition) else None
             self.steps.append(EvidenceStep(event, tuple(self._recent_rules), diagnosis))
 
-    def _record_life(self, event: FactChange) -> None:
+    def _record_fact_life(self, event: FactChange) -> None:
         """Record which rule asserted or retracted a fact."""
         rule = self._recent_rules[-1] if self._recent_rules else ""
         if event.asserted:
-            retracted = self._retracted
+            retracted = self._last_retracted
             # CLIPS' modify retracts the fact and asserts the changed one, in the same firing.
             is_modified = retracted is not None and retracted.template == event.template
             replaced = retracted.index if retracted is not None and is_modified else -1
-            self.lives[event.index] = FactLife(
+            self.fact_lives[event.index] = FactLife(
                 event.index, event.template, event.text, event.time_us, rule, replaced
             )
-            if len(self.lives) > MAX_LIVES:
-                del self.lives[next(iter(self.lives))]
-        elif (life := self.lives.get(event.index)) is not None:
-            life.end_us, life.end_rule, self._retracted = event.time_us, rule, life
+            if len(self.fact_lives) > MAX_FACT_LIVES:
+                del self.fact_lives[next(iter(self.fact_lives))]
+        elif (life := self.fact_lives.get(event.index)) is not None:
+            life.end_us, life.end_rule, self._last_retracted = event.time_us, rule, life
 
-    def _diagnose(self, event: PlanActionTransition) -> ActionDiagnosis | None:
-        """Diagnose an action at its first failed state: later changes are consequences."""
+    def _diagnose_failure(self, event: PlanActionTransition) -> ActionDiagnosis | None:
+        """Return the diagnosis of an action in its first failed state; None for other states.
+
+        The changes after the first failed state are consequences of the failure.
+        """
         key = event.goal, event.plan, event.action_id
         if event.state not in FAILED_STATES:
-            self._failed.discard(key)
-        elif key not in self._failed and self._facts_of is not None and self._diagnoses_left > 0:
+            self._failed_actions.discard(key)
+        elif key not in self._failed_actions and self._find_facts is not None and self._diagnoses_left > 0:
             self._diagnoses_left -= 1
-            self._failed.add(key)
-            return diagnose_action(self._facts_of, key)
+            self._failed_actions.add(key)
+            return diagnose_action(self._find_facts, key)
         return None
 
     def _record_skill_error(self, event: Event, skiller: str, text: str) -> None:
-        previous, self._errors[skiller] = self._errors.get(skiller, ""), text
+        """Keep an event that changes the error of a Skiller: most writes repeat the error."""
+        previous, self._skiller_errors[skiller] = self._skiller_errors.get(skiller, ""), text
         if text != previous:
             self.steps.append(EvidenceStep(event, ()))
 
 
-_ENVIRONMENT_TYPES = (RuleFired, FactChange, GoalTransition, PlanActionTransition, PlannerCall, SkillStatus)
-
-
 class Evidence(ABC):
-    """The evidence about a moment.
+    """The events, rules and facts that explain the state of a run at one moment.
 
     :param where: source and time in words: ``test-scenario at 3.0 s``.
     :param start_us: the start of the run.
     :param now_us: the time of the moment.
     :param history: the events before the moment; None without a recording.
     :ivar ending: how the run ended, in a sentence; empty while it continues, and if unknown.
-    :ivar is_moment: whether the user asked for a time, so that a reused goal id means the goal at that time.
+    :ivar is_time_chosen: whether the user chose the time, so that a reused goal id means the goal at that
+        time.
+    :ivar notes: remarks about missing or doubtful data, for the user.
     """
 
-    is_moment = False
+    is_time_chosen = False
     ending = ""
 
     def __init__(self, where: str, start_us: int, now_us: int, history: History | None) -> None:
@@ -232,10 +254,11 @@ class Evidence(ABC):
         """
 
     @abstractmethod
-    def slots_of(self, template: str) -> list[Mapping[str, str]]:
+    def fact_slots(self, template: str) -> list[Mapping[str, str]]:
         """Return the slots of a deftemplate's facts, as CLIPS prints the values; empty if unknown."""
 
-    def has_facts_of(self, template: str) -> bool:  # noqa: ARG002 - all facts of an environment are known
+    def has_facts(self, template: str) -> bool:  # noqa: ARG002 - all facts of an environment are known
+        """Return whether the facts of a deftemplate are known."""
         return True
 
     def rule_texts(self) -> Mapping[str, str]:
@@ -246,7 +269,7 @@ class Evidence(ABC):
         """Return the seconds from the start of the run to a time."""
         return (time_us - self.start_us) / MICROSECONDS
 
-    def firings(self, rule: str) -> Sequence[RuleFired] | None:
+    def rule_firings(self, rule: str) -> Sequence[RuleFired] | None:
         """Return the firings of a rule before the moment; None if firings are unknown."""
         if self.history is None or not self.history.rules_known:
             return None

@@ -10,14 +10,17 @@ from typing import Any, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.explain.evidence import Evidence, FactLife
 
-_INDEX: Final = re.compile(r"(?:f-)?(\d+)")
+_FACT_INDEX: Final = re.compile(r"(?:f-)?(\d+)")
 _RECORD_HINT: Final = "record with --trace-level facts"
 
 
 @dataclass(frozen=True, slots=True)
 class FactStory:
-    """The report about a fact.
+    """The origin and the end of a fact.
 
+    :param life: the rules and times of the fact's assertion and retraction.
+    :param begin_s: the time of the assertion, in seconds since the start of the run.
+    :param end_s: the time of the retraction; None while the fact exists.
     :param previous: the fact of the same template that the same firing retracted, as ``modify`` does.
     """
 
@@ -31,7 +34,7 @@ class FactStory:
     def headline(self) -> str:
         """The origin of the fact, in one line."""
         changed = f", instead of f-{self.previous.index}" if self.previous is not None else ""
-        rule = _last_firing(self.life.rule)
+        rule = _describe_last_firing(self.life.begin_rule)
         return f"f-{self.life.index} was asserted at {self.begin_s:.3f} s{changed}: {rule}"
 
     def details(self) -> Iterator[str]:
@@ -42,50 +45,50 @@ class FactStory:
         if self.end_s is None:
             yield "it is still there"
         else:
-            yield f"it was retracted at {self.end_s:.3f} s: {_last_firing(self.life.end_rule)}"
+            yield f"it was retracted at {self.end_s:.3f} s: {_describe_last_firing(self.life.end_rule)}"
 
 
-def _last_firing(rule: str) -> str:
+def _describe_last_firing(rule: str) -> str:
     return f"rule {rule} fired just before" if rule else "no rule is known to have fired before"
 
 
 def explain_fact(evidence: Evidence, name: str) -> FactStory:
-    """Return the report about a fact, named by its index: ``f-12``.
+    """Return the story of a fact, named by its index: ``f-12``.
 
     :raises CxbridgeError: if the fact is unknown; the hint says what to record.
     """
-    match = _INDEX.fullmatch(name)
+    match = _FACT_INDEX.fullmatch(name)
     if match is None:
         raise CxbridgeError(f"'{name}' is not a fact", hint="name its index: f-12")
     history = evidence.history
-    if history is None or not history.lives:
+    if history is None or not history.fact_lives:
         raise CxbridgeError(
             f"where f-{match[1]} comes from is not known: facts are not recorded", hint=_RECORD_HINT
         )
-    life = history.lives.get(int(match[1]))
+    life = history.fact_lives.get(int(match[1]))
     if life is None:
         # The history drops the oldest facts of a long run, so the first known index may be high.
-        hint = f"those from f-{min(history.lives)} to f-{max(history.lives)} are known"
+        hint = f"those from f-{min(history.fact_lives)} to f-{max(history.fact_lives)} are known"
         raise CxbridgeError(f"there is no fact f-{match[1]} up to here", hint=hint)
-    previous = history.lives.get(life.instead_of)
+    previous = history.fact_lives.get(life.replaced_index)
     end_s = None if life.end_us is None else evidence.seconds(life.end_us)
     return FactStory(evidence.where, life, previous, evidence.seconds(life.begin_us), end_s)
 
 
-def plain(story: FactStory) -> dict[str, Any]:
+def to_json(story: FactStory) -> dict[str, Any]:
     """Return a story as JSON values, in the form of the stories of goals: the page shows both alike."""
     because = [{"text": text, "because": []} for text in story.details()]
     return {
         "headline": story.headline,
         "where": story.where,
         "cause": {"text": story.headline, "because": because},
-        "rules": [rule for rule in (story.life.rule, story.life.end_rule) if rule],
+        "rules": [rule for rule in (story.life.begin_rule, story.life.end_rule) if rule],
         "moments": [],
         "notes": [],
     }
 
 
-def lines(story: FactStory) -> Iterator[str]:
+def report_lines(story: FactStory) -> Iterator[str]:
     """Yield the text of the report."""
     yield story.headline
     yield f"in {story.where}"

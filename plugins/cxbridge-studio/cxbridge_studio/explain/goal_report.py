@@ -8,16 +8,16 @@ from typing import Any
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.explain.evidence import Evidence
-from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, ActionStory, Cause, GoalReporter, GoalStory
+from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, ActionStory, Cause, GoalStory, GoalStoryWriter
 from cxbridge_studio.explain.goals import Goals
 
 _MAX_WIDTH = 90  # the columns of an event's text: the rules to its right stay on a usual screen
 _TIME_WIDTH = 11  # the columns before an event's text: the time with 9 digits, and 2 blanks
 _COMPLETED = "COMPLETED"
-_WAITS = (
-    ", and waits"  # from here on, a cause names only the kind of the missing rule: the root cause says more
-)
-_MAX_STEPS = 3  # the number of causes in the first line, counted from the root cause
+# The start of the last part of a cause, which names only the kind of the missing rule. A headline omits this
+# part, because the root cause says more.
+_WAIT_PHRASE = ", and waits"
+_MAX_HEADLINE_CAUSES = 3  # counted from the root cause
 
 
 def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
@@ -25,8 +25,10 @@ def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
 
     :raises CxbridgeError: if there is no such goal, or the source has no goals.
     """
-    goals, reporter = reporter_of(evidence)
-    return tuple(reporter.report(goal) for goal in goals.find(name, now=evidence.is_moment))
+    goals, writer = make_story_writer(evidence)
+    return tuple(
+        writer.goal_story(goal) for goal in goals.find_goals(name, latest_only=evidence.is_time_chosen)
+    )
 
 
 def explain_actions(evidence: Evidence, name: str) -> tuple[ActionStory, ...]:
@@ -34,29 +36,29 @@ def explain_actions(evidence: Evidence, name: str) -> tuple[ActionStory, ...]:
 
     :raises CxbridgeError: if there is no such plan-action, or the source has no goals.
     """
-    goals, reporter = reporter_of(evidence)
-    return tuple(reporter.report_action(*goal_and_action) for goal_and_action in goals.actions_named(name))
+    goals, writer = make_story_writer(evidence)
+    return tuple(writer.action_story(*goal_and_action) for goal_and_action in goals.find_actions(name))
 
 
-def reporter_of(evidence: Evidence) -> tuple[Goals, GoalReporter]:
-    """Return the goals of a run, and the reporter for them.
+def make_story_writer(evidence: Evidence) -> tuple[Goals, GoalStoryWriter]:
+    """Return the goals of a run, and the writer of their stories.
 
     :raises CxbridgeError: if the source has no goals.
     """
     if evidence.history is None:
         raise CxbridgeError("goals are not known here")
-    facts = {template: evidence.slots_of(template) for template in FACT_TEMPLATES}
+    facts = {template: evidence.fact_slots(template) for template in FACT_TEMPLATES}
     goals = Goals(evidence.history)
-    return goals, GoalReporter(evidence, goals, facts)
+    return goals, GoalStoryWriter(evidence, goals, facts)
 
 
-def plain_actions(stories: Sequence[ActionStory], evidence: Evidence) -> dict[str, Any]:
+def actions_to_json(stories: Sequence[ActionStory], evidence: Evidence) -> dict[str, Any]:
     """Return the stories of plan-actions as JSON values."""
     return {
         # An id may be used again, so several plan-actions may have the name: the latest is the headline.
         "headline": cause_headline(stories[-1].cause),
         "where": evidence.where,
-        "actions": [without_roots(asdict(story)) for story in stories],
+        "actions": [drop_root_marks(asdict(story)) for story in stories],
         "notes": evidence.notes,
     }
 
@@ -73,29 +75,34 @@ def action_lines(stories: Sequence[ActionStory], evidence: Evidence) -> Iterator
         yield from (f"{moment.seconds:9.3f}  {moment.text}" for moment in story.moments)
 
 
-def plain(stories: Sequence[GoalStory], evidence: Evidence) -> dict[str, Any]:
+def goals_to_json(stories: Sequence[GoalStory], evidence: Evidence) -> dict[str, Any]:
+    """Return the stories of goals as JSON values."""
     return {
-        "headline": headline(stories, evidence),
+        "headline": goals_headline(stories, evidence),
         "where": evidence.where,
-        "goals": [without_roots(asdict(story)) for story in stories],
+        "goals": [drop_root_marks(asdict(story)) for story in stories],
         "notes": evidence.notes,
     }
 
 
-def without_roots(value: Any) -> Any:
-    """Return a JSON value without the key ``root``."""
+def drop_root_marks(value: Any) -> Any:
+    """Return a JSON value without the key ``root``: only the headline needs the mark of a root cause."""
     if isinstance(value, dict):
-        return {name: without_roots(inner) for name, inner in value.items() if name != "root"}
-    return [without_roots(inner) for inner in value] if isinstance(value, list | tuple) else value
+        return {name: drop_root_marks(inner) for name, inner in value.items() if name != "root"}
+    return [drop_root_marks(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
-def headline(stories: Sequence[GoalStory], evidence: Evidence) -> str:
-    """Return the report in one line: the state of the goal and the root cause."""
+def goals_headline(stories: Sequence[GoalStory], evidence: Evidence) -> str:
+    """Return the report in one line: the state of the goal and the root cause, or the number of goals."""
     if len(stories) == 1:
         return goal_headline(stories[0])
     summary = f"{len(stories)} goals of class {stories[0].goal_class} in {evidence.where}"
-    troubled = next((story for story in stories if story.waits or story.outcome != _COMPLETED), None)
-    return summary if troubled is None else f"{summary}; {troubled.label}: {goal_headline(troubled)}"
+    troubled_story = next((story for story in stories if story.waits or story.outcome != _COMPLETED), None)
+    return (
+        summary
+        if troubled_story is None
+        else f"{summary}; {troubled_story.label}: {goal_headline(troubled_story)}"
+    )
 
 
 def goal_headline(story: GoalStory) -> str:
@@ -107,42 +114,44 @@ def goal_headline(story: GoalStory) -> str:
 
 def cause_headline(top: Cause) -> str:
     """Return a cause in one line, with the causes that lead to its root."""
-    path = _path_to_root(top) or _path_of_first(top)
-    return ": ".join([top.text.partition(_WAITS)[0] if path else top.text, *path[-_MAX_STEPS:]])
+    path = _root_cause_path(top) or _first_cause_path(top)
+    return ": ".join(
+        [top.text.partition(_WAIT_PHRASE)[0] if path else top.text, *path[-_MAX_HEADLINE_CAUSES:]]
+    )
 
 
-def _path_to_root(cause: Cause) -> list[str]:
+def _root_cause_path(cause: Cause) -> list[str]:
     """Return the texts of the causes up to the first root cause; empty if there is no root cause."""
     for inner in cause.because:
-        below = _path_to_root(inner)
+        below = _root_cause_path(inner)
         if below or inner.root:
             return [inner.text, *below]
     return []
 
 
-def _path_of_first(cause: Cause) -> list[str]:
-    """Return the texts of the first cause of each level."""
-    return [cause.because[0].text, *_path_of_first(cause.because[0])] if cause.because else []
+def _first_cause_path(cause: Cause) -> list[str]:
+    """Return the texts of the first cause of each level; empty if the cause has no reasons."""
+    return [cause.because[0].text, *_first_cause_path(cause.because[0])] if cause.because else []
 
 
-def lines(stories: Sequence[GoalStory], evidence: Evidence, rules: int = 1) -> Iterator[str]:
-    """Yield the text of the report.
+def goal_lines(stories: Sequence[GoalStory], evidence: Evidence, rule_count: int = 1) -> Iterator[str]:
+    """Yield the text of the report about goals.
 
-    :param rules: the number of rules to show before each step.
+    :param rule_count: the number of rules to show before each step.
     """
-    yield headline(stories, evidence)
+    yield goals_headline(stories, evidence)
     yield ""
-    if len(stories) > 1:
+    if len(stories) > 1:  # one line for each goal: the user asks about one of them for more
         yield from (f"{story.label}  {story.cause.text}" for story in stories)
         return
-    yield from _story_lines(stories[0], evidence, rules)
+    yield from _story_lines(stories[0], evidence, rule_count)
     yield from (f"note: {note}" for note in evidence.notes)
 
 
-def _story_lines(story: GoalStory, evidence: Evidence, rules: int) -> Iterator[str]:
-    kind = f", {story.sub_type}" if story.sub_type else ""
+def _story_lines(story: GoalStory, evidence: Evidence, rule_count: int) -> Iterator[str]:
+    sub_type = f", {story.sub_type}" if story.sub_type else ""
     parent = f", sub-goal of {story.parent}" if story.parent else ""
-    yield f"goal {story.goal} ({story.label}{kind}){parent}"
+    yield f"goal {story.goal} ({story.label}{sub_type}){parent}"
     yield f"in {evidence.where}"
     yield ""
     yield story.cause.text
@@ -150,17 +159,17 @@ def _story_lines(story: GoalStory, evidence: Evidence, rules: int) -> Iterator[s
     yield ""
     width = min(_MAX_WIDTH, max((len(moment.text) for moment in story.moments), default=0))
     for moment in story.moments:
-        fired = ", ".join(moment.rules[-rules:]) if rules else ""
+        fired = ", ".join(moment.rules[-rule_count:]) if rule_count else ""
         text = f"{moment.seconds:9.3f}  {moment.text}"
         yield f"{text.ljust(width + _TIME_WIDTH)}  {fired}".rstrip()
 
 
-def cause_lines(causes: tuple[Cause, ...], stem: str) -> Iterator[str]:
+def cause_lines(causes: tuple[Cause, ...], prefix: str) -> Iterator[str]:
     """Yield causes as a tree.
 
-    :param stem: the beginning of each line.
+    :param prefix: the beginning of each line.
     """
     for cause in causes:
         is_last = cause is causes[-1]
-        yield f"{stem}{'└─ ' if is_last else '├─ '}{cause.text}"
-        yield from cause_lines(cause.because, stem + ("   " if is_last else "│  "))
+        yield f"{prefix}{'└─ ' if is_last else '├─ '}{cause.text}"
+        yield from cause_lines(cause.because, prefix + ("   " if is_last else "│  "))

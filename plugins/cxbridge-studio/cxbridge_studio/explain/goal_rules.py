@@ -1,7 +1,7 @@
 """Finds the rules that can change a goal's mode, and rules that could if they were loaded or spelt right.
 
-The rules are known as text only, so a condition is compared with the goal's class, sub-type and mode, word by
-word: tests and functions are taken to match.
+The rules are known as text only, so each condition is compared with the goal's class, sub-type and mode, word
+by word. Tests and functions, which only CLIPS can evaluate, count as matches.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from cxbridge_studio.explain.rules.missing import MissingRule
 
 MAX_RULES: Final = 5  # limit of listed rules
 
-# Weights of the slots that a pattern names: the class tells more than all other slots together.
-_WEIGHTS: Final = {"class": 4, "sub-type": 2, "mode": 1}
-_MODE_SLOT: Final = "(mode "
-_MIN_LIKENESS: Final = 0.7  # similarity above which a class is taken as a misspelling
+# The weights of the slots that a pattern names: the class tells more than all other slots together.
+_SLOT_WEIGHTS: Final = {"class": 4, "sub-type": 2, "mode": 1}
+_MODE_CHANGE: Final = "(mode "
+_MIN_LIKENESS: Final = 0.7  # the similarity from which a class counts as a misspelling
 
-_GOAL: Final = "goal"
+_GOAL_TEMPLATE: Final = "goal"
 
 
-def rules_for(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
-    """Return the rules that can change a goal's mode, the most specific first.
+def find_mode_changing_rules(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
+    """Return the rules that can change a goal's mode, at most :data:`MAX_RULES`, the most specific first.
 
     :param texts: the defrules by name.
     :param slots: the class, sub-type and mode of the goal.
@@ -37,34 +37,38 @@ def rules_for(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
     for name, text in texts.items():
         condition, _, actions = text.partition("=>")
         # Parsing is slow, and an agent has hundreds of rules: the search for words comes first.
-        if slots["mode"] not in condition or _MODE_SLOT not in actions:
+        if slots["mode"] not in condition or _MODE_CHANGE not in actions:
             continue
         try:
             ces = parse_rule(text).ces
         except ClipsError:
-            continue
-        # Only top-level patterns: the rule does not modify a goal below `not` or `exists`.
-        scores = [score for ce in ces if isinstance(ce, PatternCE) and (score := _score(ce, slots))]
-        if scores:
-            rules.append((-max(scores), name))
+            continue  # a rule that cannot be parsed cannot be compared
+        # Only top-level patterns: the rule cannot modify a goal below `not` or `exists`.
+        specificities = [
+            specificity
+            for ce in ces
+            if isinstance(ce, PatternCE) and (specificity := _specificity(ce, slots))
+        ]
+        if specificities:
+            rules.append((-max(specificities), name))
     return [name for _, name in sorted(rules)][:MAX_RULES]
 
 
-def missing_rule_for(rules: Iterable[MissingRule], slots: Mapping[str, str]) -> MissingRule | None:
+def find_missing_rule(rules: Iterable[MissingRule], slots: Mapping[str, str]) -> MissingRule | None:
     """Return the first missing rule for goals of this class in this mode, or None.
 
     :param slots: the class and mode of the goal.
     """
     for rule in rules:
         if slots["class"] in rule.text and any(
-            _names(pattern, "class", slots["class"]) and _names(pattern, "mode", slots["mode"])
+            _names_value(pattern, "class", slots["class"]) and _names_value(pattern, "mode", slots["mode"])
             for pattern in _goal_patterns(rule.text)
         ):
             return rule
     return None
 
 
-def misspelt_rule_for(
+def find_misspelt_rule(
     texts: Mapping[str, str], slots: Mapping[str, str], classes: Collection[str]
 ) -> tuple[str, str] | None:
     """Return a rule for goals in this mode that misspells the class, and the misspelt class; or None.
@@ -74,61 +78,69 @@ def misspelt_rule_for(
     :param classes: the classes of existing goals, which are not misspelt.
     """
     for name, text in texts.items():
-        if _GOAL not in text or slots["mode"] not in text.partition("=>")[0]:
+        if _GOAL_TEMPLATE not in text or slots["mode"] not in text.partition("=>")[0]:
             continue
         for pattern in _goal_patterns(text):
-            if _names(pattern, "mode", slots["mode"]) and not _names(pattern, "class", slots["class"]):
+            if _names_value(pattern, "mode", slots["mode"]) and not _names_value(
+                pattern, "class", slots["class"]
+            ):
                 for goal_class in sorted(pattern.slots.get("class", ())):
                     if goal_class not in classes and likeness(goal_class, slots["class"]) >= _MIN_LIKENESS:
                         return name, goal_class
     return None
 
 
-def makers(texts: Mapping[str, str], name: str) -> list[str]:
+def find_formulating_rules(texts: Mapping[str, str], name: str) -> list[str]:
     """Return the rules that formulate goals of a class, or a goal with this id.
 
     :param texts: the defrules by name.
     """
-    # The goal's name follows the name of its slot, or of the core's function that asserts a tree of goals.
-    word = re.compile(rf"\((?:class|id|goal-tree-assert-[\w-]+)\s+{re.escape(name)}(?![^\s()\"])")
+    # The goal's name follows the name of its slot, or the core's function that asserts a tree of goals.
+    formulation = re.compile(rf"\((?:class|id|goal-tree-assert-[\w-]+)\s+{re.escape(name)}(?![^\s()\"])")
     return [
         rule
         for rule, text in texts.items()
-        if name in text and word.search(text.partition("=>")[2]) is not None
+        if name in text and formulation.search(text.partition("=>")[2]) is not None
     ]
 
 
-def _names(pattern: PatternCE, slot: str, value: str) -> bool:
+def _names_value(pattern: PatternCE, slot: str, value: str) -> bool:
+    """Whether a pattern names a value of a slot."""
     return value in pattern.slots.get(slot, ())
 
 
 def _goal_patterns(text: str) -> Iterator[PatternCE]:
     """Yield the patterns of a rule that match goals; none if the rule cannot be parsed."""
     with suppress(ClipsError):
-        yield from (pattern for pattern in patterns(parse_rule(text).ces) if pattern.template == _GOAL)
+        yield from (
+            pattern for pattern in patterns(parse_rule(text).ces) if pattern.template == _GOAL_TEMPLATE
+        )
 
 
-def _score(pattern: PatternCE, slots: Mapping[str, str]) -> int:
-    """Return how specifically a pattern matches a goal; 0 if it does not match, or names no mode."""
+def _specificity(pattern: PatternCE, slots: Mapping[str, str]) -> int:
+    """Return the sum of the weights of the slots in which a pattern names a goal's value.
+
+    0 if the pattern does not match the goal, or names no mode.
+    """
     # A pattern without a fact variable cannot be the goal that the rule modifies.
-    if pattern.template != _GOAL or not pattern.variable:
+    if pattern.template != _GOAL_TEMPLATE or not pattern.variable:
         return 0
     named_slots: set[str] = set()
     for constraint in pattern.parts:
         value = slots.get(constraint.slot)
         if value is None or len(constraint.fields) != 1:
             continue
-        is_named, is_match = _allows(constraint.fields[0], value)
+        is_named, is_match = _match_constraint(constraint.fields[0], value)
         if not is_match:
             return 0
         named_slots |= {constraint.slot} if is_named else set()
-    return sum(_WEIGHTS[slot] for slot in named_slots) if "mode" in named_slots else 0
+    return sum(_SLOT_WEIGHTS[slot] for slot in named_slots) if "mode" in named_slots else 0
 
 
-def _allows(field: FieldConstraint, value: str) -> tuple[bool, bool]:
+def _match_constraint(field: FieldConstraint, value: str) -> tuple[bool, bool]:
     """Return whether a constraint names a value, and whether it can match the value.
 
-    A function is taken to match.
+    Functions and variables count as matches.
     """
     is_named = False
     is_match = not field.alternatives

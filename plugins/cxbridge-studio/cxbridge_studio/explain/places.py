@@ -1,4 +1,8 @@
-"""Finds names in an agent's CLIPS files, so that a report about a run can point to ``FILE:LINE``."""
+"""Finds names in an agent's CLIPS files, so that a report about a run can point to ``FILE:LINE``.
+
+The names come from :class:`AgentModel`, which records for each name in a file how the file uses the name:
+whether a rule asserts, matches or changes it.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +34,7 @@ class SourcePlaces:
         """Return the position where a rule sets a goal of a class to a mode, or asserts the goal."""
         class_name = Name(NameKind.GOAL_CLASS, goal_class)
         mode_value = re.compile(rf"\s+{re.escape(mode)}\s*\)")
-        in_rule_for_any_class = ""
+        position_without_class = ""
         for change in self._model.mentions(Name(NameKind.SLOT, "mode", "goal"), Use.CHANGED):
             rule = change.file.piece_at(change.mention.start)
             if rule is None or not mode_value.match(change.file.text, change.mention.end):
@@ -38,10 +42,10 @@ class SourcePlaces:
             names = {mention.name for mention in rule.piece.mentions}
             if class_name in names:
                 return _position(change)
-            # A rule that names no class at all may change this goal, but a later rule may name its class.
+            # A rule without any class may change this goal, but a later rule may name its class.
             if not any(name.kind is NameKind.GOAL_CLASS for name in names):
-                in_rule_for_any_class = in_rule_for_any_class or _position(change)
-        return in_rule_for_any_class or _first_position(self._model.mentions(class_name, Use.ASSERTED))
+                position_without_class = position_without_class or _position(change)
+        return position_without_class or _first_position(self._model.mentions(class_name, Use.ASSERTED))
 
     def of_interface(self, kind: str, name: str) -> str:
         """Return the position where rules open an interface."""
@@ -54,7 +58,7 @@ class SourcePlaces:
 
     def of_similar_fact(self, template: str) -> str:
         """Return the question whether an asserted fact of a similar name is meant, with its position."""
-        # A fact that a rule matches is no misspelling.
+        # A template that rules match is not misspelt.
         unmatched = self._model.names(NameKind.TEMPLATE, Use.ASSERTED) - self._model.names(
             NameKind.TEMPLATE, Use.MATCHED
         )

@@ -1,8 +1,9 @@
-"""Planner calls of a recorded run, printed like PlanSys2's terminal.
+"""Prints the planner calls of a recorded run like PlanSys2's terminal.
 
 The terminal's commands are ``get problem instances``, ``get problem predicates``, ``get problem goal`` and
-``get plan``. The terminal separates columns by tabs; here blanks align them, as in figure 9 of the thesis.
-Source: plansys2_terminal/src/plansys2_terminal/Terminal.cpp.
+``get plan``. The terminal separates columns by tabs; here blanks align them, as in figure 9 of the thesis
+about fawkesrobotics/ros2-clips-executive (2021). Source:
+plansys2_terminal/src/plansys2_terminal/Terminal.cpp.
 """
 
 from __future__ import annotations
@@ -18,13 +19,14 @@ from cxbridge.executive.planning.planner import PlannedAction, parse_plan_text
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import sources_of
 
-# The printable sections of a call, in the order of the thesis' figure 9.
+# The sections of a call, in the order of that figure.
 SECTIONS: Final = ("instances", "predicates", "goal", "plan")
 
-# The distance and the duration, in seconds, of actions in a plan without times: those that POPF prints.
+# The time between the starts of actions, and their duration, in a plan without times: POPF prints these
+# values.
 EPSILON_S: Final = 0.001
 
-_ROOT_TYPE: Final = "object"
+_ROOT_TYPE: Final = "object"  # the type of PDDL objects without a type
 _STARTED: Final = "started"
 
 
@@ -32,6 +34,8 @@ _STARTED: Final = "started"
 class PlannerAnswer:
     """The problem and the result of a planner call.
 
+    :param call: the id of the call.
+    :param goal: the id of the goal that needs the plan; empty without a result.
     :param end: the last event of the call; None if the recording ends before.
     """
 
@@ -40,7 +44,7 @@ class PlannerAnswer:
     problem: Problem
     end: PlannerCall | None
 
-    def section(self, section: str) -> list[str]:
+    def section_lines(self, section: str) -> list[str]:
         """Return the lines of a section, one of :data:`SECTIONS`."""
         match section:
             case "instances":
@@ -57,9 +61,9 @@ class PlannerAnswer:
             case "goal":
                 return [f"Goal: {format_formula(self.problem.goal)}"]
             case _:
-                return self._plan()
+                return self._plan_lines()
 
-    def _plan(self) -> list[str]:
+    def _plan_lines(self) -> list[str]:
         if self.end is None:
             return ["plan: none yet"]
         if self.end.status != "found":
@@ -71,17 +75,20 @@ class PlannerAnswer:
             *(f"{start:{widths[0]}} {step:{widths[1]}} {duration}" for start, step, duration in rows),
         ]
 
-    def as_terminal(self) -> list[str]:
+    def terminal_lines(self) -> list[str]:
         """Return all sections, each below the command of PlanSys2's terminal."""
         lines: list[str] = []
         for section in SECTIONS:
             command = "get plan" if section == "plan" else f"get problem {section}"
-            lines += ([""] if lines else []) + [f"> {command}", *self.section(section)]
+            lines += ([""] if lines else []) + [f"> {command}", *self.section_lines(section)]
         return lines
 
 
 def _plan_rows(actions: Sequence[PlannedAction]) -> list[tuple[str, str, str]]:
-    """Return the start, the text and the duration of each action, with made-up times if the plan has none."""
+    """Return the start, the text and the duration of each action.
+
+    An action without times gets those that POPF prints.
+    """
     rows = []
     for number, action in enumerate(actions):
         begin = number * EPSILON_S if action.start is None else action.start
@@ -101,7 +108,7 @@ def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
         for event in run
         if isinstance(event, PlannerCall) and event.status != _STARTED
     }
-    # A recording has each domain before the problems that use the domain.
+    # By the owner of the source. A recording has each domain before the problems that use the domain.
     domains: dict[str, Domain] = {}
     for source in sources_of(run, "pddl"):
         kind, call = source.details.get("kind"), source.details.get("call", "")
@@ -120,7 +127,7 @@ def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
             yield PlannerAnswer(call, "" if final_event is None else final_event.goal, problem, final_event)
 
 
-def choose_answer(run: Run, name: str = "") -> PlannerAnswer:
+def find_answer(run: Run, name: str = "") -> PlannerAnswer:
     """Return the planner call with this id, or the last call for this goal; without a name, the last call.
 
     :raises TraceError: if there is no such call.

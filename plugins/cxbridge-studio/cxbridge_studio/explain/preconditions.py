@@ -1,4 +1,8 @@
-"""Finds the atoms that make the precondition of an action false."""
+"""Finds the atoms that make the precondition of an action false.
+
+The conditions and the true atoms come from facts: the core asserts a fact for each formula and predicate of
+the PDDL domain, and a ``domain-fact`` for each true atom.
+"""
 
 from __future__ import annotations
 
@@ -13,20 +17,20 @@ from cxbridge.executive.problem.conditions import Conditions
 from cxbridge.executive.problem.truth import KnownState, to_blame
 from cxbridge.suggestions import MIN_LIKENESS, likeness
 
-# Returns the slots of a deftemplate's facts, as CLIPS prints the values.
-FactsOf = Callable[[str], Sequence[Mapping[str, str]]]
+# A function that returns the slots of a deftemplate's facts, as CLIPS prints the values.
+FactLookup = Callable[[str], Sequence[Mapping[str, str]]]
 
-_EQUALITY: Final = "EQUALITY"  # the predicate of `=` in the facts of formulas
+_EQUALITY_PREDICATE: Final = "EQUALITY"  # the predicate of `=` in the facts of formulas
 
 Atom = tuple[str, ...]  # a predicate and its arguments
 
 
 def _no_objects(_types: tuple[str, ...]) -> Collection[str]:
-    """Return no objects: conditions of facts have no quantifiers, which need the objects of a type."""
+    """Return no objects: only quantifiers need the objects of a type, and the facts have no quantifiers."""
     return ()
 
 
-def fields(text: str) -> tuple[str, ...]:
+def parse_fields(text: str) -> tuple[str, ...]:
     """Return the fields of a printed multislot."""
     return tuple(show_alone(value) for value in parse_values(text))
 
@@ -38,23 +42,25 @@ def atom_text(atom: Atom) -> str:
 class Preconditions:
     """The conditions of a domain, and its facts at one moment.
 
-    :param facts_of: returns the facts of ``pddl-formula``, ``pddl-predicate`` and ``domain-fact``.
+    :param find_facts: finds the facts of ``pddl-formula``, ``pddl-predicate`` and ``domain-fact``.
     """
 
-    def __init__(self, facts_of: FactsOf) -> None:
-        self._facts_of = facts_of
-        self._conditions = Conditions(facts_of("pddl-formula"), map(_with_fields, facts_of("pddl-predicate")))
+    def __init__(self, find_facts: FactLookup) -> None:
+        self._find_facts = find_facts
+        self._conditions = Conditions(
+            find_facts("pddl-formula"), map(_parse_predicate_slots, find_facts("pddl-predicate"))
+        )
 
     @cached_property
     def _true_atoms(self) -> list[Atom]:
         """The true atoms, read on first use."""
         return [
-            (slots.get("name", ""), *fields(slots.get("param-values", "")))
-            for slots in self._facts_of("domain-fact")
+            (slots.get("name", ""), *parse_fields(slots.get("param-values", "")))
+            for slots in self._find_facts("domain-fact")
         ]
 
-    def blame(self, operator: str, arguments: Mapping[str, str]) -> list[str]:
-        """Return the atoms that make the precondition of an operator false, in words; empty if it holds.
+    def describe_blame(self, operator: str, arguments: Mapping[str, str]) -> list[str]:
+        """Return a text about each atom that makes the precondition of an operator false; empty if it holds.
 
         :param arguments: values by parameter.
         """
@@ -69,13 +75,16 @@ class Preconditions:
         state = KnownState({(name, tuple(values)) for name, *values in self._true_atoms}, {}, _no_objects)
         blamed_atoms = to_blame(condition, state, bound)
         # Two branches of a condition may blame the same atom.
-        texts = (self._describe(_ground(blamed), expected_truth=blamed.wanted) for blamed in blamed_atoms)
+        texts = (
+            self._describe(_ground_formula(blamed), expected_truth=blamed.wanted) for blamed in blamed_atoms
+        )
         return list(dict.fromkeys(texts))
 
     def _describe(self, atom: Atom, *, expected_truth: bool) -> str:
-        unknown = [word for word in atom if word.startswith("?")]
-        if unknown:
-            return f"{atom_text(atom)} has no value for {', '.join(unknown)}"
+        """Return why an atom does not have the expected truth."""
+        unbound = [word for word in atom if word.startswith("?")]
+        if unbound:
+            return f"{atom_text(atom)} has no value for {', '.join(unbound)}"
         if not expected_truth:
             return f"{atom_text(atom)} is true"
         # A true atom that differs in one similar argument hints at a misspelling.
@@ -91,13 +100,17 @@ class Preconditions:
         return f"{atom_text(atom)} is false{similar}"
 
 
-def _with_fields(slots: Mapping[str, str]) -> Mapping[str, Any]:
-    """Return the slots of a predicate, multislots as fields: `Conditions` parses no printed facts."""
-    return {**slots, **{name: fields(slots.get(name, "")) for name in ("param-names", "param-constants")}}
+def _parse_predicate_slots(slots: Mapping[str, str]) -> Mapping[str, Any]:
+    """Return the slots of a predicate with its multislots parsed, as :class:`Conditions` requires."""
+    return {
+        **slots,
+        **{name: parse_fields(slots.get(name, "")) for name in ("param-names", "param-constants")},
+    }
 
 
-def _ground(blamed: Blamed) -> Atom:
+def _ground_formula(blamed: Blamed) -> Atom:
     """Return a blamed formula with the values of its variables."""
+    # A comparison of terms is an atom of the predicate `=`.
     name = "=" if isinstance(blamed.formula, TermComparison) else getattr(blamed.formula, "predicate", "")
     terms = (
         blamed.bound[term.name] if isinstance(term, Variable) else getattr(term, "name", "")
@@ -106,16 +119,20 @@ def _ground(blamed: Blamed) -> Atom:
     return (name, *terms)
 
 
-def ground(predicate: Mapping[str, str], arguments: Mapping[str, str]) -> Atom:
-    """Return the ground atom of a predicate; parameters without a value become ``?NAME``."""
+def ground_predicate(predicate: Mapping[str, str], arguments: Mapping[str, str]) -> Atom:
+    """Return the ground atom of a predicate; a parameter without a value becomes ``?NAME``.
+
+    :param predicate: the slots of a fact ``pddl-predicate``, or of a fact with the same slots.
+    :param arguments: values by parameter.
+    """
     name = predicate.get("predicate", "")
-    names = fields(predicate.get("param-names", ""))
-    constants = constants_of(names, fields(predicate.get("param-constants", "")))
+    names = parse_fields(predicate.get("param-names", ""))
+    constants = constants_of(names, parse_fields(predicate.get("param-constants", "")))
     terms = [
         arguments.get(name, f"?{name}") if constant is None else constant
         for name, constant in zip(names, constants, strict=True)
     ]
-    return ("=" if name == _EQUALITY else name, *terms)
+    return ("=" if name == _EQUALITY_PREDICATE else name, *terms)
 
 
 def _likeness(first: Atom, second: Atom) -> float:

@@ -16,47 +16,36 @@ from typing import Final, Protocol
 import cxbridge.executive
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
-from cxbridge.events import (
-    Event,
-    FactChange,
-    GoalTransition,
-    InterfaceMessage,
-    InterfaceWrite,
-    Level,
-    LogLine,
-    PlanActionTransition,
-    PlannerCall,
-    RuleFired,
-    SkillStatus,
-)
+from cxbridge.events import Event, FactChange, InterfaceMessage, InterfaceWrite, Level, LogLine
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.printing import short_path
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import building_steps
 from cxbridge_studio.agent.condition import patterns
 from cxbridge_studio.agent.rule import parse_rule
-from cxbridge_studio.explain.evidence import Evidence, History, NoFactsError
+from cxbridge_studio.explain.evidence import ENVIRONMENT_EVENT_TYPES, Evidence, History, NoFactsError
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
-from cxbridge_studio.explain.rules.recorded_facts import rows_of
+from cxbridge_studio.explain.rules.recorded_facts import parse_rows
 from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Rulebook, Snapshot
 from cxbridge_studio.recorded_state import EnvironmentFacts
 
-_CONSTRUCT_ROLES = ("clips", "construct")  # the roles of recorded sources that have constructs
-_ENVIRONMENT_TYPES = (FactChange, RuleFired, GoalTransition, PlanActionTransition, PlannerCall, SkillStatus)
-EXECUTIVE = "executive"  # the name of the executive's environment, unless the user names another
-MAX_DIAGNOSTICS: Final = 1000  # limit of the diagnostics of an environment: the first are kept
+_CONSTRUCT_ROLES = ("clips", "construct")  # the roles of the recorded sources with constructs
+# As in cxbridge.executive.executive, whose import would make `cxbridge why` slower by a third.
+EXECUTIVE_ENVIRONMENT: Final = "executive"
+MAX_DIAGNOSTICS: Final = 1000  # the limit for each environment: the first diagnostics are kept
 
-_CORE = Path(cxbridge.executive.__file__).parent / "clips"
-_COMPONENT = re.compile(r"CLIPS \((.+)\)")
-# A diagnostic such as "agent.clp:12: defrule go is not defined: missing parenthesis [PRNTUTIL2]".
-# Look for the end first: otherwise each colon is tried as the one after the file, in quadratic time.
-_DIAGNOSTIC = re.compile(
+_CORE_FOLDER = Path(cxbridge.executive.__file__).parent / "clips"
+_LOG_COMPONENT = re.compile(r"CLIPS \((.+)\)")
+# A diagnostic such as "agent.clp:12: defrule go is not defined: missing parenthesis [PRNTUTIL2]". The
+# lookahead rejects other lines at once: without it, each colon would be tried as the end of the file name, in
+# quadratic time.
+_LOGGED_DIAGNOSTIC = re.compile(
     r"(?=.* \[\w+\]\Z)(.+?)(?::(\d{1,9}))?: (?:(def\w+ \S++) is not defined: )?(.*) \[(\w+)\]", re.DOTALL
 )
 
 
 class RuleSource(Protocol):
-    """A source of rules without facts: files, or an environment that has not run."""
+    """A source of rules without facts: the recorded files, or an environment that has not run."""
 
     def rulebook(self) -> Rulebook: ...
 
@@ -68,15 +57,15 @@ class RuleSource(Protocol):
 
 
 class RecordedDiagnostics:
-    """The loader's diagnostics in the log of a recording: no event but the log line has them."""
+    """The loader's messages about CLIPS files, from the log lines of a recording: no other event has them."""
 
     def __init__(self) -> None:
         self._by_env: dict[str, list[Diagnostic]] = {}
 
-    def take(self, event: LogLine) -> None:
+    def add_line(self, event: LogLine) -> None:
         """Keep a log line if it is a diagnostic of the loader."""
-        env = _COMPONENT.fullmatch(event.component)
-        match = _DIAGNOSTIC.fullmatch(event.text) if event.level in (Level.WARN, Level.ERROR) else None
+        env = _LOG_COMPONENT.fullmatch(event.component)
+        match = _LOGGED_DIAGNOSTIC.fullmatch(event.text) if event.level in (Level.WARN, Level.ERROR) else None
         if env is None or match is None:
             return
         diagnostics = self._by_env.setdefault(env[1], [])
@@ -84,51 +73,53 @@ class RecordedDiagnostics:
             file, line, construct, message, code = match.groups()
             diagnostics.append(Diagnostic(file, int(line) if line else None, construct or "", code, message))
 
-    def of(self, env: str) -> list[Diagnostic]:
+    def environment_diagnostics(self, env: str) -> list[Diagnostic]:
         """Return the diagnostics about the files of an environment."""
         return self._by_env.get(env, [])
 
 
 class _PastEvents:
-    """The events of a recording up to a moment.
+    """The events of a recording up to one moment, by environment.
 
     :param at_s: the seconds since the start of the run; None for its end.
-    :ivar is_cut: whether the recording continues after the moment.
+    :ivar has_later_events: whether the recording continues after the moment.
+    :raises TraceError: if the recording cannot be read, or has no events.
     """
 
     def __init__(self, run: Run, at_s: float | None) -> None:
         self.histories: dict[str, History] = {}
         self.facts = EnvironmentFacts()
         self.diagnostics = RecordedDiagnostics()
-        self.is_cut = False
+        self.has_later_events = False
+        # A recording may lack its start or its end: then the first or the last event counts.
         start_us, now_us = run.start_us, None
         for event in run:
             start_us = event.time_us if start_us is None else start_us
             now_us = event.time_us if now_us is None else now_us
             if at_s is not None and event.time_us > start_us + at_s * MICROSECONDS:
-                self.is_cut = True
+                self.has_later_events = True
                 break
             now_us = max(now_us, event.time_us)
-            self._take(event)
+            self._add_event(event)
         if start_us is None or now_us is None:
             raise TraceError("this recording has no events", file=run.path)
         self.start_us: int = start_us
         self.now_us: int = now_us
 
-    def _take(self, event: Event) -> None:
+    def _add_event(self, event: Event) -> None:
         if isinstance(event, FactChange):
             self.facts.take(event)
-        if isinstance(event, _ENVIRONMENT_TYPES):
+        if isinstance(event, ENVIRONMENT_EVENT_TYPES):
             if event.env not in self.histories:
-                facts_of = partial(self.facts.slots, event.env)
-                self.histories[event.env] = History(event.env, facts_of=facts_of)
-            self.histories[event.env].take(event)
+                find_facts = partial(self.facts.slots, event.env)
+                self.histories[event.env] = History(event.env, find_facts=find_facts)
+            self.histories[event.env].add_event(event)
         elif isinstance(event, LogLine):
-            self.diagnostics.take(event)
+            self.diagnostics.add_line(event)
         elif isinstance(event, InterfaceWrite | InterfaceMessage):
             # The transitions show which environment a Skiller serves, so every history gets the event.
             for history in self.histories.values():
-                history.take(event)
+                history.add_event(event)
 
 
 class RecordedEvidence(Evidence):
@@ -144,26 +135,30 @@ class RecordedEvidence(Evidence):
     def __init__(
         self, run: Run, at_s: float | None, env: str | None, rules: RuleSource | None = None
     ) -> None:
-        past = _PastEvents(run, at_s)
-        self.env = env = _choose_environment(env, set(past.histories), run.path)
-        self._tables = past.facts
-        self._facts = past.facts.by_env.get(env)
-        self._templates_with_facts = past.facts.templates.get(env, set())
+        past_events = _PastEvents(run, at_s)
+        self.env = env = _choose_environment(env, set(past_events.histories), run.path)
+        self._environment_facts = past_events.facts
+        self._facts = past_events.facts.by_env.get(env)
+        self._templates_with_facts = past_events.facts.templates.get(env, set())
         self._path = run.path
         self._rules = rules
         self._run = run
-        self._diagnostics = past.diagnostics
-        history = past.histories.setdefault(env, History(env))
-        seconds = (past.now_us - past.start_us) / MICROSECONDS
-        is_cut = past.is_cut and at_s is not None
-        when = f"at {at_s:.3f} s" if is_cut else f"at its end, {seconds:.3f} s"
-        super().__init__(f"{short_path(run.path)} {when}", past.start_us, past.now_us, history)
-        self.is_moment = at_s is not None
-        if not past.is_cut:
-            self.ending = _ending(run.metadata())
+        self._diagnostics = past_events.diagnostics
+        history = past_events.histories.setdefault(env, History(env))
+        seconds = (past_events.now_us - past_events.start_us) / MICROSECONDS
+        has_later_events = past_events.has_later_events and at_s is not None
+        when = f"at {at_s:.3f} s" if has_later_events else f"at its end, {seconds:.3f} s"
+        super().__init__(f"{short_path(run.path)} {when}", past_events.start_us, past_events.now_us, history)
+        self.is_time_chosen = at_s is not None
+        if not past_events.has_later_events:
+            self.ending = _describe_ending(run.metadata())
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
-    def _source(self) -> RuleSource:
+    def _rule_source(self) -> RuleSource:
+        """Return the source of rules; the recorded files are parsed on first use.
+
+        :raises TraceError: if the recording has no CLIPS files.
+        """
         if self._rules is None:
             steps = building_steps(self._run, self.env, self.now_us)
             texts = ((step.name, step.data) for step in steps if step.role in _CONSTRUCT_ROLES)
@@ -179,11 +174,11 @@ class RecordedEvidence(Evidence):
                     hint="name the scenario that was run, or with --fawkes-dir the Fawkes that wrote the log",
                 )
             folders = agent_folders((file.name, file.text) for file in files)
-            self._rules = Constructs(files, self._diagnostics.of(self.env), folders)
+            self._rules = Constructs(files, self._diagnostics.environment_diagnostics(self.env), folders)
         return self._rules
 
     def rulebook(self) -> Rulebook:
-        return self._source().rulebook()
+        return self._rule_source().rulebook()
 
     def snapshot(self, rule: str) -> Snapshot:
         """Return a rule with the facts of the moment."""
@@ -193,15 +188,17 @@ class RecordedEvidence(Evidence):
                 file=self._path,
                 hint="record with --trace-level facts; Fawkes needs clips-executive/debug/enable",
             )
-        snapshot = self._source().snapshot(rule, self.env, self.now_us)
+        snapshot = self._rule_source().snapshot(rule, self.env, self.now_us)
         names = {pattern.template for pattern in patterns(parse_rule(snapshot.text).ces)}
-        changes = [fact for fact in self._facts.values() if snapshot.all_facts or fact.template in names]
+        changes = [
+            fact for fact in self._facts.values() if snapshot.needs_all_facts or fact.template in names
+        ]
         for name in sorted(names - self._templates_with_facts):
             self.notes.append(f"no fact of '{name}' was recorded: there was none, or it was not watched")
         if len(changes) > MAX_FACTS:
-            return replace(snapshot, too_many=len(changes))
-        templates, rows = rows_of(changes, snapshot.templates)
-        if not snapshot.all_facts:
+            return replace(snapshot, uncopied_count=len(changes))
+        templates, rows = parse_rows(changes, snapshot.templates)
+        if not snapshot.needs_all_facts:
             templates = {name: template for name, template in templates.items() if name in names}
         if len(rows) < len(changes):
             self.notes.append(f"{len(changes) - len(rows)} facts of the recording cannot be read")
@@ -209,28 +206,32 @@ class RecordedEvidence(Evidence):
 
     def rule_texts(self) -> Mapping[str, str]:
         try:
-            return self._source().rule_texts()
+            return self._rule_source().rule_texts()
         except TraceError:
             return {}
 
-    def has_facts_of(self, template: str) -> bool:
+    def has_facts(self, template: str) -> bool:
         """Return whether facts of a deftemplate were recorded."""
         return template in self._templates_with_facts
 
-    def slots_of(self, template: str) -> list[Mapping[str, str]]:
-        return self._tables.slots(self.env, template)
+    def fact_slots(self, template: str) -> list[Mapping[str, str]]:
+        return self._environment_facts.slots(self.env, template)
 
 
-def _ending(metadata: Mapping[str, str]) -> str:
+def _describe_ending(metadata: Mapping[str, str]) -> str:
     """Return how a run ended; empty if its goals ended the run, or the recording does not tell."""
     status, reason = metadata.get("status", ""), metadata.get("reason", "")
-    # Status 0 or 1 means that the goals were over, and have completed or failed.
+    # Status 0 or 1 means that all goals were over: they had completed or failed.
     return f"the run ended with status {status}: {reason}" if status.isdigit() and int(status) > 1 else ""
 
 
 def _choose_environment(env: str | None, names: set[str], path: Path) -> str:
+    """Return the environment to explain: the named, the only one, or the executive's.
+
+    :raises TraceError: if the recording has no environment of this name.
+    """
     if env is None:
-        return next(iter(names)) if len(names) == 1 else EXECUTIVE
+        return next(iter(names)) if len(names) == 1 else EXECUTIVE_ENVIRONMENT
     if env not in names:
         hint = f"there are: {', '.join(sorted(names)) or 'none'}"
         raise TraceError(f"there is no CLIPS environment '{env}' in it", file=path, hint=hint)
@@ -243,16 +244,16 @@ def agent_folders(files: Iterable[tuple[str, str]]) -> list[str]:
     :param files: the paths and the recorded texts. A path alone does not open a folder: the recording may
         come from a stranger.
     """
-    folders: dict[str, None] = {}
+    folders: dict[str, None] = {}  # a set that keeps the order of the files
     for name, text in files:
         path = Path(name)
-        if not path.is_absolute() or path.is_relative_to(_CORE) or str(path.parent) in folders:
+        if not path.is_absolute() or path.is_relative_to(_CORE_FOLDER) or str(path.parent) in folders:
             continue
         try:
             data = text.encode("utf-8", "surrogateescape")
             # The size first: a stranger's path may lead to a device or to a huge file.
             if path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data:
                 folders[str(path.parent)] = None
-        except (OSError, ValueError):
+        except (OSError, ValueError):  # an unreadable file, or a path with a NUL character
             continue
     return list(folders)

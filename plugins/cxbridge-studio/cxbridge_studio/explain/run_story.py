@@ -8,18 +8,20 @@ from typing import Any, Final
 
 from cxbridge.history.model import GoalRecord
 from cxbridge_studio.explain.evidence import Evidence
-from cxbridge_studio.explain.goal_report import cause_lines, goal_headline, reporter_of, without_roots
+from cxbridge_studio.explain.goal_report import cause_lines, drop_root_marks, goal_headline, make_story_writer
 from cxbridge_studio.explain.goal_story import NOT_RECORDED, Cause
 
 # The limit of sentences in a section. The last sentence of a longer section counts those that are left out.
 MAX_SENTENCES: Final = 12
 
-_FAILURES: Final = ("FAILED", "REJECTED")
+_FAILURE_OUTCOMES: Final = ("FAILED", "REJECTED")
 
 
 @dataclass(frozen=True, slots=True)
 class RunStory:
-    """The story of a run up to a moment.
+    """The story of a run up to one moment.
+
+    Each field but the headline and the notes is a section of sentences.
 
     :param headline: the outcome and its reason, the work under way, or the reason of the wait.
     :param wanted: the goals without a parent.
@@ -53,41 +55,53 @@ def tell_run(evidence: Evidence) -> RunStory:
 
     :raises CxbridgeError: if the source has no goals.
     """
-    return _StoryWriter(evidence).story()
+    return _RunStoryWriter(evidence).story()
 
 
-class _StoryWriter:
+class _RunStoryWriter:
+    """Writes the story of one run. A root goal is a goal without a parent."""
+
     def __init__(self, evidence: Evidence) -> None:
         self._evidence = evidence
-        self._goals, self._reporter = reporter_of(evidence)
+        self._goals, self._story_writer = make_story_writer(evidence)
         self._root_goals = [goal for goal in self._goals.all if self._goals.parent(goal) is None]
 
     def story(self) -> RunStory:
         root_goals = self._root_goals
-        failed = [goal for goal in root_goals if goal.end_change is not None and goal.outcome in _FAILURES]
-        open_goals = [goal for goal in root_goals if self._reporter.waits(goal)]
-        work = list(self._work_under_way())
-        # A goal that waits is a problem only while nothing works for it.
-        troubled = failed + ([] if work else open_goals)
-        stories = [self._reporter.report(goal) for goal in troubled[:MAX_SENTENCES]]
-        overcome = self._overcome_failures(failed)
+        failed_goals = [
+            goal for goal in root_goals if goal.end_change is not None and goal.outcome in _FAILURE_OUTCOMES
+        ]
+        open_goals = [goal for goal in root_goals if self._story_writer.is_waiting(goal)]
+        work = list(self._describe_work())
+        # A waiting goal is a problem only if no skill and no planner works.
+        troubled_goals = failed_goals + ([] if work else open_goals)
+        stories = [self._story_writer.goal_story(goal) for goal in troubled_goals[:MAX_SENTENCES]]
+        overcome = self._find_overcome_failures(failed_goals)
+        # The reason why the run ended comes first, and does not count as a goal.
         ending = [Cause(self._evidence.ending)] if self._evidence.ending else []
         return RunStory(
             goal_headline(stories[0]) if stories else self._untroubled_headline(open_goals, work),
             self._evidence.where,
-            _limited([Cause(self._summary(goal)) for goal in root_goals[:MAX_SENTENCES]], len(root_goals)),
-            _limited(work, len(work)),
-            _limited([*ending, *(_without_missing_firings(story.cause) for story in stories)], len(troubled)),
-            _limited(
-                [_without_missing_firings(self._reporter.outcome(goal)) for goal in overcome[:MAX_SENTENCES]],
+            _limit_sentences(
+                [Cause(self._goal_summary(goal)) for goal in root_goals[:MAX_SENTENCES]], len(root_goals)
+            ),
+            _limit_sentences(work, len(work)),
+            _limit_sentences(
+                [*ending, *(_drop_missing_firings(story.cause) for story in stories)], len(troubled_goals)
+            ),
+            _limit_sentences(
+                [
+                    _drop_missing_firings(self._story_writer.outcome_cause(goal))
+                    for goal in overcome[:MAX_SENTENCES]
+                ],
                 len(overcome),
             ),
-            tuple(self._missing_data()),
+            tuple(self._describe_missing_data()),
             tuple(self._evidence.notes),
         )
 
     def _untroubled_headline(self, open_goals: Sequence[GoalRecord], work: Sequence[Cause]) -> str:
-        """Return the first sentence of a run in which no root goal has failed or waits."""
+        """Return the headline of a run without a failed goal, and without a goal that waits for no work."""
         if open_goals:
             further_count = len(open_goals) - 1
             goals = (
@@ -99,32 +113,33 @@ class _StoryWriter:
         if not self._root_goals:
             return "no goal has been formulated"
         if len(self._root_goals) == 1:
-            return self._reporter.outcome(self._root_goals[0]).text
+            return self._story_writer.outcome_cause(self._root_goals[0]).text
         return f"all {len(self._root_goals)} goals without a parent are over, and none of them has failed"
 
-    def _summary(self, goal: GoalRecord) -> str:
-        count = self._goals.count_below(goal)
+    def _goal_summary(self, goal: GoalRecord) -> str:
+        """Return a goal, the number of its sub-goals, and its outcome."""
+        count = self._goals.sub_goal_count(goal)
         sub_goals = f", with {count} sub-goal{'s' if count > 1 else ''}" if count else ""
         outcome = "" if goal.end_change is None else f": {goal.outcome}"
         return f"{goal.title}{sub_goals}{outcome}"
 
-    def _work_under_way(self) -> Iterator[Cause]:
-        """Yield the running skills and planner calls."""
-        for call, action in self._goals.open_calls():
+    def _describe_work(self) -> Iterator[Cause]:
+        """Yield a sentence about each running skill and planner call."""
+        for call, action in self._goals.open_skill_calls():
             begin_seq, _ = call.begin
             begin_s = self._evidence.seconds(self._goals.time_us(begin_seq))
             purpose = f" for action {action.id} {action.name} of {action.goal}" if action is not None else ""
             yield Cause(f"{call.skiller} executes {call.skill_string}{purpose}, begun at {begin_s:.3f} s")
-        for planner in self._goals.open_plannings():
+        for planner in self._goals.open_planner_calls():
             begin_seq, _ = planner.begin
             begin_s = self._evidence.seconds(self._goals.time_us(begin_seq))
             yield Cause(
                 f"planner {planner.name} looks for a plan for {planner.goal}, begun at {begin_s:.3f} s"
             )
 
-    def _overcome_failures(self, failed: Sequence[GoalRecord]) -> list[GoalRecord]:
-        """Return the topmost failed goals of each tree whose root has not failed."""
-        failed_numbers = {goal.number for goal in failed}
+    def _find_overcome_failures(self, failed_goals: Sequence[GoalRecord]) -> list[GoalRecord]:
+        """Return the topmost failed goals in each tree whose root has not failed."""
+        failed_numbers = {goal.number for goal in failed_goals}
         overcome: list[GoalRecord] = []
         # A stack instead of recursion: goals may be nested deeper than Python's stack.
         pending = [goal for goal in reversed(self._root_goals) if goal.number not in failed_numbers]
@@ -136,46 +151,49 @@ class _StoryWriter:
                 pending += reversed(self._goals.children(goal))
         return overcome
 
-    def _missing_data(self) -> Iterator[str]:
-        """Yield the missing data, with the option that records it."""
+    def _describe_missing_data(self) -> Iterator[str]:
+        """Yield a sentence about each kind of missing data, with the option that records it."""
         assert self._evidence.history is not None
         if not self._goals.all:
             yield "no transition of a goal is known up to here"
         if not self._evidence.history.rules_known:
             yield "which rules decided is not known: record with --trace-level rules"
-        if not self._evidence.has_facts_of("goal"):
+        if not self._evidence.has_facts("goal"):
             yield "facts, and why rules did not fire, are not known: record with --trace-level facts"
 
 
 def _has_failed(goal: GoalRecord) -> bool:
     """Whether a goal has failed, now or before it was formulated again."""
-    return bool(goal.former_ends) or (goal.end_change is not None and goal.outcome in _FAILURES)
+    return bool(goal.former_ends) or (goal.end_change is not None and goal.outcome in _FAILURE_OUTCOMES)
 
 
-def _without_missing_firings(cause: Cause) -> Cause:
-    """Return a cause without inner causes that say only that firings are missing: the story says so once."""
+def _drop_missing_firings(cause: Cause) -> Cause:
+    """Return a cause without the inner causes :data:`NOT_RECORDED`: the story says this once."""
     inner = tuple(
-        _without_missing_firings(inner_cause)
+        _drop_missing_firings(inner_cause)
         for inner_cause in cause.because
         if inner_cause.text != NOT_RECORDED
     )
     return replace(cause, because=inner)
 
 
-def _limited(sentences: Sequence[Cause], total: int) -> tuple[Cause, ...]:
-    """Return the first sentences of a section, and a sentence with the number of further ones."""
+def _limit_sentences(sentences: Sequence[Cause], total: int) -> tuple[Cause, ...]:
+    """Return the first sentences of a section, and a sentence with the number of the further sentences.
+
+    :param total: the number of all sentences; ``sentences`` may lack those beyond the limit.
+    """
     if total <= MAX_SENTENCES:
         return tuple(sentences)
     return (*sentences[: MAX_SENTENCES - 1], Cause(f"and {total - MAX_SENTENCES + 1} more"))
 
 
-def plain(story: RunStory) -> dict[str, Any]:
+def to_json(story: RunStory) -> dict[str, Any]:
     """Return a story as JSON values."""
-    values: dict[str, Any] = without_roots(asdict(story))
+    values: dict[str, Any] = drop_root_marks(asdict(story))
     return values
 
 
-def lines(story: RunStory) -> Iterator[str]:
+def report_lines(story: RunStory) -> Iterator[str]:
     """Yield the text of a story."""
     yield story.headline
     yield f"in {story.where}"

@@ -1,4 +1,4 @@
-"""Evidence from a scenario, which runs here, on the virtual clock, up to the time in question."""
+"""Evidence from a scenario, which runs in this process, on the virtual clock, up to the time in question."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
-from cxbridge_studio.explain.evidence import STORY_TYPES, Evidence, History
-from cxbridge_studio.explain.rules.environment import fact_slots, rulebook, source_form, take_snapshot
+from cxbridge_studio.explain.evidence import EVIDENCE_EVENT_TYPES, Evidence, History
+from cxbridge_studio.explain.rules.environment import fact_slots, restore_sources, rulebook, take_snapshot
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
@@ -49,9 +49,9 @@ class EnvironmentEvidence(Evidence):
     def rule_texts(self) -> Mapping[str, str]:
         with self.env.lock:
             texts = rule_texts(self.env)
-        return source_form(texts)
+        return restore_sources(texts)
 
-    def slots_of(self, template: str) -> list[Mapping[str, str]]:
+    def fact_slots(self, template: str) -> list[Mapping[str, str]]:
         with self.env.lock:
             return fact_slots(self.env, template)
 
@@ -65,22 +65,22 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
     """
     options.check()
     with make_run(options) as run:
-        agent = _agent_named(run, env)
+        agent = _find_agent(run, env)
         name = agent.executive.env.name if env is None else env
-        history = History(name, facts_of=partial(fact_slots, agent.executive.env))
-        agent.bus.subscribe(history.take, *STORY_TYPES)
+        history = History(name, find_facts=partial(fact_slots, agent.executive.env))
+        agent.bus.subscribe(history.add_event, *EVIDENCE_EVENT_TYPES)
         start_us = run.clock.start_us
-        limit_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)
+        end_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)
         watched_rules = agent.executive.env.watcher.rules
         history.rules_known = True
         with Interrupt(run.loop.stop, run.interrupt) as interrupt:
-            # Once for the rules that fire during the start, and again because the configuration may have
-            # switched rules off.
+            # Watch all rules twice: first for the rules that fire during the start, then again because the
+            # configuration, which the start reads, may have switched rules off.
             watched_rules.set((), on=True)
             run.start()
             watched_rules.set((), on=True)
             interrupt.check()
-            run.loop.run(lambda: _is_done(run, interrupt, limit_us))
+            run.loop.run(lambda: _is_done(run, interrupt, end_us))
             interrupt.check()
         now_us = run.clock.now_us()
         seconds = (now_us - start_us) / MICROSECONDS
@@ -89,17 +89,21 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
             f"{agent.spec} {when}",
             (start_us, now_us),
             history,
-            environment_named(agent, env),
+            find_environment(agent, env),
             agent.paths.clips_dirs,
         )
-        evidence.is_moment = at_s is not None
+        evidence.is_time_chosen = at_s is not None
         # A run ends at a loop, so a difference below a second is normal.
         if run.is_over and at_s is not None and seconds < at_s - 1:
             evidence.notes.append(f"the run was over before {at_s:g} s")
         yield evidence
 
 
-def _agent_named(run: Run | Team, env: str | None) -> Run:
+def _find_agent(run: Run | Team, env: str | None) -> Run:
+    """Return the only agent, or the agent with a name.
+
+    :raises CxbridgeError: if several agents exist and none of them has the name.
+    """
     if len(run.agents) == 1:
         return run.agents[0]
     agent = next((agent for agent in run.agents if agent.name == env), None)
@@ -114,14 +118,15 @@ def _agent_named(run: Run | Team, env: str | None) -> Run:
     return agent
 
 
-def _is_done(run: Run | Team, interrupt: Interrupt, limit_us: int) -> bool:
+def _is_done(run: Run | Team, interrupt: Interrupt, end_us: int) -> bool:
+    """Whether the run is over, was interrupted, or has reached the end of the time."""
     if interrupt.received or run.is_over or all(agent.executive.env.quit_requested for agent in run.agents):
         return True
-    # The next loop would be beyond the limit.
-    return run.clock.now_us() + run.loop.period_us > limit_us
+    # True if the next loop would begin after the end.
+    return run.clock.now_us() + run.loop.period_us > end_us
 
 
-def environment_named(agent: Run, env: str | None) -> ClipsEnvironment:
+def find_environment(agent: Run, env: str | None) -> ClipsEnvironment:
     """Return an environment by name; None for the executive's.
 
     :raises CxbridgeError: if there is no such environment.

@@ -10,7 +10,7 @@ from typing import Final
 
 from cxbridge_explore.properties.monitor import Monitor, Scene
 from cxbridge_explore.properties.tables import FactTables
-from cxbridge_studio.explain.preconditions import Atom, Preconditions, fields, ground
+from cxbridge_studio.explain.preconditions import Atom, Preconditions, ground_predicate, parse_fields
 
 _ACTION_SLOTS: Final = ("goal-id", "plan-id", "id", "action-name", "state", "param-names", "param-values")
 _WAITING: Final = frozenset({"FORMULATED", "PENDING"})
@@ -79,11 +79,14 @@ class ActionMonitor(Monitor):
     @staticmethod
     def _action(tables: FactTables, key: ActionKey, slots: Mapping[str, str]) -> ObservedAction:
         name = slots["action-name"]
-        names, values = fields(slots.get("param-names", "")), fields(slots.get("param-values", ""))
+        names, values = (
+            parse_fields(slots.get("param-names", "")),
+            parse_fields(slots.get("param-values", "")),
+        )
         # An agent may assert an action without the names of its parameters, which its operator has.
         for operator in () if names else tables.texts("domain-operator"):
             if operator["name"] == name:
-                names = fields(operator["param-names"])
+                names = parse_fields(operator["param-names"])
         return ObservedAction(key, name, dict(zip(names, values, strict=False)))
 
     @abstractmethod
@@ -104,7 +107,7 @@ class PreconditionsHold(ActionMonitor):
         if not any(formula["part-of"] == action.name for formula in tables.texts("pddl-formula")):
             return
         self.is_evaluated = True
-        blame = Preconditions(tables.texts).blame(action.name, action.arguments)
+        blame = Preconditions(tables.texts).describe_blame(action.name, action.arguments)
         if blame:
             self.scene.report(
                 f"{action.text} of {action.goal} starts while its precondition does not hold: "
@@ -160,7 +163,7 @@ class ExecutedOnce(ActionMonitor):
 
         :param positive: whether the undone effect makes the atom true.
         """
-        atom = (slots["name"], *fields(slots["param-values"]))
+        atom = (slots["name"], *parse_fields(slots["param-values"]))
         self._undo({(positive, atom)})
 
     def _undo(self, literals: set[Literal]) -> None:
@@ -205,7 +208,7 @@ class ExecutedOnce(ActionMonitor):
         if any(effect["name"] in conditional for effect in effects):
             return frozenset()
         literals = frozenset(
-            (effect["type"] == "POSITIVE", ground(effect, action.arguments)) for effect in effects
+            (effect["type"] == "POSITIVE", ground_predicate(effect, action.arguments)) for effect in effects
         )
         # An atom made false and true at once does not change, e.g. in a move from a place to the same place.
         return frozenset((made, atom) for made, atom in literals if (not made, atom) not in literals)

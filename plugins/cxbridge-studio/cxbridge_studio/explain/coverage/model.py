@@ -1,7 +1,7 @@
 """The coverage of an agent by recorded runs: rules, goal classes and their modes, actions, skills.
 
 :class:`AgentSources` has the names that the agent's files define, :class:`RecordedUse` the names that the
-runs have used; :func:`coverage_of` compares the two.
+runs have used; :func:`compute_coverage` compares them.
 """
 
 from __future__ import annotations
@@ -36,13 +36,16 @@ MODES: Final = (
     "RETRACTED",
 )
 
-_OPERATOR = re.compile(r"\(\s*:(?:durative-)?action\s+([^\s()]+)", re.IGNORECASE)
-_COMMENT = re.compile(r";[^\n]*")
+# PDDL ignores case.
+_PDDL_ACTION = re.compile(r"\(\s*:(?:durative-)?action\s+([^\s()]+)", re.IGNORECASE)
+_PDDL_COMMENT = re.compile(r";[^\n]*")
+# The start of a skill string, `NAME{...}`.
 _SKILL_NAME = re.compile(r"\s*([A-Za-z_][\w-]*)")
-_UNWATCHED = "/clips-executive/debug/unwatch-rules"
-# Rules that fire in each loop; their firings are never recorded.
-_EVERY_TICK: Final = ("time-retract", "blackboard-read")
-_PLAIN_WORD = re.compile(r"[A-Za-z][\w-]*\Z")
+_UNWATCHED_PATH = "/clips-executive/debug/unwatch-rules"
+# Rules that fire in each loop, so recordings omit their firings.
+_LOOP_RULES: Final = ("time-retract", "blackboard-read")
+# A class in a pattern or in an action; not a variable, a number or a connective such as `&` and `|`.
+_CLASS_NAME = re.compile(r"[A-Za-z][\w-]*\Z")
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,53 +65,58 @@ class AgentSources:
     """The names in an agent's sources.
 
     :ivar rules: the rules by name; of two rules with the same name, the last definition.
-    :ivar classes: the goal classes.
+    :ivar goal_classes: the goal classes.
     :ivar operators: the operators of the PDDL domains, in lower case.
-    :ivar unwatched: the rules whose firings are not recorded.
-    :ivar changed: the files that differ between runs.
+    :ivar unwatched_rules: the rules whose firings are not recorded.
+    :ivar changed_files: the files that differ between runs.
     :ivar texts: the texts of the CLIPS files, by name.
     """
 
     rules: dict[str, RuleLines] = field(default_factory=dict)
-    classes: set[str] = field(default_factory=set)
+    goal_classes: set[str] = field(default_factory=set)
     operators: set[str] = field(default_factory=set)
-    unwatched: set[str] = field(default_factory=set)
-    changed: set[str] = field(default_factory=set)
+    unwatched_rules: set[str] = field(default_factory=set)
+    changed_files: set[str] = field(default_factory=set)
     texts: dict[str, str] = field(default_factory=dict)
 
     def add_file(self, file: TextFile) -> None:
+        """Add the names of a CLIPS file. Of two versions of a file, the later counts."""
         previous_text = self.texts.get(file.name)
         if previous_text == file.text:
             return
         if previous_text is not None:
-            self.changed.add(file.name)
+            self.changed_files.add(file.name)
             self.rules = {name: rule for name, rule in self.rules.items() if rule.file != file.name}
         self.texts[file.name] = file.text
         for definition in definitions(file.text):
             if definition.kind == "defrule":
                 lines = tuple(_code_lines(definition.node.text, definition.line))
                 self.rules[definition.name] = RuleLines(definition.name, file.name, lines)
-            self.classes.update(_classes(definition.node))
+            self.goal_classes.update(_goal_class_names(definition.node))
 
-    def add_source(self, source: RunSource | SourceRead, *, core: bool) -> None:
-        """Add the sources of a run.
+    def add_source(self, source: RunSource | SourceRead, *, include_core: bool) -> None:
+        """Add the names of a recorded source: a CLIPS file, a PDDL domain or a configuration.
 
-        :param core: whether to include the built-in core.
+        :param include_core: whether to include the built-in core.
         """
         if (data := source.data) is None:
             return
         text = data.decode("utf-8", "surrogateescape")
-        # Only the built-in core is written for 6.4's modify, which tells its files from the agent's.
-        if source.role == "clips" and (core or source.details.get("modify") != "6.4"):
+        # Only the files of the built-in core rely on the `modify` of CLIPS 6.4: this tells them from the
+        # agent's.
+        if source.role == "clips" and (include_core or source.details.get("modify") != "6.4"):
             self.add_file(TextFile(source.name, text))
         elif source.role == "pddl" and source.details.get("kind") == "domain":
             self.add_domain(text)
         elif source.role == "config-tree":
-            self.unwatched.update(_EVERY_TICK)
-            self.unwatched.update(_unwatched_rules(text))
+            self.unwatched_rules.update(_LOOP_RULES)
+            self.unwatched_rules.update(_unwatched_rules(text))
 
     def add_domain(self, text: str) -> None:
-        self.operators.update(match[1].lower() for match in _OPERATOR.finditer(_COMMENT.sub("", text)))
+        """Add the operators of a PDDL domain."""
+        self.operators.update(
+            match[1].lower() for match in _PDDL_ACTION.finditer(_PDDL_COMMENT.sub("", text))
+        )
 
 
 def _code_lines(text: str, first: int) -> Iterable[int]:
@@ -118,14 +126,15 @@ def _code_lines(text: str, first: int) -> Iterable[int]:
             yield number
 
 
-def _classes(construct: SyntaxNode) -> Iterable[str]:
+def _goal_class_names(construct: SyntaxNode) -> Iterable[str]:
     """Yield the goal classes that a construct names."""
     for node in construct.walk():
         slots = node.arguments if node.head == "goal" else ()
         for slot in slots:
             if slot.items is not None and slot.head == "class":
                 for previous, word in pairwise(slot.items):
-                    if _PLAIN_WORD.match(word.text) and previous.text != "~":
+                    # A class after `~` is excluded, not named.
+                    if _CLASS_NAME.match(word.text) and previous.text != "~":
                         yield word.text
 
 
@@ -133,26 +142,31 @@ def _classes(construct: SyntaxNode) -> Iterable[str]:
 class RecordedUse:
     """The parts of an agent that runs have used.
 
+    :ivar run_count: the number of runs.
     :ivar firings: the number of firings by rule.
     :ivar modes: the number of goals by class and mode.
     :ivar outcomes: the number of goals by class and outcome.
     :ivar actions: the number of executions by action.
     :ivar skills: the number of executions by skill.
-    :ivar without_firings: the runs without recorded firings.
+    :ivar runs_without_firings: the runs without recorded firings.
     """
 
-    runs: int = 0
+    run_count: int = 0
     firings: Counter[str] = field(default_factory=Counter)
     modes: dict[str, Counter[str]] = field(default_factory=dict)
     outcomes: dict[str, Counter[str]] = field(default_factory=dict)
     actions: Counter[str] = field(default_factory=Counter)
     skills: Counter[str] = field(default_factory=Counter)
-    without_firings: list[str] = field(default_factory=list)
+    runs_without_firings: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     def add(self, run: Run, env: str) -> None:
-        """Add the used parts of a run."""
-        self.runs += 1
+        """Add the used parts of a run.
+
+        :param env: the CLIPS environment whose events count.
+        :raises TraceError: if the recording has no such environment.
+        """
+        self.run_count += 1
         firings_before = self.firings.total()
         last_mode: dict[str, str] = {}
         last_status: dict[str, tuple[str, str]] = {}  # skill string and status by Skiller
@@ -169,14 +183,15 @@ class RecordedUse:
                     self.actions[event.action.lower()] += 1
             elif isinstance(event, SkillStatus) and event.env == env:
                 status = event.skill_string, event.status
-                # A Skiller repeats its status with each change of other fields.
+                # A Skiller reports its status again with each change of another field.
                 if event.status == "S_RUNNING" and last_status.get(event.skiller) != status:
                     match = _SKILL_NAME.match(event.skill_string)
                     self.skills[match[1] if match else event.skill_string] += 1
                 last_status[event.skiller] = status
         check_environment(env, envs, run.path)
+        # A run of an agent fires rules, so a recording without firings has not recorded them.
         if self.firings.total() == firings_before:
-            self.without_firings.append(str(run.path))
+            self.runs_without_firings.append(str(run.path))
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
     def _count_goal(self, event: GoalTransition, last_mode: dict[str, str]) -> None:
@@ -190,7 +205,7 @@ class RecordedUse:
 
 
 def check_environment(env: str, names: Collection[str], path: Path) -> None:
-    """Check that a recording has a CLIPS environment of this name. A recording without environments passes.
+    """Check that a recording has a CLIPS environment with a name. A recording without environments passes.
 
     :raises TraceError: if the recording has other environments only.
     """
@@ -199,21 +214,24 @@ def check_environment(env: str, names: Collection[str], path: Path) -> None:
         raise TraceError(f"there is no CLIPS environment '{env}' in it", file=path, hint=hint)
 
 
-def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, core: bool) -> bool:
-    """Add the recorded files to an agent and return whether the recording has CLIPS files.
+def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, include_core: bool) -> bool:
+    """Add the recorded files to an agent, and return whether the recording has CLIPS files.
 
-    :param core: whether to include the built-in core.
+    :param include_core: whether to include the built-in core.
     """
     steps = [step for step in building_steps(run, env) if step.role == "clips" and step.data is not None]
     for source in (*steps, *sources_of(run, "pddl", "config-tree")):
-        agent.add_source(source, core=core)
+        agent.add_source(source, include_core=include_core)
     return bool(steps)
 
 
 def _unwatched_rules(tree: str) -> list[str]:
-    """Return the rules that a recorded configuration does not watch; empty if it is not readable."""
+    """Return the rules that a recorded configuration does not watch; empty if it is unreadable.
+
+    :param tree: the configuration as JSON: values by path.
+    """
     try:
-        names = json.loads(tree).get(_UNWATCHED, [])
+        names = json.loads(tree).get(_UNWATCHED_PATH, [])
     except (ValueError, AttributeError, RecursionError):
         return []
     names = [names] if isinstance(names, str) else names
@@ -231,12 +249,12 @@ class FileCoverage:
     rules: tuple[tuple[RuleLines, int | None], ...]
 
     @property
-    def counted(self) -> int:
+    def watched_count(self) -> int:
         """The number of rules with recorded firings."""
         return sum(count is not None for _, count in self.rules)
 
     @property
-    def fired(self) -> int:
+    def fired_count(self) -> int:
         """The number of rules that fired."""
         return sum(bool(count) for _, count in self.rules)
 
@@ -256,12 +274,13 @@ class UsedNames:
 class Coverage:
     """The used and unused parts of an agent.
 
+    :param outcomes: for each goal class in the runs, the number of goals by outcome.
     :param missing_modes: for each goal class in the runs, the modes that no goal reached.
     """
 
-    runs: int
+    run_count: int
     files: tuple[FileCoverage, ...]
-    classes: UsedNames
+    goal_classes: UsedNames
     missing_modes: tuple[tuple[str, tuple[str, ...]], ...]
     outcomes: tuple[tuple[str, tuple[tuple[str, int], ...]], ...]
     actions: UsedNames
@@ -269,60 +288,61 @@ class Coverage:
     notes: tuple[str, ...]
 
     @property
-    def counted(self) -> int:
+    def watched_count(self) -> int:
         """The number of rules with recorded firings."""
-        return sum(file.counted for file in self.files)
+        return sum(file.watched_count for file in self.files)
 
     @property
-    def fired(self) -> int:
+    def fired_count(self) -> int:
         """The number of rules that fired."""
-        return sum(file.fired for file in self.files)
+        return sum(file.fired_count for file in self.files)
 
     @property
     def percent(self) -> float:
-        """Percentage of rules that fired; 100 for an agent without rules."""
-        return 100.0 * self.fired / self.counted if self.counted else 100.0
+        """The percentage of rules that fired; 100 for an agent without rules."""
+        return 100.0 * self.fired_count / self.watched_count if self.watched_count else 100.0
 
 
-def coverage_of(agent: AgentSources, use: RecordedUse, globs: tuple[str, ...] = ()) -> Coverage:
-    """Combine an agent and the uses of its parts.
+def compute_coverage(agent: AgentSources, use: RecordedUse, globs: tuple[str, ...] = ()) -> Coverage:
+    """Compare the names that an agent defines with those that runs have used.
 
     :param globs: include only the rules of files whose path or name matches one of these patterns;
         empty for all.
     """
-    by_file: dict[str, list[tuple[RuleLines, int | None]]] = {}
+    rules_by_file: dict[str, list[tuple[RuleLines, int | None]]] = {}
     for rule in agent.rules.values():
-        if not globs or _matches(rule.file, globs):
+        if not globs or _matches_any_glob(rule.file, globs):
             firings = use.firings.get(rule.name, 0)
             # An unwatched rule without recorded firings may have fired.
-            count = None if not firings and rule.name in agent.unwatched else firings
-            by_file.setdefault(rule.file, []).append((rule, count))
+            count = None if not firings and rule.name in agent.unwatched_rules else firings
+            rules_by_file.setdefault(rule.file, []).append((rule, count))
     files = tuple(
         FileCoverage(file, tuple(sorted(rules, key=lambda item: item[0].lines[0])))
-        for file, rules in sorted(by_file.items())
+        for file, rules in sorted(rules_by_file.items())
     )
-    notes = [f"{file} was not the same in all runs; the last counts" for file in sorted(agent.changed)]
-    notes += [f"{run}: no firings recorded (level rules)" for run in use.without_firings]
+    notes = [f"{file} was not the same in all runs; the last counts" for file in sorted(agent.changed_files)]
+    notes += [f"{run}: no firings recorded (level rules)" for run in use.runs_without_firings]
     return Coverage(
-        use.runs,
+        use.run_count,
         files,
         # A goal that was formulated before the recording began counts once.
-        _used_names({name: use.modes[name]["FORMULATED"] or 1 for name in use.modes}, agent.classes),
+        _compare_names({name: use.modes[name]["FORMULATED"] or 1 for name in use.modes}, agent.goal_classes),
         tuple(
             (name, tuple(mode for mode in MODES if not use.modes[name][mode]))
             for name in sorted(use.modes)
             if any(not use.modes[name][mode] for mode in MODES)
         ),
         tuple((name, tuple(sorted(counts.items()))) for name, counts in sorted(use.outcomes.items())),
-        _used_names(use.actions, agent.operators),
-        _used_names(use.skills, ()),
+        _compare_names(use.actions, agent.operators),
+        _compare_names(use.skills, ()),
         (*use.notes, *notes),
     )
 
 
-def _used_names(used: dict[str, int], defined: Iterable[str]) -> UsedNames:
+def _compare_names(used: dict[str, int], defined: Iterable[str]) -> UsedNames:
+    """Return the used names, and the defined names without a use."""
     return UsedNames(tuple(sorted(used.items())), tuple(sorted(set(defined) - used.keys())))
 
 
-def _matches(file: str, globs: tuple[str, ...]) -> bool:
+def _matches_any_glob(file: str, globs: tuple[str, ...]) -> bool:
     return any(fnmatchcase(file, glob) or fnmatchcase(Path(file).name, glob) for glob in globs)

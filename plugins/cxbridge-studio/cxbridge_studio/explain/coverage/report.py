@@ -11,24 +11,25 @@ from cxbridge.printing import short_path
 from cxbridge.run.pages import write_document
 from cxbridge_studio.explain.coverage.model import MODES, Coverage, FileCoverage, UsedNames
 
-_SHORT_FOLDER: Final = 12  # a common folder of at most this length stays in the file names
+_MAX_KEPT_FOLDER_LENGTH: Final = 12  # a common folder up to this length stays in the file names
 
 
-def lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
+def report_lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
     """Yield the text of the report.
 
     :param firings_known: whether any run has recorded firings.
     """
-    runs = "1 run" if coverage.runs == 1 else f"{coverage.runs} runs"
+    runs = "1 run" if coverage.run_count == 1 else f"{coverage.run_count} runs"
     if firings_known:
-        yield f"{coverage.fired} of {coverage.counted} rules fired in {runs}: {coverage.percent:.1f} %"
+        counts = f"{coverage.fired_count} of {coverage.watched_count}"
+        yield f"{counts} rules fired in {runs}: {coverage.percent:.1f} %"
         yield ""
         yield from _file_table(coverage)
         yield from _unfired_lines(coverage)
     else:
         yield f"which rules fired in {runs} was not recorded: record with --trace-level rules"
     yield ""
-    yield from _name_lines("goal classes", "appeared", coverage.classes)
+    yield from _name_lines("goal classes", "appeared", coverage.goal_classes)
     yield from (f"  {name} was never {', '.join(missing)}" for name, missing in coverage.missing_modes)
     yield from _name_lines("actions", "were executed", coverage.actions)
     yield from _name_lines("skills", "were executed", coverage.skills)
@@ -36,22 +37,22 @@ def lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
 
 
 def _file_table(coverage: Coverage) -> Iterator[str]:
-    base, names = _split_folder(coverage.files)
-    title = f"below {base}" if base else "file"
+    folder, names = _split_folder(coverage.files)
+    title = f"below {folder}" if folder else "file"
     width = max(map(len, [*names, title]))
     yield f"{title.ljust(width)}  rules  fired      %"
     for name, file in zip(names, coverage.files, strict=True):
-        percent = f"{100 * file.fired / file.counted:6.1f}" if file.counted else "     -"
-        yield f"{name.ljust(width)}  {file.counted:5d}  {file.fired:5d} {percent}"
+        percent = f"{100 * file.fired_count / file.watched_count:6.1f}" if file.watched_count else "     -"
+        yield f"{name.ljust(width)}  {file.watched_count:5d}  {file.fired_count:5d} {percent}"
 
 
 def _split_folder(files: Sequence[FileCoverage]) -> tuple[str, list[str]]:
     """Return the common folder of the files, empty if it is short, and the file names relative to it."""
     names = [short_path(file.file) for file in files]
-    base = os.path.commonpath([str(Path(name).parent) for name in names]) if len(names) > 1 else ""
-    if len(base) <= _SHORT_FOLDER:
+    folder = os.path.commonpath([str(Path(name).parent) for name in names]) if len(names) > 1 else ""
+    if len(folder) <= _MAX_KEPT_FOLDER_LENGTH:
         return "", names
-    return base, [str(Path(name).relative_to(base)) for name in names]
+    return folder, [str(Path(name).relative_to(folder)) for name in names]
 
 
 def short_names(files: Sequence[FileCoverage]) -> list[str]:
@@ -60,7 +61,7 @@ def short_names(files: Sequence[FileCoverage]) -> list[str]:
 
 
 def _unfired_lines(coverage: Coverage) -> Iterator[str]:
-    _, names = _split_folder(coverage.files)
+    names = short_names(coverage.files)
     unfired = [
         f"  {name}:{rule.lines[0]} {rule.name}"
         for name, file in zip(names, coverage.files, strict=True)
@@ -83,41 +84,45 @@ def _name_lines(title: str, verb: str, names: UsedNames) -> Iterator[str]:
         yield f"  never: {', '.join(names.unused)}"
 
 
-def plain(coverage: Coverage) -> dict[str, Any]:
+def to_json(coverage: Coverage) -> dict[str, Any]:
+    """Return the coverage as JSON values."""
     return {
-        "runs": coverage.runs,
+        "runs": coverage.run_count,
         "rules": {
-            "total": coverage.counted,
-            "fired": coverage.fired,
+            "total": coverage.watched_count,
+            "fired": coverage.fired_count,
             "percent": round(coverage.percent, 2),
-            "files": [_plain_file(file) for file in coverage.files],
+            "files": [_file_to_json(file) for file in coverage.files],
         },
         "goal_classes": {
-            **_plain_names(coverage.classes),
+            **_names_to_json(coverage.goal_classes),
             "missing_modes": {name: list(modes) for name, modes in coverage.missing_modes},
             "outcomes": {name: dict(counts) for name, counts in coverage.outcomes},
         },
-        "actions": _plain_names(coverage.actions),
-        "skills": _plain_names(coverage.skills),
+        "actions": _names_to_json(coverage.actions),
+        "skills": _names_to_json(coverage.skills),
         "notes": list(coverage.notes),
     }
 
 
-def _plain_file(file: FileCoverage) -> dict[str, Any]:
+def _file_to_json(file: FileCoverage) -> dict[str, Any]:
     return {
         "file": file.file,
-        "total": file.counted,
-        "fired": file.fired,
+        "total": file.watched_count,
+        "fired": file.fired_count,
         "rules": [{"name": rule.name, "line": rule.lines[0], "firings": count} for rule, count in file.rules],
     }
 
 
-def _plain_names(names: UsedNames) -> dict[str, Any]:
+def _names_to_json(names: UsedNames) -> dict[str, Any]:
     return {"used": dict(names.used), "never": list(names.unused)}
 
 
-def lcov(coverage: Coverage) -> Iterator[str]:
-    """Yield the lines of an lcov tracefile: a rule is a function, its lines are executed when it fires."""
+def lcov_lines(coverage: Coverage) -> Iterator[str]:
+    """Yield the lines of an lcov tracefile.
+
+    A rule is a function in the tracefile, and a firing executes all lines of the rule.
+    """
     for file in coverage.files:
         rules = [(rule, count) for rule, count in file.rules if count is not None]
         yield "TN:"
@@ -138,24 +143,24 @@ def lcov(coverage: Coverage) -> Iterator[str]:
 
 
 def write_page(path: Path, coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool) -> None:
-    """Write the page.
+    """Write the page about a coverage.
 
     :param texts: source texts by file name.
     :param firings_known: whether any run has recorded firings.
     :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
-    document = as_document(coverage, texts, firings_known=firings_known)
+    document = page_document(coverage, texts, firings_known=firings_known)
     write_document(path, "coverage", "Coverage", document)
 
 
-def as_document(coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool) -> dict[str, Any]:
+def page_document(coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool) -> dict[str, Any]:
     """Return the data of the page: the coverage as JSON values, with the source texts."""
-    document = {**plain(coverage), "modes": list(MODES), "firings_known": firings_known}
+    document = {**to_json(coverage), "modes": list(MODES), "firings_known": firings_known}
     document["rules"]["files"] = [
         {
             "name": name,
-            "total": file.counted,
-            "fired": file.fired,
+            "total": file.watched_count,
+            "fired": file.fired_count,
             "rules": [
                 {"name": rule.name, "lines": rule.lines, "firings": count} for rule, count in file.rules
             ],

@@ -17,9 +17,9 @@ _SINGLE_SLOTS = ("slot", "field")
 
 @dataclass(frozen=True, slots=True)
 class TextFile:
-    """A CLIPS file.
+    """The text of a CLIPS file.
 
-    :param name: its path, or another name if the path is unknown.
+    :param name: the path, or another name if the path is unknown.
     """
 
     name: str
@@ -27,7 +27,7 @@ class TextFile:
 
 
 class Constructs:
-    """The constructs of files.
+    """The constructs of files. This class is a source of rules for :class:`~..recorded.RecordedEvidence`.
 
     :param files: the files in loading order; of two constructs with the same name, the later counts.
     :param diagnostics: CLIPS' messages about the files; the constructs that CLIPS refused are left out.
@@ -47,14 +47,14 @@ class Constructs:
         positions: dict[str, tuple[str, int]] = {}
         refused_rules: dict[str, str] = {}
         names: list[str] = []
-        # A text does not show whether CLIPS has refused a construct.
+        # Only the diagnostics tell whether CLIPS has refused a construct.
         refused = {(diagnostic.file, diagnostic.construct) for diagnostic in diagnostics}
         for file in files:
             names.append(file.name)
             for definition in definitions(file.text):
                 is_rule = definition.kind == "defrule"
                 if (file.name, f"{definition.kind} {definition.name}") not in refused:
-                    self._add(definition)
+                    self._add_definition(definition)
                     positions |= {definition.name: (file.name, definition.line)} if is_rule else {}
                 elif is_rule:
                     refused_rules[definition.name] = definition.node.text
@@ -62,17 +62,17 @@ class Constructs:
             frozenset(self._rules), tuple(names), tuple(diagnostics), tuple(folders), positions, refused_rules
         )
 
-    def _add(self, definition: Definition) -> None:
+    def _add_definition(self, definition: Definition) -> None:
         name, node = definition.name, definition.node
         match definition.kind:
             case "defrule":
                 self._rules[name] = node.text
             case "deftemplate":
-                self.templates[name] = FactTemplate(name, tuple(_slots(node.arguments[1:])))
+                self.templates[name] = FactTemplate(name, tuple(_template_slots(node.arguments[1:])))
             case "deffunction":
                 self._functions[name] = node.text
             case "defglobal":
-                # The name of a module may precede the ``?*name* = expression`` of each variable.
+                # After an optional module name come a name, a `=` and an expression for each variable.
                 items = node.arguments
                 for variable, sign, expression in zip(items, items[1:], items[2:], strict=False):
                     if sign.text == "=":
@@ -110,12 +110,12 @@ class Constructs:
             needs.functions,
             # The value of a global variable may depend on earlier variables, so all are copied.
             global_texts=self._globals if needs.globals else {},
-            all_facts=needs.all_facts,
+            needs_all_facts=needs.needs_all_facts,
         )
 
 
-def _slots(items: tuple[SyntaxNode, ...]) -> Iterator[tuple[str, bool]]:
-    """Yield the name of each slot, and whether it is a multislot."""
+def _template_slots(items: tuple[SyntaxNode, ...]) -> Iterator[tuple[str, bool]]:
+    """Yield the name of each slot of a deftemplate, and whether the slot is a multislot."""
     for item in items:
         if item.head in (*_MULTI_SLOTS, *_SINGLE_SLOTS) and item.arguments:
             yield item.arguments[0].text, item.head in _MULTI_SLOTS

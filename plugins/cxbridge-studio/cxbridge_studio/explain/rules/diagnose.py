@@ -20,27 +20,29 @@ from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 MAX_SHOWN: Final = 3  # limit of the listed facts, values and near misses
 
-MAX_BASES: Final = 200  # limit of the complete matches that are compared with the firings
+MAX_BASES: Final = 200  # limit of the complete matches that a report compares with the firings
 
-# A `not` may match in several ways for one fact, so more matches than shown facts are read.
-_MATCHES_OF_NOT: Final = 20 * MAX_SHOWN
+# A pattern may match one fact in several ways, so more matches are read than facts are shown.
+_MAX_NOT_MATCHES: Final = 20 * MAX_SHOWN
 
-_UNLIMITED: Final = -1  # CLIPS' number for all activations
+_UNLIMITED: Final = -1  # the limit with which CLIPS fires all activations
 
 
 def diagnose(snapshot: Snapshot) -> Diagnosis:
     """Match the condition of the snapshot's rule, and explain a mismatch."""
-    if snapshot.too_many:
+    if snapshot.uncopied_count:
         # The count ends at the first fact beyond the limit.
-        return undiagnosed(snapshot, f"{snapshot.too_many - 1}+ facts of its templates are too many to match")
+        return make_unknown_diagnosis(
+            snapshot, f"{snapshot.uncopied_count - 1}+ facts of its templates are too many to match"
+        )
     try:
         with Matcher(snapshot) as matcher:
             return _Diagnoser(snapshot, parse_rule(snapshot.text), matcher).diagnosis()
     except ClipsError as error:
-        return undiagnosed(snapshot, error.message)
+        return make_unknown_diagnosis(snapshot, error.message)
 
 
-def undiagnosed(snapshot: Snapshot, reason: str) -> Diagnosis:
+def make_unknown_diagnosis(snapshot: Snapshot, reason: str) -> Diagnosis:
     """Return the diagnosis of a condition that cannot be matched."""
     condition = parse_rule(snapshot.text)
     elements = tuple(CECount(number, ce.text, None, None) for number, ce in enumerate(condition.ces, 1))
@@ -48,17 +50,22 @@ def undiagnosed(snapshot: Snapshot, reason: str) -> Diagnosis:
 
 
 class _Diagnoser:
+    """Diagnoses one rule.
+
+    :param condition: the parsed condition of the snapshot's rule.
+    """
+
     def __init__(self, snapshot: Snapshot, condition: Condition, matcher: Matcher) -> None:
         self._snapshot = snapshot
         self._condition = condition
         self._matcher = matcher
 
     def diagnosis(self) -> Diagnosis:
-        """Count the matches, and explain the first element without a match."""
+        """Count the matches, and explain the first CE without a match."""
         ces, matcher = self._condition.ces, self._matcher
         elements: list[CECount] = []
         failing_ce, unknown = 0, ""
-        joined: Count | None = matcher.count(())
+        joined: Count | None = matcher.count(())  # of a rule without a condition
         for number, ce in enumerate(ces, 1):
             if failing_ce or unknown:
                 joined = None
@@ -71,8 +78,10 @@ class _Diagnoser:
             elements.append(CECount(number, ce.text, self._count_alone(ces[: number - 1], ce), joined))
         if unknown:
             return Diagnosis(self._salience(), tuple(elements), errors=tuple(matcher.errors), unknown=unknown)
-        failure = self._explain(list(ces[: failing_ce - 1]), ces[failing_ce - 1]) if failing_ce else None
-        bases = () if failing_ce else tuple(matcher.bases([ce.text for ce in ces], MAX_BASES))
+        failure = (
+            self._explain_element(list(ces[: failing_ce - 1]), ces[failing_ce - 1]) if failing_ce else None
+        )
+        bases = () if failing_ce else tuple(matcher.match_bases([ce.text for ce in ces], MAX_BASES))
         return Diagnosis(
             self._salience(),
             tuple(elements),
@@ -87,8 +96,10 @@ class _Diagnoser:
         if not self._condition.salience:
             return ""
         try:
-            return show(self._matcher.value(self._condition.salience))
-        except ClipsError:  # the salience depends on the run, so its source text is shown
+            return show(self._matcher.evaluate(self._condition.salience))
+        except (
+            ClipsError
+        ):  # the salience depends on the state of the run, so the report shows its source text
             return self._condition.salience
 
     def _count_alone(self, previous_ces: Sequence[CE], ce: CE) -> Count | None:
@@ -101,13 +112,13 @@ class _Diagnoser:
             return None
         try:
             pattern = f"?cx-why-fact <- {inner.alone(Prefix(previous_ces).binds)}"
-            # A multislot can match in several ways; the fact counts once.
+            # A multislot can match in several ways, but the fact counts once.
             matches = self._matcher.match_values([pattern], ["cx-why-fact"], limit=_UNLIMITED)
         except ClipsError:
             return None
         return Count(len(set(matches)))
 
-    def _explain(self, previous_ces: list[CE], ce: CE) -> MatchFailure:
+    def _explain_element(self, previous_ces: list[CE], ce: CE) -> MatchFailure:
         """Explain why a CE has no match although all CEs before it match."""
         try:
             if isinstance(ce, PatternCE):
@@ -125,10 +136,10 @@ class _Diagnoser:
             case "forall":
                 return self._explain_forall(previous_ces, ce)
             case "or":
-                branches = tuple(self._explain(previous_ces, branch) for branch in ce.items)
+                branches = tuple(self._explain_element(previous_ces, branch) for branch in ce.items)
                 return MatchFailure("or", ce.text, "none of its branches matches", inner=branches)
         inner = self._explain_sequence(previous_ces, list(ce.items))
-        return replace(inner, kind="exists", text=ce.text) if ce.kind == "exists" else inner
+        return replace(inner, kind="exists", text=ce.text) if ce.kind == "exists" else inner  # else an `and`
 
     def _explain_test(self, prefix: Prefix, ce: TestCE) -> MatchFailure:
         names = sorted(ce.used & prefix.binds)
@@ -142,7 +153,7 @@ class _Diagnoser:
     def _explain_not(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
         positive = Prefix([*previous_ces, *ce.items])
         own_facts = positive.facts[len(Prefix(previous_ces).facts) :]
-        rows = self._matcher.match_values(positive.texts, own_facts, _MATCHES_OF_NOT) if own_facts else []
+        rows = self._matcher.match_values(positive.texts, own_facts, _MAX_NOT_MATCHES) if own_facts else []
         negated_patterns = [item for item in ce.items if isinstance(item, PatternCE)]
         facts = dict.fromkeys(
             " with ".join(
@@ -169,11 +180,14 @@ class _Diagnoser:
         return MatchFailure("forall", ce.text, reason, facts=tuple(dict.fromkeys(facts)))
 
     def _explain_sequence(self, previous_ces: list[CE], ces: list[CE]) -> MatchFailure:
-        """Explain the first of several CEs without a match."""
+        """Explain the first CE without a match, of several CEs.
+
+        :raises ClipsError: if all of them match.
+        """
         for index, ce in enumerate(ces):
             prefix = Prefix([*previous_ces, *ces[: index + 1]])
             if self._matcher.count(prefix.texts).number == 0:
-                return self._explain([*previous_ces, *ces[:index]], ce)
+                return self._explain_element([*previous_ces, *ces[:index]], ce)
         raise ClipsError("its parts match in sequence")
 
     def _fact_text(self, index: int, pattern: PatternCE) -> str:

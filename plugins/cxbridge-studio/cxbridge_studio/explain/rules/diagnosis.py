@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-# The names of the fields are keys in the JSON of `cxbridge why`.
+# The field names of these classes are keys in the JSON output of `cxbridge why`.
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,14 +21,13 @@ from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION
 from cxbridge.executive.host.values import FactAddress, show
 from cxbridge_studio.agent.condition import patterns
 from cxbridge_studio.agent.rule import dependencies, parse_rule
-from cxbridge_studio.explain.rules import snapshot as model
-from cxbridge_studio.explain.rules.snapshot import Activation, Rulebook, Snapshot
+from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Activation, Rulebook, Snapshot
 
-MAX_AGENDA: Final = 1000  # limit of the inspected activations
+MAX_AGENDA: Final = 1000  # limit of the copied activations
 
-_SUCCINCT: Final = 1  # CLIPS' constant, a macro that cffi does not see
+_SUCCINCT: Final = 1  # a macro in CLIPS' headers, which cffi does not import
 
-# The names in the source by the functions that replace them: the host rewrites rules when it loads them.
+# The names in the source text, by the functions that replace them when the host loads a rule.
 _SOURCE_NAMES: Final = {MODIFY_FUNCTION: "modify", DUPLICATE_FUNCTION: "duplicate"}
 
 _LIST_FUNCTION: Final = "create$"
@@ -56,24 +55,24 @@ def fact_slots(env: ClipsEnvironment, template: str, limit: int | None = None) -
 def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None) -> Snapshot:
     """Copy a rule with its facts. Call this between runs of the rules, with the lock held.
 
-    :param max_facts: if there are more facts, none are copied; None for :data:`~.snapshot.MAX_FACTS`.
+    :param max_facts: if there are more facts, none are copied; None for :data:`MAX_FACTS`.
     :raises ClipsError: if there is no such rule.
     """
-    pointer = lib.FindDefrule(env.env, encode(rule))
-    if pointer == NULL:
+    rule_pointer = lib.FindDefrule(env.env, encode(rule))
+    if rule_pointer == NULL:
         raise ClipsError(f"there is no rule '{rule}'")
-    text = decode(lib.DefrulePPForm(pointer))
+    text = decode(lib.DefrulePPForm(rule_pointer))
     condition = parse_rule(text)
-    needs = dependencies(condition, lambda name: _function(env, name))
+    needs = dependencies(condition, lambda name: _function_text(env, name))
     global_names = sorted(name for name in needs.globals if lib.FindDefglobal(env.env, encode(name)) != NULL)
-    names = None if needs.all_facts else {pattern.template for pattern in patterns(condition.ces)}
-    templates = _templates(env, names)
-    limit = model.MAX_FACTS if max_facts is None else max_facts
+    names = None if needs.needs_all_facts else {pattern.template for pattern in patterns(condition.ces)}
+    templates = _find_templates(env, names)
+    limit = MAX_FACTS if max_facts is None else max_facts
     # Counting comes first: copying a fact stops the loop of a daemon for about 10 us.
-    total = sum(1 for _ in islice(_facts(env, templates), limit + 1))
+    total = sum(1 for _ in islice(_fact_pointers(env, templates), limit + 1))
     copier = FactCopier(env, templates.__contains__)
     if total <= limit:
-        for fact in _facts(env, templates):
+        for fact in _fact_pointers(env, templates):
             copier.add(fact)
     return Snapshot(
         env.name,
@@ -82,19 +81,19 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
         templates,
         tuple(sorted(copier.copy.rows, key=lambda row: row.index)),
         needs.functions,
-        {name: without_pointers(env.eval(f"?*{name}*")) for name in global_names},
+        {name: detach_value(env.eval(f"?*{name}*")) for name in global_names},
         agenda=tuple(
             Activation(name, salience, basis)
             for salience, name, basis in islice(activations(env), MAX_AGENDA)
         ),
-        own_counts=_clips_counts(env, pointer),
-        too_many=total if total > limit else 0,
-        all_facts=needs.all_facts,
-        halted=_reason_of_halt(env),
+        clips_counts=_read_clips_counts(env, rule_pointer),
+        uncopied_count=total if total > limit else 0,
+        needs_all_facts=needs.needs_all_facts,
+        halt_reason=_halt_reason(env),
     )
 
 
-def _function(env: ClipsEnvironment, name: str) -> str | None:
+def _function_text(env: ClipsEnvironment, name: str) -> str | None:
     """Return the text of a deffunction, empty if CLIPS keeps none; None if there is no such function."""
     function = lib.FindDeffunction(env.env, encode(name))
     if function == NULL:
@@ -103,37 +102,37 @@ def _function(env: ClipsEnvironment, name: str) -> str | None:
     return "" if form == NULL else decode(form)
 
 
-def _templates(env: ClipsEnvironment, names: set[str] | None) -> Mapping[str, FactTemplate]:
+def _find_templates(env: ClipsEnvironment, names: set[str] | None) -> Mapping[str, FactTemplate]:
     """Return the existing deftemplates with these names; None for all."""
     templates = {}
-    pointer = lib.GetNextDeftemplate(env.env, NULL)
-    while pointer != NULL:
-        name = decode(lib.DeftemplateName(pointer))
+    rule_pointer = lib.GetNextDeftemplate(env.env, NULL)
+    while rule_pointer != NULL:
+        name = decode(lib.DeftemplateName(rule_pointer))
         if names is None or name in names:
-            templates[name] = template_of(pointer)
-        pointer = lib.GetNextDeftemplate(env.env, pointer)
+            templates[name] = template_of(rule_pointer)
+        rule_pointer = lib.GetNextDeftemplate(env.env, rule_pointer)
     return templates
 
 
-def _facts(env: ClipsEnvironment, templates: Iterable[str]) -> Iterator[CData]:
+def _fact_pointers(env: ClipsEnvironment, templates: Iterable[str]) -> Iterator[CData]:
     """Yield the pointers to the facts of deftemplates."""
     for name in templates:
-        pointer = lib.FindDeftemplate(env.env, encode(name))
-        fact = lib.GetNextFactInTemplate(pointer, NULL)
+        rule_pointer = lib.FindDeftemplate(env.env, encode(name))
+        fact = lib.GetNextFactInTemplate(rule_pointer, NULL)
         while fact != NULL:
             yield fact
-            fact = lib.GetNextFactInTemplate(pointer, fact)
+            fact = lib.GetNextFactInTemplate(rule_pointer, fact)
 
 
-def without_pointers(value: Value) -> Value:
+def detach_value(value: Value) -> Value:
     """Return a value that stays valid after facts are retracted: the index of a fact, not its address."""
     if isinstance(value, FactAddress):
         return FactRef(int(lib.FactIndex(value.pointer)))
-    return tuple(map(without_pointers, value)) if isinstance(value, tuple) else value
+    return tuple(map(detach_value, value)) if isinstance(value, tuple) else value
 
 
-def _clips_counts(env: ClipsEnvironment, rule: CData) -> tuple[str, ...]:
-    """Return the output of CLIPS' ``(matches RULE succinct)``."""
+def _read_clips_counts(env: ClipsEnvironment, rule: CData) -> tuple[str, ...]:
+    """Return the output lines of CLIPS' ``(matches RULE succinct)``."""
     lines: list[str] = []
 
     def add_line(_level: Level, line: str) -> None:
@@ -147,7 +146,7 @@ def _clips_counts(env: ClipsEnvironment, rule: CData) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _reason_of_halt(env: ClipsEnvironment) -> str:
+def _halt_reason(env: ClipsEnvironment) -> str:
     """Return why no rule fires any more; empty while rules fire."""
     if env.faults:
         return env.faults[0]
@@ -156,15 +155,15 @@ def _reason_of_halt(env: ClipsEnvironment) -> str:
     return "the run was interrupted" if env.is_ended else ""
 
 
-def source_form(texts: Mapping[str, str]) -> dict[str, str]:
-    """Return rules in their source form, except for blanks and comments.
+def restore_sources(texts: Mapping[str, str]) -> dict[str, str]:
+    """Return rules as their files define them, except for blanks and comments.
 
     :param texts: the defrules by name, as the environment prints them.
     """
-    return {name: _restore_source(text) for name, text in texts.items()}
+    return {name: _restore_rule(text) for name, text in texts.items()}
 
 
-def _restore_source(text: str) -> str:
+def _restore_rule(text: str) -> str:
     """Return a rule with ``(modify F (slot V...))`` for ``(cx-modify F slot (create$ V...))``."""
     if not any(function in text for function in _SOURCE_NAMES):
         return text

@@ -1,9 +1,10 @@
 """CLIPS environments restricted to pure functions, without access to the outside.
 
-Their constructs may come from an untrusted recording, so they have only the functions of :data:`ALLOWED`. A
-function that a later CLIPS or a shim adds is missing until it gets a reason here. No allowed function opens
-files, runs programs, reads input, prints, loads or builds constructs, evaluates text, changes facts, or calls
-into the process. See "A recording is data" in docs/security.md.
+The constructs of these environments may come from an untrusted recording, so they can call only
+:data:`ALLOWED_FUNCTIONS`. A function that a later CLIPS or a shim adds is missing until it gets a reason
+    here. (A shim replaces a function of CLIPS 6.4 to behave as in 6.30, the version of Fawkes.) No allowed
+    function opens files, runs programs, reads input, prints, loads or builds constructs, evaluates text,
+    changes facts, or calls into the process. See "A recording is data" in docs/security.md.
 """
 
 from __future__ import annotations
@@ -20,10 +21,10 @@ from cxbridge.executive.host.source import check_parser_limits, prepare_source
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import Value, show
 
-# The functions with a shim that are not allowed.
-_NOT_BUILT: Final = ("seed", "setgen")
+# The functions with a shim that are not allowed: they change the state of the process.
+_OMITTED_SHIMS: Final = ("seed", "setgen")
 
-_BY_REASON: Final = {
+_FUNCTIONS_BY_REASON: Final = {
     "computes with numbers": """
         * ** + - / < <= <> = > >= abs acos acosh acot acoth acsc acsch asec asech asin asinh atan atan2
         atanh cos cosh cot coth csc csch deg-grad deg-rad div evenp exp float grad-deg integer log log10
@@ -46,58 +47,63 @@ _BY_REASON: Final = {
         deftemplate-slot-range deftemplate-slot-singlep deftemplate-slot-types delayed-do-for-all-facts
         do-for-all-facts do-for-fact fact-existp fact-index fact-relation fact-slot-names fact-slot-value
         find-all-facts find-fact get-deftemplate-list get-fact-list""",
-    "what CLIPS' parser makes of loops, queries and $?variables": """
+    "is made by CLIPS' parser from loops, queries and $?variables": """
         (expansion-call) (get-loop-count) (get-progn$-field) (get-progn$-index) (query-fact)
         (query-fact-slot) (set-evaluation-error)""",
     "draws a number or a name, in the process of the diagnosis alone": "gensym gensym* random",
     "tells the time of the snapshot": "now now-systime",
     "does nothing but return its text, or nothing": "format print println printout",
-    "computes as in CLIPS 6.30": " ".join(name for name in CLIPS630_NAMES if name not in _NOT_BUILT),
-    "ours: parts of the shims for CLIPS 6.30, without an effect": " ".join(
-        (GUARD_FUNCTION, *(own for own, name in OWN_NAMES.items() if name not in _NOT_BUILT))
+    "computes as in CLIPS 6.30": " ".join(name for name in CLIPS630_NAMES if name not in _OMITTED_SHIMS),
+    "is a part of the shims for CLIPS 6.30, without an effect": " ".join(
+        (GUARD_FUNCTION, *(own for own, name in OWN_NAMES.items() if name not in _OMITTED_SHIMS))
     ),
 }
 
 # The allowed functions with their reasons.
-ALLOWED: Final = {name: reason for reason, names in _BY_REASON.items() for name in names.split()}
+ALLOWED_FUNCTIONS: Final = {
+    name: reason for reason, names in _FUNCTIONS_BY_REASON.items() for name in names.split()
+}
 
-_LIST: Final = "get-function-list"
-# At most three digits of width: a text of a stranger's recording must not fill the memory.
+_FUNCTION_LIST: Final = "get-function-list"
+# A directive of C's printf. At most three digits of width: the text of a stranger's recording must not fill
+# the memory.
 _DIRECTIVE: Final = re.compile(r"%(-?)(\d{0,3})(?:\.(\d{1,3}))?([dfegoxsucnrt%])")
-_TEXTS: Final = {"n": "\n", "r": "\r", "t": "\t", "%": "%"}
+# Directives of CLIPS that take no value, with their texts.
+_ESCAPE_TEXTS: Final = {"n": "\n", "r": "\r", "t": "\t", "%": "%"}
 
 
 class IsolatedEnvironment(ClipsEnvironment):
-    """An environment with only the functions of :data:`ALLOWED`."""
+    """An environment with only the functions of :data:`ALLOWED_FUNCTIONS`."""
 
     def __init__(self, name: str, bus: EventBus) -> None:
-        # The functions that are missing here, compared with other environments.
-        self.removed: frozenset[str] = frozenset(_NOT_BUILT)
+        # The functions of other environments that are missing here.
+        self.removed_functions: frozenset[str] = frozenset(_OMITTED_SHIMS)
         super().__init__(name, bus)
-        self._forbid()
+        self._remove_forbidden_functions()
 
     def _build_clips630_functions(self) -> None:
-        # Before the first construct, because CLIPS keeps pointers to the functions that constructs call.
-        self._forbid(but=_LIST)
+        # Remove functions before the first construct: CLIPS keeps pointers to the functions that constructs
+        # call. The second removal, in the constructor, needs the list of functions once more.
+        self._remove_forbidden_functions(kept=_FUNCTION_LIST)
         for function in ("print", "println", "printout", "format"):
             self.api.remove_udf(function)
         for function in ("print", "println", "printout"):
             self.define(function, lambda *_: None, 0, UNBOUNDED)
         self.define("format", _format, 2, UNBOUNDED)
         for function in FUNCTIONS:
-            if not any(f"(cx-{name} " in function for name in _NOT_BUILT):
+            if not any(f"(cx-{name} " in function for name in _OMITTED_SHIMS):
                 self._clips630_functions.build(function)
 
-    def _forbid(self, but: str = "") -> None:
+    def _remove_forbidden_functions(self, kept: str = "") -> None:
         """Remove all functions that are not allowed.
 
-        :param but: the name of a function to keep for now.
+        :param kept: the name of a function to keep for now.
         """
-        present = frozenset(str(function) for function in self.call(_LIST))
-        forbidden = present - ALLOWED.keys() - {but}
+        present = frozenset(str(function) for function in self.call(_FUNCTION_LIST))
+        forbidden = present - ALLOWED_FUNCTIONS.keys() - {kept}
         for function in forbidden:
             self.api.remove_udf(function)
-        self.removed |= forbidden
+        self.removed_functions |= forbidden
 
     def build(self, construct: str) -> None:
         """Define a construct, guarded against crashes of the process.
@@ -109,20 +115,20 @@ class IsolatedEnvironment(ClipsEnvironment):
 
 
 def _format(_target: Value, text: Value, *values: Value) -> str:
-    """Return the text that CLIPS' ``format`` returns: CLIPS itself writes wide fields beyond its buffer."""
+    """Return the text that CLIPS' ``format`` returns: CLIPS itself writes wide fields past its buffer."""
     remaining_values = iter(values)
 
     def format_value(match: re.Match[str]) -> str:
         minus, width, precision, kind = match.groups()
-        if kind in _TEXTS:
-            return _TEXTS[kind]
+        if kind in _ESCAPE_TEXTS:
+            return _ESCAPE_TEXTS[kind]
         value = next(remaining_values, None)
         if value is None:
             raise ClipsError(f"format: there is no value for {match[0]}")
         flags = f"%{minus}{width}" + (f".{precision}" if precision else "")
         if kind == "s":
             return f"{flags}s" % (value if isinstance(value, str) else show(value))
-        if kind == "c":  # as in C, a number is the code of a character
+        if kind == "c":  # as in C, a number is the code of a character, here of ASCII
             return f"%{minus}{width}s" % (value[:1] if isinstance(value, str) else chr(int(value) % 128))
         if isinstance(value, str) or not isinstance(value, (int, float)):
             raise ClipsError(f"format: {match[0]} wants a number, not {show(value)}")

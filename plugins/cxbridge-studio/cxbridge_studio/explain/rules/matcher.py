@@ -1,6 +1,7 @@
 """Matches parts of a condition against the facts of a snapshot, in an isolated CLIPS environment.
 
-Each query becomes a rule that fires: CLIPS itself counts, binds variables and evaluates tests.
+Each query becomes a rule, the probe: CLIPS itself matches, binds variables and evaluates tests, and each
+firing of the probe is a match.
 """
 
 from __future__ import annotations
@@ -30,17 +31,20 @@ from cxbridge_studio.explain.rules.snapshot import FactRow, Snapshot
 
 MAX_MATCHES: Final = 100_000  # limit of the counted matches: combinations of facts multiply
 
-# The function for `Matcher.value` that returns the fact with an index of the snapshot.
+# The function for `Matcher.evaluate` that returns the fact with an index of the snapshot.
 FACT_FUNCTION: Final = "cx-why-fact"
 
-_PROBE = "cx-why-probe"
-_MISSING = re.compile(r"Missing function declaration for '([^']+)'")
-# A CLIPS error message, without its position in the network.
+_PROBE_RULE = "cx-why-probe"
+_MISSING_FUNCTION = re.compile(r"Missing function declaration for '([^']+)'")
+# A CLIPS error message, except for DRIVE and PRCCODE4: these tell where the error occurred, in CLIPS'
+# network.
 _MESSAGE = re.compile(r"\[(?!DRIVE|PRCCODE4)[A-Z]+\d+\] [^\n]+")
 
 
 class Matcher:
-    """An isolated environment with the facts of a snapshot. A context manager that frees the environment.
+    """An isolated environment with the facts of a snapshot.
+
+    Use as a context manager, which frees the environment.
 
     Functions that cannot be defined here are left out, so conditions that call them cannot be matched.
     """
@@ -48,16 +52,16 @@ class Matcher:
     def __init__(self, snapshot: Snapshot) -> None:
         bus = EventBus(VirtualClock(snapshot.time_us))
         self._env = IsolatedEnvironment("why", bus)
-        self._missing_callees: dict[str, str] = {}  # by the function that calls the missing one
-        self._notes: list[tuple[Value, ...]] = []
-        # Facts get other indices here: the snapshot's index by the index of the copy, and the reverse.
+        self._missing_callees: dict[str, str] = {}  # missing functions by the functions that call them
+        self._noted_values: list[tuple[Value, ...]] = []
+        # The copied facts have other indices: the snapshot's index by the index of the copy, and the reverse.
         self._original_indices: dict[int, int] = {}
         self._copied_indices: dict[int, int] = {}
-        self._globals = {name: self._to_copy(value) for name, value in snapshot.globals.items()}
+        self._globals = {name: self._to_copied_value(value) for name, value in snapshot.globals.items()}
         self.rows: dict[int, FactRow] = {row.index: row for row in snapshot.facts}
         self.errors: list[str] = []  # errors during matching, each message once
         try:
-            self._fill(snapshot)
+            self._copy_snapshot(snapshot)
         except BaseException:
             self._env.destroy()
             raise
@@ -70,17 +74,21 @@ class Matcher:
     ) -> None:
         self._env.destroy()
 
-    def _fill(self, snapshot: Snapshot) -> None:
+    def _copy_snapshot(self, snapshot: Snapshot) -> None:
+        """Define the snapshot's constructs and assert its facts.
+
+        The order matters: deffunctions may use global variables and templates, facts need their templates.
+        """
         env = self._env
-        env.define("cx-why-note", self._add_note, 0, UNBOUNDED)
+        env.define("cx-why-note", self._note_values, 0, UNBOUNDED)
         env.api.remove_udf("fact-index")
         env.define("fact-index", self._original_index, 1)
-        env.define(FACT_FUNCTION, lambda index: self._to_copy(FactRef(index)), 1, types="l")
+        env.define(FACT_FUNCTION, lambda index: self._to_copied_value(FactRef(index)), 1, types="l")
         env.define("cx-why-global", lambda name: self._globals[name], 1, types="y")
         for name in snapshot.globals:
             env.build(f"(defglobal ?*{name}* = (cx-why-global {name}))")
         for name, expression in snapshot.global_texts.items():
-            with suppress(ClipsError):  # a query of a missing global reports it
+            with suppress(ClipsError):  # CLIPS reports the missing variable in each probe that uses it
                 env.build(f"(defglobal ?*{name}* = {expression})")
         for template in snapshot.templates.values():
             if template.slots is not None:
@@ -91,13 +99,13 @@ class Matcher:
             elif (fact := env.assert_string(f"({template.name} 0)")) is not None:
                 env.retract(fact)  # CLIPS has made the implied deftemplate of ordered facts
         for function in snapshot.functions:
-            self._define(function)
+            self._define_function(function)
         for row in snapshot.facts:
             slots_of = snapshot.templates[row.template].slots
             names = [NULL] if slots_of is None else [encode(slot) for slot, _ in slots_of]
             deftemplate = lib.FindDeftemplate(env.env, encode(row.template))
             values = [
-                (name, clips_value(env.env, self._to_copy(value)))
+                (name, clips_value(env.env, self._to_copied_value(value)))
                 for name, value in zip(names, row.values, strict=True)
             ]
             pointer = env.maker.add(env.maker.new(deftemplate, values))
@@ -106,45 +114,46 @@ class Matcher:
                 self._original_indices[index] = row.index
                 self._copied_indices[row.index] = index
 
-    def _define(self, function: str) -> None:
+    def _define_function(self, function: str) -> None:
         """Define a deffunction, or record which missing function it calls."""
         try:
             self._env.build(function)
         except ClipsError as error:
-            missing = _MISSING.search(error.message)
+            missing = _MISSING_FUNCTION.search(error.message)
             callee = missing[1] if missing else ""
-            # The missing function may itself have been left out: report the function at the end of the chain.
+            # The missing function may be a deffunction that was left out, too: record the end of the chain.
             for definition in definitions(function):
                 self._missing_callees[definition.name] = self._missing_callees.get(callee, callee)
 
-    def _to_copy(self, value: Value) -> Value:
-        """Convert a value of the snapshot to this environment."""
+    def _to_copied_value(self, value: Value) -> Value:
+        """Return a value of the snapshot as a value of this environment: facts as addresses, not indices."""
         if isinstance(value, FactRef):
             fact = self._env.maker.find(self._copied_indices.get(value.index, -1))
             return value.index if fact == NULL else FactAddress(fact)
-        return tuple(map(self._to_copy, value)) if isinstance(value, tuple) else value
+        return tuple(map(self._to_copied_value, value)) if isinstance(value, tuple) else value
 
-    def _to_original(self, value: Value) -> Value:
-        """Convert a value of this environment to the snapshot."""
+    def _to_original_value(self, value: Value) -> Value:
+        """Return a value of this environment as a value of the snapshot."""
         if isinstance(value, FactAddress):
             return FactRef(self._original_indices.get(int(lib.FactIndex(value.pointer)), 0))
-        return tuple(map(self._to_original, value)) if isinstance(value, tuple) else value
+        return tuple(map(self._to_original_value, value)) if isinstance(value, tuple) else value
 
     def _original_index(self, fact: Value) -> int:
-        """Return the index of a fact in the snapshot: conditions compare indices."""
+        """Return the index of a fact in the snapshot, as ``fact-index`` must: conditions compare indices."""
         if not isinstance(fact, FactAddress):
             raise ClipsError("fact-index wants a fact address")
         return self._original_indices.get(int(lib.FactIndex(fact.pointer)), 0)
 
-    def _add_note(self, *values: Value) -> None:
-        self._notes.append(tuple(map(self._to_original, values)))
+    def _note_values(self, *values: Value) -> None:
+        """Keep the values of a match. The probe calls this function."""
+        self._noted_values.append(tuple(map(self._to_original_value, values)))
 
     def count(self, ces: Sequence[str]) -> Count:
         """Return the number of matches of conditional elements.
 
         :raises ClipsError: if the elements are not a valid condition.
         """
-        return self._fire(ces, "", MAX_MATCHES)
+        return self._fire_probe(ces, "", MAX_MATCHES)
 
     def match_values(self, ces: Sequence[str], names: Sequence[str], limit: int) -> list[tuple[Value, ...]]:
         """Return the values of variables, named without ``?``, for each match of the elements.
@@ -153,16 +162,16 @@ class Matcher:
 
         :raises ClipsError: if the elements are not a valid condition or do not bind a variable.
         """
-        self._notes = []
-        self._fire(ces, f"(cx-why-note {' '.join(f'?{name}' for name in names)})", limit)
-        return self._notes
+        self._noted_values = []
+        self._fire_probe(ces, f"(cx-why-note {' '.join(f'?{name}' for name in names)})", limit)
+        return self._noted_values
 
-    def bases(self, ces: Sequence[str], limit: int) -> list[str]:
+    def match_bases(self, ces: Sequence[str], limit: int) -> list[str]:
         """Return the facts of each match in the agenda's notation, with indices of the snapshot."""
-        self._build(ces, "")
-        bases = [self._renumber(basis) for _, _, basis in islice(activations(self._env), limit)]
-        self._remove()
-        return bases
+        self._build_probe(ces, "")
+        match_bases = [self._renumber(basis) for _, _, basis in islice(activations(self._env), limit)]
+        self._remove_probe()
+        return match_bases
 
     def _renumber(self, basis: str) -> str:
         """Replace the indices of a basis such as ``f-1,*`` by those of the snapshot."""
@@ -171,41 +180,45 @@ class Matcher:
             for item in basis.split(",")
         )
 
-    def value(self, expression: str) -> Value:
+    def evaluate(self, expression: str) -> Value:
         return self._env.eval(expression)
 
-    def _build(self, ces: Sequence[str], action: str) -> None:
+    def _build_probe(self, ces: Sequence[str], action: str) -> None:
+        """Define the probe with these conditional elements and this action.
+
+        :raises ClipsError: if CLIPS rejects the condition.
+        """
         check_parser_limits(" ".join(ces))
         output = self._env.output
         previous_sink = output.begin_error_capture()
-        error = lib.Build(self._env.env, encode(f"(defrule {_PROBE} {' '.join(ces)} => {action})"))
+        error = lib.Build(self._env.env, encode(f"(defrule {_PROBE_RULE} {' '.join(ces)} => {action})"))
         text = output.end_error_capture(previous_sink)
         messages = [" ".join(match.split()) for match in _MESSAGE.findall(text)]
         if error != lib.BE_NO_ERROR:
-            raise ClipsError(self._reason_of_rejection(messages))
+            raise ClipsError(self._rejection_reason(messages))
         # CLIPS evaluates tests while it matches the facts, so errors of tests come from `Build`.
         self.errors += [message for message in dict.fromkeys(messages) if message not in self.errors]
         self._env.api.clear_halt()
 
-    def _reason_of_rejection(self, messages: list[str]) -> str:
-        """Return why CLIPS rejects a condition."""
-        missing = _MISSING.search(" ".join(messages))
+    def _rejection_reason(self, messages: list[str]) -> str:
+        """Return why CLIPS rejects a condition, from its messages."""
+        missing = _MISSING_FUNCTION.search(" ".join(messages))
         if missing is None:
             return messages[0] if messages else "CLIPS rejects the condition"
         name = self._missing_callees.get(missing[1]) or missing[1]
-        is_removed = name in self._env.removed
+        is_removed = name in self._env.removed_functions
         return f"it calls '{name}', which {'a diagnosis must not do' if is_removed else 'only the run has'}"
 
-    def _remove(self) -> None:
-        rule = lib.FindDefrule(self._env.env, encode(_PROBE))
+    def _remove_probe(self) -> None:
+        rule = lib.FindDefrule(self._env.env, encode(_PROBE_RULE))
         lib.Undefrule(rule, self._env.env)
 
-    def _fire(self, ces: Sequence[str], action: str, limit: int) -> Count:
-        """Fire a rule with these conditional elements for each match, and return the number of matches."""
-        self._build(ces, action)
+    def _fire_probe(self, ces: Sequence[str], action: str, limit: int) -> Count:
+        """Fire the probe for each match up to a limit, and return the number of matches."""
+        self._build_probe(ces, action)
         fired = self._env.run(limit)
         has_more = self._env.has_activations(1)
-        self._remove()
+        self._remove_probe()
         if self._env.faults:
             raise ClipsError(self._env.faults[0])
         return Count(fired, has_more)

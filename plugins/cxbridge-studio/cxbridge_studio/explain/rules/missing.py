@@ -1,6 +1,6 @@
 """Finds the rules that an agent's files define and its environment lacks, with the reasons.
 
-CLIPS has refused such a rule, an unclosed parenthesis has swallowed the rule, or the spec does not load the
+CLIPS refused such a rule, an unclosed parenthesis before the rule swallowed it, or the spec does not load the
 file.
 """
 
@@ -17,11 +17,13 @@ from cxbridge.executive.host.loading import UNCLOSED
 from cxbridge.printing import short_path
 from cxbridge_studio.explain.rules.snapshot import Rulebook
 
-_RULE = "defrule "  # the start of a diagnostic's construct that is a rule
+_RULE_PREFIX = "defrule "  # the start of the construct in a diagnostic about a rule
 
 
 @dataclass(frozen=True, slots=True)
 class SourceLine:
+    """The position of a construct."""
+
     file: str
     line: int
 
@@ -34,7 +36,7 @@ class MissingRule:
     """A rule in a file that the environment lacks.
 
     :param text: the defrule; empty if unknown.
-    :param why: the reason, a phrase that follows the rule's name.
+    :param why: the reason, as the end of a sentence that begins with the rule's name.
     """
 
     name: str
@@ -45,13 +47,13 @@ class MissingRule:
 def refused_rules(book: Rulebook) -> dict[str, MissingRule]:
     """Return the rules that CLIPS refused, by name."""
     missing_rules: dict[str, MissingRule] = {}
-    rules_of = cache(lambda file: dict(_rules_in(file)))  # reads a file with many mistakes only once
+    read_rules = cache(lambda file: dict(_read_rules(file)))  # a file with many mistakes is read only once
     for diagnostic in book.diagnostics:
-        name = diagnostic.construct.removeprefix(_RULE)
+        name = diagnostic.construct.removeprefix(_RULE_PREFIX)
         # A file may define a rule again after CLIPS refused the first definition.
-        if not diagnostic.construct.startswith(_RULE) or name in book.rules:
+        if not diagnostic.construct.startswith(_RULE_PREFIX) or name in book.rules:
             continue
-        text = book.refused.get(name) or rules_of(diagnostic.file).get(name, "")
+        text = book.refused_texts.get(name) or read_rules(diagnostic.file).get(name, "")
         position = short_path(diagnostic.file) + ("" if diagnostic.line is None else f":{diagnostic.line}")
         reason = f"was refused when its file was loaded: {position}: {diagnostic.message} [{diagnostic.code}]"
         missing_rules[name] = MissingRule(name, text, reason)
@@ -61,18 +63,18 @@ def refused_rules(book: Rulebook) -> dict[str, MissingRule]:
 def unloaded_rules(book: Rulebook) -> Iterator[MissingRule]:
     """Yield the rules in the agent's folders whose files are not loaded."""
     for file in _unloaded_files(book):
-        for name, text in _rules_in(file):
+        for name, text in _read_rules(file):
             if name not in book.rules:
                 yield MissingRule(name, text, f"is in {short_path(file)}, which the spec does not load")
 
 
-def why_missing(rule: str, book: Rulebook) -> str:
+def explain_missing_rule(rule: str, book: Rulebook) -> str:
     """Return why an environment lacks a rule that a file defines; empty if the reason is unknown."""
     # The last diagnostic counts: it is about the definition that would have replaced the earlier ones.
     for diagnostic in reversed(book.diagnostics):
         if diagnostic.construct.partition(" ")[2] == rule:
             return f"it was refused when its file was loaded: {diagnostic}"
-    if swallowed := _why_swallowed(rule, book):
+    if swallowed := _explain_swallowed_rule(rule, book):
         return swallowed
     position = find_rule(rule, book.files)
     if position is not None:
@@ -88,19 +90,19 @@ def find_rule(rule: str, files: Iterable[str]) -> SourceLine | None:
     """Return the position of a rule; the last position if several files define the rule."""
     position = None
     for file in dict.fromkeys(files):
-        text = _text(file)
-        # The search for the word spares parsing: most files do not have the rule.
+        text = _read_text(file)
+        # Parsing is slow, and most files lack the rule: the search for the word comes first.
         if rule in text and (line := rule_lines(text).get(rule)):
             position = SourceLine(file, line)
     return position
 
 
-def _why_swallowed(rule: str, book: Rulebook) -> str:
-    """Return that a rule follows an unclosed parenthesis; empty if it does not."""
+def _explain_swallowed_rule(rule: str, book: Rulebook) -> str:
+    """Return that a rule was lost after an unclosed parenthesis; empty if it was not."""
     begin = re.compile(rf"^\s*\(defrule\s+{re.escape(rule)}(?![^\s()])", re.MULTILINE)
     for diagnostic in book.diagnostics:
         if diagnostic.code == UNCLOSED and diagnostic.line is not None:
-            text = _text(diagnostic.file)
+            text = _read_text(diagnostic.file)
             match = begin.search(text)
             if match is not None and text.count("\n", 0, match.start() + 1) + 1 > diagnostic.line:
                 return f"it is lost with what follows an unclosed parenthesis: {diagnostic}"
@@ -116,15 +118,15 @@ def _unloaded_files(book: Rulebook) -> Iterator[str]:
                 yield str(path)
 
 
-def _rules_in(file: str) -> Iterator[tuple[str, str]]:
+def _read_rules(file: str) -> Iterator[tuple[str, str]]:
     """Yield the name and the text of each rule in a file."""
-    for definition in definitions(_text(file)):
+    for definition in definitions(_read_text(file)):
         if definition.kind == "defrule":
             yield definition.name, definition.node.text
 
 
-def _text(file: str) -> str:
-    """Return the text of a file; empty if it cannot be read: a recording names files of another machine."""
+def _read_text(file: str) -> str:
+    """Return the text of a file; empty if unreadable: a recording may name files of another machine."""
     try:
         return Path(file).read_bytes().decode("utf-8", "surrogateescape")
     except OSError:

@@ -1,7 +1,7 @@
 """Parses the printed facts of a recording into values, to match rules with them.
 
-A recording may lack the deftemplate of a fact, such as an interface's. Then the slots come from the
-facts themselves.
+A recording may lack the deftemplate of a fact, such as the template of an interface. Then the slots come from
+the printed facts.
 """
 
 from __future__ import annotations
@@ -14,33 +14,33 @@ from cxbridge.events import FactChange
 from cxbridge.history.transitions import unquote
 from cxbridge_studio.explain.rules.snapshot import FactRow, FactTemplate
 
-_FIELDS = ""  # the key of the fields of an ordered fact, in place of the name of a slot
+_ORDERED_FIELDS = ""  # the key for the fields of an ordered fact, in place of the name of a slot
 
 
-def rows_of(
+def parse_rows(
     changes: Iterable[FactChange], templates: Mapping[str, FactTemplate]
 ) -> tuple[dict[str, FactTemplate], list[FactRow]]:
     """Return the parsable facts and their templates. Unknown templates are derived from the facts."""
     parsed: list[tuple[FactChange, Mapping[str, tuple[Value, ...]]]] = []
     is_multislot: dict[str, dict[str, bool]] = {}  # by template and slot
     for change in changes:
-        slots = _slots(change, templates.get(change.template))
+        slots = _parse_slots(change, templates.get(change.template))
         if slots is not None:
             parsed.append((change, slots))
             multi_by_slot = is_multislot.setdefault(change.template, {})
             for slot, values in slots.items():
-                # A slot that once has no value, or several values, is a multislot.
+                # A slot that has no value or several values in any fact is a multislot.
                 multi_by_slot[slot] = multi_by_slot.get(slot, False) or len(values) != 1
     all_templates = dict(templates)
     for name, multi_by_slot in is_multislot.items():
-        multi_by_slot.pop(_FIELDS, None)
+        multi_by_slot.pop(_ORDERED_FIELDS, None)
         all_templates.setdefault(name, FactTemplate(name, tuple(multi_by_slot.items()) or None))
-    rows = (_row(change, slots, all_templates[change.template]) for change, slots in parsed)
+    rows = (_make_row(change, slots, all_templates[change.template]) for change, slots in parsed)
     return all_templates, sorted(filter(None, rows), key=lambda row: row.index)
 
 
-def _slots(change: FactChange, template: FactTemplate | None) -> Mapping[str, tuple[Value, ...]] | None:
-    """Return the values by slot; the fields of an ordered fact have the key :data:`_FIELDS`.
+def _parse_slots(change: FactChange, template: FactTemplate | None) -> Mapping[str, tuple[Value, ...]] | None:
+    """Return the values by slot; the fields of an ordered fact have the key :data:`_ORDERED_FIELDS`.
 
     None if the fact does not fit its template.
     """
@@ -48,28 +48,32 @@ def _slots(change: FactChange, template: FactTemplate | None) -> Mapping[str, tu
         try:
             _, texts = parse_fact(change.text)
         except FactSyntaxError:
+            # Without a template, an ordered fact such as ``(at 1 2)`` is no syntax error.
             if template is not None:
                 return None
         else:
             if texts or template is not None:
-                return {slot: _values(text, slot, template) for slot, text in texts.items()}
+                return {slot: _parse_slot_values(text, slot, template) for slot, text in texts.items()}
     # An ordered fact: its fields are between ``(TEMPLATE `` and ``)``.
-    return {_FIELDS: parse_values(change.text[1 + len(change.template) : -1].strip())}
+    return {_ORDERED_FIELDS: parse_values(change.text[1 + len(change.template) : -1].strip())}
 
 
-def _values(text: str, slot: str, template: FactTemplate | None) -> tuple[Value, ...]:
-    """Return the values of a slot. In a slot of a single value, inner quotes belong to the value."""
+def _parse_slot_values(text: str, slot: str, template: FactTemplate | None) -> tuple[Value, ...]:
+    """Return the values of a slot.
+
+    A recording may print strings without escaping their quotes, so a single value ends at the last quote.
+    """
     is_single = template is not None and (slot, False) in (template.slots or ())
     return (unquote(text),) if is_single and unquote(text) != text else parse_values(text)
 
 
-def _row(
+def _make_row(
     change: FactChange, slots: Mapping[str, tuple[Value, ...]], template: FactTemplate
 ) -> FactRow | None:
     """Return the row of a fact; None if an ordered fact has the template of facts with slots."""
     if template.slots is None:
-        return FactRow(change.index, template.name, (slots.get(_FIELDS, ()),))
-    if _FIELDS in slots:
+        return FactRow(change.index, template.name, (slots.get(_ORDERED_FIELDS, ()),))
+    if _ORDERED_FIELDS in slots:
         return None
     values: list[Value] = []
     for slot, multi in template.slots:

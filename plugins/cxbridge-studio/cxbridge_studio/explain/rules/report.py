@@ -10,7 +10,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.explain.evidence import Evidence, NoFactsError
 from cxbridge_studio.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
-from cxbridge_studio.explain.rules.missing import SourceLine, find_rule, why_missing
+from cxbridge_studio.explain.rules.missing import SourceLine, explain_missing_rule, find_rule
 from cxbridge_studio.explain.rules.sandbox import diagnose_in_sandbox
 from cxbridge_studio.explain.rules.snapshot import Activation, Snapshot
 
@@ -18,15 +18,16 @@ MAX_BASES = 5  # limit of the listed complete matches and errors
 
 
 @dataclass(frozen=True, slots=True)
-class RuleExplanation:
-    """The report about a rule.
+class RuleStory:
+    """The state of a rule, with the cause.
 
     :param where: the run and the time.
     :param position: the file and line of the rule; None if unknown.
     :param missing: why the rule does not exist; other fields are empty then.
     :param activations: the number of its activations on the agenda; None if unknown.
     :param ahead: the activations before its first activation; None without an activation.
-    :param firings: the time in seconds and the facts of each firing; None if unknown.
+    :param firings: the time in seconds since the start of the run, and the facts, of each firing; None if
+        unknown.
     :param notes: remarks about the source.
     :param unknown: why the facts, and thus the matches, are not known; empty if they are.
     """
@@ -44,19 +45,19 @@ class RuleExplanation:
     unknown: str = ""
 
 
-def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
+def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
     """Explain why a rule has not fired.
 
     :raises CxbridgeError: if the rule is unknown, or its facts cannot be copied.
     """
     book = evidence.rulebook()
     if rule not in book.rules:
-        missing = why_missing(rule, book)
+        missing = explain_missing_rule(rule, book)
         if not missing:
             raise CxbridgeError(f"there is no rule '{rule}'", hint=did_you_mean(rule, book.rules) or None)
-        return RuleExplanation(rule, evidence.where, missing=missing, notes=tuple(evidence.notes))
-    events = evidence.firings(rule)
-    explanation = RuleExplanation(
+        return RuleStory(rule, evidence.where, missing=missing, notes=tuple(evidence.notes))
+    events = evidence.rule_firings(rule)
+    explanation = RuleStory(
         rule,
         evidence.where,
         SourceLine(*book.positions[rule]) if rule in book.positions else find_rule(rule, book.files),
@@ -81,7 +82,8 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
     )
 
 
-def plain(story: RuleExplanation) -> dict[str, Any]:
+def to_json(story: RuleStory) -> dict[str, Any]:
+    """Return a story as JSON values."""
     result: dict[str, Any] = {
         "headline": headline(story),
         "rule": story.rule,
@@ -101,15 +103,15 @@ def plain(story: RuleExplanation) -> dict[str, Any]:
         result |= asdict(story.diagnosis)
         result |= {
             "env": story.snapshot.env,
-            "clips_matches": list(story.snapshot.own_counts),
+            "clips_matches": list(story.snapshot.clips_counts),
             "on_agenda": story.activations,
             "ahead_on_agenda": None if story.ahead is None else [asdict(item) for item in story.ahead],
-            "halted": story.snapshot.halted,
+            "halted": story.snapshot.halt_reason,
         }
     return result
 
 
-def headline(story: RuleExplanation) -> str:
+def headline(story: RuleStory) -> str:
     """Return the report in one line: whether the rule has fired, and the cause."""
     if story.missing:
         return f"rule {story.rule}: {story.missing}"
@@ -125,8 +127,8 @@ def headline(story: RuleExplanation) -> str:
     return f"rule {story.rule} {state}: CE {failing} {diagnosis.failure.text} has no match: {reason}"
 
 
-def verdict(story: RuleExplanation) -> str:
-    """Return in a sentence why the rule does not fire."""
+def verdict(story: RuleStory) -> str:
+    """Return why the rule does not fire, as a sentence without capital and full stop."""
     diagnosis, snapshot = story.diagnosis, story.snapshot
     if story.unknown:
         return f"whether its condition matches is not known: {story.unknown}"
@@ -141,8 +143,8 @@ def verdict(story: RuleExplanation) -> str:
     return _verdict_of_matches(story, diagnosis, snapshot)
 
 
-def _verdict_of_matches(story: RuleExplanation, diagnosis: Diagnosis, snapshot: Snapshot) -> str:
-    """Return in a sentence why the complete matches do not make the rule fire."""
+def _verdict_of_matches(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot) -> str:
+    """Return why the complete matches do not make the rule fire, in the same form as :func:`verdict`."""
     is_single = diagnosis.matches == Count(1)
     matches = "its condition matches" + (" in one way" if is_single else f" in {diagnosis.matches} ways")
     if story.activations:
@@ -152,8 +154,8 @@ def _verdict_of_matches(story: RuleExplanation, diagnosis: Diagnosis, snapshot: 
         if story.ahead:
             first = story.ahead[0]
             turn = f"it comes after {len(story.ahead)} others, first {first.rule} (salience {first.salience})"
-        halted = f"; but no rule fires any more: {snapshot.halted}" if snapshot.halted else ""
-        return f"{matches}, {story.activations} of them {verb} on the agenda: {turn}{halted}"
+        halt_reason = f"; but no rule fires any more: {snapshot.halt_reason}" if snapshot.halt_reason else ""
+        return f"{matches}, {story.activations} of them {verb} on the agenda: {turn}{halt_reason}"
     if story.activations is None and story.firings is None:
         return f"{matches}; whether it has fired for them was not recorded (level rules)"
     # A recording has no agenda: there, the firings tell which matches are still to fire.
@@ -165,7 +167,7 @@ def _verdict_of_matches(story: RuleExplanation, diagnosis: Diagnosis, snapshot: 
     return f"{matches}, and it has fired for {pronoun}: it fires again when one of the facts is asserted anew"
 
 
-def lines(story: RuleExplanation) -> Iterator[str]:
+def report_lines(story: RuleStory) -> Iterator[str]:
     """Yield the text of the report."""
     diagnosis, snapshot = story.diagnosis, story.snapshot
     yield headline(story)
@@ -181,7 +183,7 @@ def lines(story: RuleExplanation) -> Iterator[str]:
     sentence = verdict(story)
     yield f"{sentence[:1].upper()}{sentence[1:]}."
     if diagnosis is not None and snapshot is not None:
-        yield from _detail_lines(story, diagnosis, snapshot)
+        yield from _diagnosis_lines(story, diagnosis, snapshot)
     yield from (f"note: {note}" for note in story.notes)
 
 
@@ -193,15 +195,15 @@ def _firings_text(firings: tuple[tuple[float, str], ...]) -> str:
     return f"It has fired {times} at {seconds:.3f} s{f' for {basis}' if basis else ''}."
 
 
-def _detail_lines(story: RuleExplanation, diagnosis: Diagnosis, snapshot: Snapshot) -> Iterator[str]:
+def _diagnosis_lines(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot) -> Iterator[str]:
     if diagnosis.elements:
         yield ""
         yield from _table_lines(diagnosis.elements, diagnosis.failing)
-    if diagnosis.unknown and snapshot.own_counts:
+    if diagnosis.unknown and snapshot.clips_counts:
         # CLIPS' numbers are hard to read, but better than none.
         yield ""
         yield "CLIPS' own (matches), where patterns are counted through all groups:"
-        yield from (f"  {line}" for line in snapshot.own_counts)
+        yield from (f"  {line}" for line in snapshot.clips_counts)
     if diagnosis.failure is not None:
         yield ""
         yield from _failure_lines(diagnosis.failure, f"CE {diagnosis.failing}: ", "  ")
@@ -227,15 +229,17 @@ def _table_lines(elements: tuple[CECount, ...], failing: int) -> Iterator[str]:
         )
         for element in elements
     ]
-    widths = [max(len(title), *(len(row[column]) for row in rows)) for column, title in enumerate(_TITLES)]
-    yield "  " + "  ".join(title.rjust(width) for title, width in zip(_TITLES, widths, strict=True))
+    widths = [
+        max(len(title), *(len(row[column]) for row in rows)) for column, title in enumerate(_COLUMN_TITLES)
+    ]
+    yield "  " + "  ".join(title.rjust(width) for title, width in zip(_COLUMN_TITLES, widths, strict=True))
     for row, element in zip(rows, elements, strict=True):
         mark = ">" if element.number == failing else " "
         cells = [cell.rjust(width) for cell, width in zip(row[:3], widths, strict=True)]
         yield mark + " " + "  ".join([*cells, row[3]])
 
 
-_TITLES = ("CE", "alone", "joined")
+_COLUMN_TITLES = ("CE", "alone", "joined")
 
 
 def _failure_lines(failure: MatchFailure, title: str, indent: str) -> Iterator[str]:

@@ -1,7 +1,7 @@
 """Runs a diagnosis in a child process with limited time and memory; see :mod:`.sandbox_process`.
 
-The facts may come from a stranger's recording, and even an honest condition may have more matches than fit
-into memory. A process that exceeds the time is killed, and the diagnosis is unknown.
+The facts may come from a stranger's recording, and even the condition of an honest agent may have more
+matches than fit into memory. A process that exceeds its time is killed; the diagnosis then says so.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from typing import Final
 import msgspec
 
 from cxbridge.spawning import python_command
-from cxbridge_studio.explain.rules.diagnose import diagnose, undiagnosed
+from cxbridge_studio.explain.rules.diagnose import diagnose, make_unknown_diagnosis
 from cxbridge_studio.explain.rules.diagnosis import Diagnosis
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-LIMIT_S: Final = 25.0  # the time limit of a diagnosis, in seconds
+LIMIT_S: Final = 25.0  # the time limit of a diagnosis, in seconds of real time
 
-MEMORY: Final = 2 << 30  # the limit of the child's address space, in bytes
+MAX_MEMORY_BYTES: Final = 2 << 30  # the limit of the child's address space, in bytes
 
 
 def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Diagnosis:
@@ -31,35 +31,42 @@ def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Dia
     :param limit_s: real time in seconds; None for :data:`LIMIT_S`.
     """
     limit_s = LIMIT_S if limit_s is None else limit_s
-    if snapshot.too_many:
-        return diagnose(
-            snapshot
-        )  # no process is needed: the facts were not copied, so nothing can be matched
+    if snapshot.uncopied_count:
+        # No process is needed: the facts were not copied, so nothing can be matched.
+        return diagnose(snapshot)
     process = subprocess.Popen(  # noqa: S603 - the command is a module of this package
-        python_command("-m", "cxbridge_studio.explain.rules.sandbox_process", str(MEMORY)),
+        python_command("-m", "cxbridge_studio.explain.rules.sandbox_process", str(MAX_MEMORY_BYTES)),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         start_new_session=True,
-        # The same order of sets in each process makes the same diagnosis.
+        # With one hash seed, sets have the same order in each process, so equal snapshots have equal
+        # diagnoses.
         env={**os.environ, "PYTHONHASHSEED": "0"},
     )
     with process:
         try:
             output, _ = process.communicate(pickle.dumps(snapshot), limit_s)
         except subprocess.TimeoutExpired:
-            return undiagnosed(snapshot, f"its condition could not be matched within {limit_s:g} s")
+            return make_unknown_diagnosis(
+                snapshot, f"its condition could not be matched within {limit_s:g} s"
+            )
         finally:
-            process.kill()
+            process.kill()  # without an effect on a process that has ended
     try:
-        # msgspec's decoder requires UTF-8, and texts of files may hold other bytes.
+        # `json` decodes, because msgspec requires UTF-8, and texts of files may contain other bytes.
         return msgspec.convert(json.loads(output), Diagnosis)
     except ValueError:
-        return undiagnosed(snapshot, f"matching its condition {_end_of(process.returncode)}")
+        return make_unknown_diagnosis(
+            snapshot, f"matching its condition {_describe_exit(process.returncode)}"
+        )
 
 
-def _end_of(status: int) -> str:
-    """Return how a process without an answer ended."""
+def _describe_exit(status: int) -> str:
+    """Return how a process without an answer ended, as the end of a sentence.
+
+    :param status: as of :attr:`subprocess.Popen.returncode`: negative for a signal.
+    """
     if status < 0:
         return f"ended CLIPS with {signal.Signals(-status).name}: it goes too deep, or takes too much memory"
     return "takes too much memory"

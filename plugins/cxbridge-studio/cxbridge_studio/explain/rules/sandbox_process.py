@@ -14,16 +14,16 @@ import sys
 from dataclasses import asdict
 from typing import Final
 
-from cxbridge_studio.explain.rules.diagnose import diagnose, undiagnosed
+from cxbridge_studio.explain.rules.diagnose import diagnose, make_unknown_diagnosis
 
-# The limit of CPU time in seconds, in case the parent dies and cannot kill the process.
-CPU_S: Final = 30
+# The limit of CPU time in seconds, for the case that the parent dies and cannot kill the process.
+MAX_CPU_S: Final = 30
 
 
-def _drop_rights(memory: int) -> None:
-    """Limit the process's resources. Windows lacks these limits.
+def _drop_rights(max_memory_bytes: int) -> None:
+    """Limit the process's resources for the rest of its life. Windows lacks these limits.
 
-    :param memory: the limit of the address space in bytes.
+    :param max_memory_bytes: the limit of the address space.
     """
     if sys.platform == "win32":
         return
@@ -31,8 +31,8 @@ def _drop_rights(memory: int) -> None:
 
     # 0 files, bytes and processes: from here on, the process can only compute, and write to open pipes.
     for kind, limit in (
-        (resource.RLIMIT_AS, memory),
-        (resource.RLIMIT_CPU, CPU_S),
+        (resource.RLIMIT_AS, max_memory_bytes),
+        (resource.RLIMIT_CPU, MAX_CPU_S),
         (resource.RLIMIT_CORE, 0),
         (resource.RLIMIT_FSIZE, 0),
         (resource.RLIMIT_NPROC, 0),
@@ -43,22 +43,22 @@ def _drop_rights(memory: int) -> None:
         resource.setrlimit(kind, (new_limit, new_limit))
 
 
-def main(memory: int) -> None:
+def main(max_memory_bytes: int) -> None:
     """Diagnose the rule on standard input.
 
-    :param memory: the limit of the address space in bytes.
+    :param max_memory_bytes: the limit of the address space.
     """
     snapshot = pickle.loads(sys.stdin.buffer.read())  # noqa: S301 - from the parent process
     # What CLIPS prints to standard output must not mix with the diagnosis.
     output = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    _drop_rights(memory)
+    _drop_rights(max_memory_bytes)
     try:
         diagnosis = diagnose(snapshot)
     except MemoryError:
-        diagnosis = undiagnosed(snapshot, "matching its condition takes too much memory")
+        diagnosis = make_unknown_diagnosis(snapshot, "matching its condition takes too much memory")
     except Exception as error:  # noqa: BLE001 - the snapshot may have any content
-        diagnosis = undiagnosed(
+        diagnosis = make_unknown_diagnosis(
             snapshot, f"its condition cannot be examined: {type(error).__name__}: {error}"
         )
     json.dump(asdict(diagnosis), output)

@@ -1,7 +1,7 @@
 """A rule with the facts to match at one moment, and the rules of an environment: values without pointers.
 
-Snapshots come from an environment (:mod:`.environment`) or from a recording (:mod:`..recorded`) and are the
-whole input of :mod:`.diagnose`, so the run can continue during the diagnosis.
+Snapshots come from an environment (:mod:`.environment`) or from a recording (:mod:`..recorded`). They are the
+only input of :mod:`.diagnose`, so the run can continue during the diagnosis.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ __all__ = ["MAX_FACTS", "Activation", "FactRef", "FactRow", "FactTemplate", "Rul
 # The limit of copied facts; beyond it, only CLIPS' own counts are available.
 MAX_FACTS: Final = 50_000
 
-_MAX_LENGTH: Final = 200  # the characters of a fact that are shown
-_CUT: Final = " ...)"  # the end of a fact that is not shown in full
-_IDENTIFYING_SLOTS: Final = ("id", "name")  # slots that identify a fact
+_MAX_FACT_LENGTH: Final = 200  # limit of the characters that a report shows of a fact
+_ELLIPSIS: Final = " ...)"  # the end of a shortened fact
+_IDENTIFYING_SLOTS: Final = ("id", "name")  # by which a user recognizes a fact
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,12 +43,14 @@ class Snapshot:
 
     :param text: the defrule.
     :param functions: the deffunctions in its condition, callees first.
-    :param global_texts: the expressions of global variables with unknown values, in order.
+    :param globals: the values of global variables.
+    :param global_texts: the expressions of global variables with unknown values, in the order of definition.
     :param agenda: the first activations in order; None if unknown.
-    :param own_counts: the output of CLIPS' ``(matches RULE succinct)``; empty if unavailable.
-    :param too_many: the number of facts if there are too many to copy, else 0.
-    :param all_facts: whether a function in the condition may query facts of any template.
-    :param halted: why rules no longer fire; empty while they do.
+    :param clips_counts: the output lines of CLIPS' ``(matches RULE succinct)``; empty if unavailable.
+    :param uncopied_count: the number of facts if there are too many to copy, else 0. Counting ends above the
+        limit.
+    :param needs_all_facts: whether a function in the condition may query facts of any template.
+    :param halt_reason: why rules no longer fire; empty while they do.
     """
 
     env: str
@@ -60,15 +62,15 @@ class Snapshot:
     globals: Mapping[str, Value] = field(default_factory=dict)
     global_texts: Mapping[str, str] = field(default_factory=dict)
     agenda: tuple[Activation, ...] | None = None
-    own_counts: tuple[str, ...] = ()
-    too_many: int = 0
-    all_facts: bool = False
-    halted: str = ""
+    clips_counts: tuple[str, ...] = ()
+    uncopied_count: int = 0
+    needs_all_facts: bool = False
+    halt_reason: str = ""
 
     @property
     def activations(self) -> int | None:
         """The number of the rule's activations on the agenda; None if unknown."""
-        for line in self.own_counts:
+        for line in self.clips_counts:
             name, _, number = line.partition(": ")
             if name == "Activations":
                 return int(number)
@@ -87,13 +89,13 @@ class Snapshot:
         }
         text = fact_text(row.template, selected)
         if len(selected) < len(slots):
-            text = text[:-1] + _CUT
-        if len(text) > _MAX_LENGTH:
-            text = text[: _MAX_LENGTH - len(_CUT)] + _CUT
+            text = text[:-1] + _ELLIPSIS
+        if len(text) > _MAX_FACT_LENGTH:
+            text = text[: _MAX_FACT_LENGTH - len(_ELLIPSIS)] + _ELLIPSIS
         return f"f-{row.index} {text}"
 
     def value_text(self, row: FactRow, slot: str, position: int) -> str:
-        """Return the value of a slot as text; of an ordered fact, the field at a position."""
+        """Return the value of a slot as text. An ordered fact has no slots, but a field at each position."""
         template = self.templates[row.template]
         if template.slots is None:
             fields = row.values[0]
@@ -104,13 +106,13 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class Rulebook:
-    """The rules of an environment, and data about missing rules.
+    """The names of an environment's rules, and data about missing rules.
 
     :param files: the loaded files, in order.
     :param diagnostics: CLIPS' messages about the files.
-    :param folders: folders of the agent's files, loaded or not.
+    :param folders: the folders of the agent's files, which may contain further files.
     :param positions: the file and line of each rule, if known without reading files.
-    :param refused: the texts of refused rules by name, if known without reading files.
+    :param refused_texts: the texts of refused rules by name, if known without reading files.
     """
 
     rules: frozenset[str]
@@ -118,4 +120,4 @@ class Rulebook:
     diagnostics: tuple[Diagnostic, ...] = ()
     folders: tuple[str, ...] = ()
     positions: Mapping[str, tuple[str, int]] = field(default_factory=dict)
-    refused: Mapping[str, str] = field(default_factory=dict)
+    refused_texts: Mapping[str, str] = field(default_factory=dict)

@@ -179,7 +179,7 @@ def test_rules_of_a_whole_agent_and_the_core(monkeypatch):
     # in this process: that there are many is the matter here
     monkeypatch.setattr("cxbridge_studio.explain.rules.report.diagnose_in_sandbox", diagnose)
     from cxbridge.run import RunOptions
-    from cxbridge_studio.explain.rules.report import explain_rule, lines, plain
+    from cxbridge_studio.explain.rules.report import explain_rule, report_lines, to_json
     from cxbridge_studio.explain.scenario import scenario_evidence
 
     with scenario_evidence(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"), 3) as evidence:
@@ -190,15 +190,15 @@ def test_rules_of_a_whole_agent_and_the_core(monkeypatch):
             assert story.diagnosis is not None
             assert story.diagnosis.unknown == "", rule
             assert story.diagnosis.failure is None or story.diagnosis.failure.kind != "unknown", rule
-            assert list(lines(story))
-            json.dumps(plain(story))
+            assert list(report_lines(story))
+            json.dumps(to_json(story))
             assert story.snapshot is not None
             simple = all(
                 not each.text.startswith(("(test", "(or", "(not (and")) for each in story.diagnosis.elements
             )
             whole = [
                 line
-                for line in story.snapshot.own_counts
+                for line in story.snapshot.clips_counts
                 if line.startswith(f"CEs 1 - {len(story.diagnosis.elements)}:")
             ]
             if simple and whole:

@@ -61,7 +61,7 @@ def test_the_loop_goes_on_while_an_answer_is_made(daemon, monkeypatch):
         assert go_on.wait(WAIT_S)
         return '{"lines": ["so it is"], "data": {}}'
 
-    monkeypatch.setattr(daemon_explain, "_answer", slow)
+    monkeypatch.setattr(daemon_explain, "_explain_to_json", slow)
     more = threading.Event()
     with connected(daemon) as board:
         told: list[str] = []
@@ -85,7 +85,7 @@ def test_a_fault_or_an_answer_that_is_too_long_ends_nothing(daemon, monkeypatch)
         with pytest.raises(CxbridgeError, match="the answer is too long"):
             ask(board, "mini-never")
         monkeypatch.undo()
-        monkeypatch.setattr(daemon_explain, "_answer", lambda *_: 1 // 0)
+        monkeypatch.setattr(daemon_explain, "_explain_to_json", lambda *_: 1 // 0)
         with pytest.raises(CxbridgeError, match="a fault of cxbridge: ZeroDivisionError"):
             ask(board, "mini-never")
         monkeypatch.undo()

@@ -10,7 +10,7 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol
-from cxbridge_studio.explain.rules.isolated import ALLOWED, IsolatedEnvironment
+from cxbridge_studio.explain.rules.isolated import ALLOWED_FUNCTIONS, IsolatedEnvironment
 
 REACH_OUT = """
 system open close read readline read-number get-char unget-char put-char remove rename rewind seek
@@ -51,9 +51,9 @@ def test_every_function_is_allowed_with_a_reason_or_gone(looking):
         usual.destroy()
     there = built_in() | of_shims
     assert len(there) > 400
-    assert set(ALLOWED) <= there, "a reason for something that does not exist"
-    assert looking.removed == there - set(ALLOWED) - (built_in() - of_shims)
-    for name in sorted(there - set(ALLOWED)):
+    assert set(ALLOWED_FUNCTIONS) <= there, "a reason for something that does not exist"
+    assert looking.removed_functions == there - set(ALLOWED_FUNCTIONS) - (built_in() - of_shims)
+    for name in sorted(there - set(ALLOWED_FUNCTIONS)):
         if not name.startswith("("):
             message = said(looking, f"({name})")
             assert "Missing function declaration" in message, (name, message)
@@ -68,7 +68,7 @@ def said(env: ClipsEnvironment, expression: str) -> str:
 
 @pytest.mark.parametrize("name", REACH_OUT.split())
 def test_nothing_that_reaches_out_is_allowed(name):
-    assert name not in ALLOWED
+    assert name not in ALLOWED_FUNCTIONS
 
 
 def test_what_is_left_still_works(looking):

@@ -14,7 +14,7 @@ from cxbridge.executive.pddl import parse_domain, parse_formula, problem_of_fact
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.program.plain_options import make_options
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_studio.explain.planning import PlannerAnswer, choose_answer, planner_answers
+from cxbridge_studio.explain.planning import PlannerAnswer, find_answer, planner_answers
 from tests.support import ROOT, ROS2CX_DIR, SHARED, needs_plugin, needs_ros2cx, needs_shared
 
 
@@ -50,7 +50,7 @@ def answer(plan: str, status: str = "found", reason: str = "") -> PlannerAnswer:
 
 
 def test_each_section_has_the_form_of_the_terminal():
-    assert answer("(move r here there)\n(move r there here)").as_terminal() == [
+    assert answer("(move r here there)\n(move r there here)").terminal_lines() == [
         "> get problem instances",
         "Instances: 3",
         "  r     robot",
@@ -72,7 +72,9 @@ def test_each_section_has_the_form_of_the_terminal():
 
 
 def test_a_plan_with_times_keeps_them():
-    assert answer("0.0: (move r here there) [2.5]\n2.5: (move r there here) [10.0]").section("plan") == [
+    assert answer("0.0: (move r here there) [2.5]\n2.5: (move r there here) [10.0]").section_lines(
+        "plan"
+    ) == [
         "plan:",
         "0   (move r here there) 2.5",
         "2.5 (move r there here) 10",
@@ -80,7 +82,7 @@ def test_a_plan_with_times_keeps_them():
 
 
 def test_no_plan_says_why():
-    assert answer("", "none", "the goal cannot be reached").section("plan") == [
+    assert answer("", "none", "the goal cannot be reached").section_lines("plan") == [
         "plan: none: the goal cannot be reached"
     ]
 
@@ -111,19 +113,21 @@ def test_the_recorded_problem_can_be_planned_again(meeting, tmp_path, capsys):
     capsys.readouterr()
     assert main(["plan", str(MEET / "domain.pddl"), str(problem)]) == 0
     steps = capsys.readouterr().out.splitlines()
-    assert [STEP.sub(r"\1", line) for line in choose_answer(open_run(meeting)).section("plan")[1:]] == steps
+    assert [
+        STEP.sub(r"\1", line) for line in find_answer(open_run(meeting)).section_lines("plan")[1:]
+    ] == steps
 
 
 def test_a_call_that_there_was_not(meeting):
     with pytest.raises(TraceError, match="no planner was called for 'NOBODY'"):
-        choose_answer(open_run(meeting), "NOBODY")
+        find_answer(open_run(meeting), "NOBODY")
 
 
 def test_a_recording_without_problems(tmp_path):
     file = tmp_path / "run.mcap"
     run_scenario(RunOptions(scenario=MEET, trace=file, trace_files=False))
     with pytest.raises(TraceError, match="no problem of a planner was recorded"):
-        choose_answer(open_run(file))
+        find_answer(open_run(file))
 
 
 def test_a_part_that_there_is_not(meeting, capsys):

@@ -7,7 +7,7 @@ import pytest
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.recorded import RecordedEvidence
-from cxbridge_studio.explain.rules.report import explain_rule, plain
+from cxbridge_studio.explain.rules.report import explain_rule, to_json
 from tests.history.runs import ListRun, fact, fired, goal
 
 FILES = {
@@ -53,14 +53,14 @@ def test_what_is_told_of_them():
 
 def test_firings_tell_what_became_of_a_match():
     before, after = joined(4.5, events=(fired(0, "old"), *EVENTS))[1], joined(None)[1]
-    assert "it had not fired for 1 of them, first f-4,f-3" in plain(before)["verdict"]
-    assert "it has fired for it" in plain(after)["verdict"]
-    assert plain(after)["last_fired"] == {"seconds": 5.0, "facts": "f-4,f-3"}
+    assert "it had not fired for 1 of them, first f-4,f-3" in to_json(before)["verdict"]
+    assert "it has fired for it" in to_json(after)["verdict"]
+    assert to_json(after)["last_fired"] == {"seconds": 5.0, "facts": "f-4,f-3"}
 
 
 def test_without_firings_nobody_knows():
     story = joined(4.5, events=EVENTS[:-1])[1]
-    assert "was not recorded (level rules)" in plain(story)["verdict"]
+    assert "was not recorded (level rules)" in to_json(story)["verdict"]
 
 
 def test_of_two_rules_of_one_name_the_later_counts():
@@ -85,9 +85,9 @@ def test_a_recording_that_cannot_tell_says_what_to_record(run, message, hint):
 
 def test_without_facts_it_says_what_is_known_and_what_to_record():
     answer = explain(RecordedEvidence(ListRun([fired(1, "drive")], FILES), None, None), "drive")
-    assert answer.plain["fired"] == 1
-    assert "whether its condition matches is not known" in answer.plain["verdict"]
-    assert "record with --trace-level facts" in answer.plain["verdict"]
+    assert answer.data["fired"] == 1
+    assert "whether its condition matches is not known" in answer.data["verdict"]
+    assert "record with --trace-level facts" in answer.data["verdict"]
 
 
 def test_an_unknown_environment():

@@ -18,7 +18,7 @@ def told(events, kind: str, name: str = "", at: float | None = None, **ending: s
 
 
 def test_a_run_that_failed_begins_with_the_reason():
-    story = told(FAILED, "run").plain
+    story = told(FAILED, "run").data
     assert story["headline"] == (
         "top1 (TOP) FAILED at 3.300 s, error: SUB-GOAL-FAILED talk1: talk1 (TALK) FAILED at 3.200 s: "
         'action 10 say failed at 3.100 s: probably skill say{text="hi"} of Skiller ended S_FAILED: no speaker'
@@ -31,19 +31,19 @@ def test_a_run_that_failed_begins_with_the_reason():
 
 
 def test_a_run_that_works_names_the_skill():
-    story = told(FAILED, "run", at=2.5).plain
+    story = told(FAILED, "run", at=2.5).data
     assert story["headline"].startswith("top1 (TOP) is under way: Skiller executes say{")
     assert story["wrong"] == []
 
 
 def test_a_run_that_waits_says_for_what():
-    story = told(started(0, "a1"), "run").plain
+    story = told(started(0, "a1"), "run").data
     assert story["headline"] == "a1 (A) is DISPATCHED since 0.000 s, and waits for what was dispatched"
     assert [each["text"] for each in story["wrong"]] == [story["headline"]]
 
 
 def test_how_the_run_ended_is_told():
-    story = told(started(0, "a1"), "run", status="3", reason="the timeout passed").plain
+    story = told(started(0, "a1"), "run", status="3", reason="the timeout passed").data
     assert story["wrong"][0]["text"] == "the run ended with status 3: the timeout passed"
 
 
@@ -54,7 +54,7 @@ def test_failures_that_were_overcome_are_a_part_of_their_own():
         goal(1, "b1", "FINISHED", "FAILED", parent="top1"),
         goal(2, "top1", "FINISHED", "COMPLETED"),
     ]
-    story = told(events, "run").plain
+    story = told(events, "run").data
     assert story["headline"] == "top1 (TOP) COMPLETED at 2.000 s"
     assert story["overcome"] == [{"text": "b1 (B) FAILED at 1.000 s", "because": []}]
 
@@ -62,16 +62,16 @@ def test_failures_that_were_overcome_are_a_part_of_their_own():
 def test_of_many_goals_the_first_are_told():
     events = [event for number in range(20) for event in (goal(0, f"a{number}", "FORMULATED"),)]
     story = told(events, "run")
-    assert len(story.plain["wanted"]) == 12
-    assert story.plain["wanted"][-1]["text"] == "and 9 more"
+    assert len(story.data["wanted"]) == 12
+    assert story.data["wanted"][-1]["text"] == "and 9 more"
     assert "  and 9 more" in story.lines
 
 
 def test_an_action_answers_why():
-    failed = told(FAILED, "action", "talk1/10").plain
+    failed = told(FAILED, "action", "talk1/10").data
     assert failed["headline"].endswith("ended S_FAILED: no speaker")
     assert [moment["text"] for moment in failed["actions"][0]["moments"]][-1] == "FAILED"
-    waiting = told([*started(0, "a1"), action(1, "a1", 2, "go", "PENDING")], "action", "a1/go").plain
+    waiting = told([*started(0, "a1"), action(1, "a1", 2, "go", "PENDING")], "action", "a1/go").data
     assert waiting["headline"].startswith("action 2 go is PENDING since 1.000 s")
     with pytest.raises(CxbridgeError, match="no plan-action 'a1/3'"):
         told(started(0, "a1"), "action", "a1/3")
@@ -89,7 +89,7 @@ def test_a_fact_names_the_rules_that_asserted_and_retracted_it():
     ]
     story = told(events, "fact", "f-5")
     assert (
-        story.plain["headline"] == "f-5 was asserted at 1.000 s, instead of f-4: rule count fired just before"
+        story.data["headline"] == "f-5 was asserted at 1.000 s, instead of f-4: rule count fired just before"
     )
     assert story.lines[-1] == "it was retracted at 2.000 s: rule forget fired just before"
     assert "no rule is known" in told(events, "fact", "4").lines[0]

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from cxbridge.events import Event, FactChange, InterfaceWrite, PlannerCall
 from cxbridge.trace.formats.base import Run
-from cxbridge_studio.explain.goal_story import GoalReporter
+from cxbridge_studio.explain.goal_story import GoalStoryWriter
 from cxbridge_studio.explain.goals import Goals
 from cxbridge_studio.explain.recorded import RecordedEvidence
 from tests.history import test_board_linking as board
@@ -24,7 +24,7 @@ def in_why(run: Run) -> Pairs:
     goals = Goals(evidence.history)
     found = {}
     for name, each in ((one.id, one) for one in goals.all):
-        run_of = goals.skill(each.actions[0])
+        run_of = goals.skill_link(each.actions[0])
         assert run_of is not None, name
         found[name] = run_of.call.skiller, run_of.call.skill_string
     return found
@@ -35,7 +35,9 @@ def skills_on_board(run, env=None):
     evidence = RecordedEvidence(run, None, env)
     assert evidence.history is not None
     goals = Goals(evidence.history)
-    skills = {name: goals.skill(each.actions[0]) for name, each in ((goal.id, goal) for goal in goals.all)}
+    skills = {
+        name: goals.skill_link(each.actions[0]) for name, each in ((goal.id, goal) for goal in goals.all)
+    }
     return {
         name: None if skill is None else (skill.call.skiller, skill.call.error)
         for name, skill in skills.items()
@@ -84,7 +86,7 @@ def test_the_same_error_of_two_robots_and_twice_of_one_is_told_each_time():
     evidence = RecordedEvidence(ListRun(events), None, None)
     assert evidence.history is not None
     goals = Goals(evidence.history)
-    skills = [goals.skill(one) for each in goals.all for one in each.actions]
+    skills = [goals.skill_link(one) for each in goals.all for one in each.actions]
     assert [skill and skill.call.error for skill in skills] == ["blocked"] * 3
 
 
@@ -108,6 +110,6 @@ def test_why_names_the_reason():
     )
     assert evidence.history is not None
     goals = Goals(evidence.history)
-    story = GoalReporter(evidence, goals, {}).report(goals.find("g0")[0])
+    story = GoalStoryWriter(evidence, goals, {}).goal_story(goals.find_goals("g0")[0])
     texts = [cause.text for cause in story.cause.because[0].because]
     assert texts == ["probably skill move to=place0 of robot1 of robot1-arm ended S_FAILED: door closed"]

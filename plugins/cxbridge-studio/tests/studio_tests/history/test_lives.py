@@ -21,13 +21,13 @@ __all__ = ["recorded"]
 @pytest.mark.parametrize("name", ["ROOM#2", "LOOK#2"])
 def test_why_is_asked_by_number(recorded: Path, name: str):
     answer = explain(RecordedEvidence(open_run(recorded).source, None, None), name, "goal")
-    assert answer.plain["goals"][0]["goal"] == "ROOM#2"
-    assert answer.plain["goals"][0]["outcome"] == "COMPLETED"
+    assert answer.data["goals"][0]["goal"] == "ROOM#2"
+    assert answer.data["goals"][0]["outcome"] == "COMPLETED"
 
 
 def test_why_without_a_number_tells_of_both(recorded: Path):
     answer = explain(RecordedEvidence(open_run(recorded).source, None, None), "ROOM", "goal")
-    assert [goal["outcome"] for goal in answer.plain["goals"]] == ["FAILED", "COMPLETED"]
+    assert [goal["outcome"] for goal in answer.data["goals"]] == ["FAILED", "COMPLETED"]
 
 
 def test_why_is_asked_by_time(recorded: Path):
@@ -35,7 +35,7 @@ def test_why_is_asked_by_time(recorded: Path):
     for life, name in enumerate(("ROOM", "ROOM#2")):
         end = goals_named(run.goals, "ROOM")[life].changes[-2].time / 1e6
         answer = explain(RecordedEvidence(run.source, end, None), "ROOM", "goal")
-        assert [goal["goal"] for goal in answer.plain["goals"]] == [name]
+        assert [goal["goal"] for goal in answer.data["goals"]] == [name]
 
 
 PLAN_ACTION = "(plan-action (id {number}) (goal-id g) (plan-id g-PLAN) (action-name move) {more})"

@@ -130,7 +130,7 @@ def test_nothing_of_a_recording_runs(scene, tmp_path, capsys, rule):
 
 @pytest.mark.parametrize("rule", share(HEAVY, 3))
 def test_a_recording_does_not_hold_up_who_looks(tmp_path, monkeypatch, rule):
-    monkeypatch.setattr(sandbox, "MEMORY", sandbox.MEMORY // 4)
+    monkeypatch.setattr(sandbox, "MAX_MEMORY_BYTES", sandbox.MAX_MEMORY_BYTES // 4)
     if "within 1 s" in TOLD[rule]:
         monkeypatch.setattr(sandbox, "LIMIT_S", 1.0)
     facts = [("number", f"(number {index} x)") for index in range(200)]

@@ -9,8 +9,13 @@ import pytest
 
 from cxbridge.events import RuleFired
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent, coverage_of
-from cxbridge_studio.explain.coverage.report import lcov, lines, plain
+from cxbridge_studio.explain.coverage.model import (
+    AgentSources,
+    RecordedUse,
+    add_recorded_agent,
+    compute_coverage,
+)
+from cxbridge_studio.explain.coverage.report import lcov_lines, report_lines, to_json
 from cxbridge_studio.explain.rules.constructs import TextFile
 from tests.history.runs import ENV, ListRun, action, fired, goal, skill
 from tests.support import SHARED, needs_shared
@@ -37,7 +42,7 @@ def covered(*runs, files=(("/a/agent.clp", AGENT), ("/a/other.clp", OTHER)), glo
     )
     for run in runs:
         use.add(run, ENV)
-    return coverage_of(agent, use, globs)
+    return compute_coverage(agent, use, globs)
 
 
 RUN = ListRun([fired(0, "one"), fired(1, "one"), fired(1, "of-nobody")])
@@ -45,8 +50,8 @@ RUN = ListRun([fired(0, "one"), fired(1, "one"), fired(1, "of-nobody")])
 
 def test_rules_by_file_and_line():
     found = covered(RUN)
-    assert (found.counted, found.fired) == (3, 1)
-    assert [(file.file, file.counted, file.fired) for file in found.files] == [
+    assert (found.watched_count, found.fired_count) == (3, 1)
+    assert [(file.file, file.watched_count, file.fired_count) for file in found.files] == [
         ("/a/agent.clp", 1, 0),
         ("/a/other.clp", 2, 1),
     ]
@@ -72,8 +77,8 @@ def test_goal_classes_and_modes():
     events += [goal(1, "walk2", "FORMULATED"), goal(1, "walk2", "FORMULATED", parent="walk1")]
     events += [goal(2, "walk2", "FINISHED", "FAILED"), goal(3, "jump1", "FORMULATED")]
     found = covered(ListRun(events))
-    assert found.classes.used == (("JUMP", 1), ("WALK", 2))
-    assert found.classes.unused == ("REST", "RUN")
+    assert found.goal_classes.used == (("JUMP", 1), ("WALK", 2))
+    assert found.goal_classes.unused == ("REST", "RUN")
     missing = dict(found.missing_modes)
     assert missing["WALK"] == ("EXPANDED", "COMMITTED", "DISPATCHED", "EVALUATED", "RETRACTED")
     assert dict(found.outcomes) == {"WALK": (("FAILED", 1), ("UNKNOWN", 1))}
@@ -107,11 +112,11 @@ def test_a_file_that_changed_between_runs():
 def test_rules_that_are_not_watched_do_not_count():
     agent, use = AgentSources(), RecordedUse()
     agent.add_file(TextFile("/a/other.clp", OTHER))
-    agent.unwatched = {"three", "one"}
+    agent.unwatched_rules = {"three", "one"}
     use.add(RUN, ENV)
-    found = coverage_of(agent, use)
-    assert (found.counted, found.fired) == (1, 1)
-    assert "firings not recorded: three" in lines(found, firings_known=True)
+    found = compute_coverage(agent, use)
+    assert (found.watched_count, found.fired_count) == (1, 1)
+    assert "firings not recorded: three" in report_lines(found, firings_known=True)
 
 
 def test_files_come_from_the_recording_without_the_core():
@@ -123,13 +128,13 @@ def test_files_come_from_the_recording_without_the_core():
     run = Recorded([fired(0, "two")], {"core.clp": "(defrule of-core =>)", "agent.clp": AGENT})
     for core, names in ((False, {"one", "two"}), (True, {"one", "two", "of-core"})):
         agent = AgentSources()
-        assert add_recorded_agent(agent, run, ENV, core=core)
+        assert add_recorded_agent(agent, run, ENV, include_core=core)
         assert set(agent.rules) == names
-    assert not add_recorded_agent(AgentSources(), ListRun([]), ENV, core=True)
+    assert not add_recorded_agent(AgentSources(), ListRun([]), ENV, include_core=True)
 
 
 def test_the_tracefile_of_lcov(tmp_path):
-    text = list(lcov(covered(RUN)))
+    text = list(lcov_lines(covered(RUN)))
     assert text[:12] == [
         "TN:",
         "SF:/a/agent.clp",
@@ -167,7 +172,7 @@ def test_genhtml_takes_it(tmp_path):
     source = tmp_path / "agent.clp"
     source.write_text(AGENT)
     (tmp_path / "c.info").write_text(
-        "".join(f"{line}\n" for line in lcov(covered(RUN, files=((str(source), AGENT),))))
+        "".join(f"{line}\n" for line in lcov_lines(covered(RUN, files=((str(source), AGENT),))))
     )
     done = subprocess.run(
         ["genhtml", "c.info", "-o", "html"],
@@ -190,7 +195,7 @@ def test_a_log_of_a_real_fawkes():
     use.add(open_run(LOG), ENV)
     events = [event for event in open_run(LOG) if isinstance(event, RuleFired)]
     assert use.firings.total() == len(events) == 728
-    found = coverage_of(AgentSources(), use)
+    found = compute_coverage(AgentSources(), use)
     assert dict(found.actions.used)["say-hello"] == 1
     assert dict(found.skills.used) == {"say": 4}
-    assert plain(found)["goal_classes"]["outcomes"]["ALWAYS-REJECT"] == {"REJECTED": 2}
+    assert to_json(found)["goal_classes"]["outcomes"]["ALWAYS-REJECT"] == {"REJECTED": 2}

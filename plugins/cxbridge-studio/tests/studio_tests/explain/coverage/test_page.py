@@ -7,8 +7,8 @@ import re
 import pytest
 
 from cxbridge.errors import CxbridgeError
-from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, coverage_of
-from cxbridge_studio.explain.coverage.report import as_document, write_page
+from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, compute_coverage
+from cxbridge_studio.explain.coverage.report import page_document, write_page
 from cxbridge_studio.explain.rules.constructs import TextFile
 from tests.history.runs import ENV, ListRun, action, fired, goal, skill
 from tests.support import needs_plugin
@@ -36,15 +36,15 @@ def document(run=RUN, *, firings_known=True):
     agent, use = AgentSources(), RecordedUse()
     agent.add_file(TextFile("/a/agent.clp", TEXT))
     agent.add_domain("(define (domain d) (:action wait :parameters ()))")
-    agent.unwatched.add("ticks")
-    agent.classes.add("SWIM")
+    agent.unwatched_rules.add("ticks")
+    agent.goal_classes.add("SWIM")
     use.add(run, ENV)
-    return coverage_of(agent, use), agent.texts, firings_known
+    return compute_coverage(agent, use), agent.texts, firings_known
 
 
 def made(*args, **kwargs):
     coverage, texts, firings_known = document(*args, **kwargs)
-    return as_document(coverage, texts, firings_known=firings_known)
+    return page_document(coverage, texts, firings_known=firings_known)
 
 
 def test_files_have_their_rules_with_lines_and_source():
@@ -91,5 +91,8 @@ def test_a_browser_shows_it(tmp_path):
 def test_a_file_that_cannot_be_written(tmp_path):
     with pytest.raises(CxbridgeError, match="cannot be written"):
         write_page(
-            tmp_path / "no" / "x.html", coverage_of(AgentSources(), RecordedUse()), {}, firings_known=True
+            tmp_path / "no" / "x.html",
+            compute_coverage(AgentSources(), RecordedUse()),
+            {},
+            firings_known=True,
         )

@@ -38,8 +38,8 @@ def copied(evidence: EnvironmentEvidence, mistake: Mistake) -> Evidence:
 def assert_tells(answer: Explanation, mistake: Mistake) -> None:
     """The first line has the cause, and so has the answer for programs."""
     assert [word for word in mistake.cause if word not in answer.lines[0]] == [], answer.lines[0]
-    assert answer.plain["headline"] == answer.lines[0]
-    json.dumps(answer.plain)
+    assert answer.data["headline"] == answer.lines[0]
+    json.dumps(answer.data)
 
 
 def test_there_are_enough():

@@ -38,8 +38,8 @@ def test_of_two_constructs_the_later_counts_and_globals_are_found():
         ]
     )
     snapshot = made.snapshot("r", "e", 0)
-    assert not snapshot.all_facts
+    assert not snapshot.needs_all_facts
     with Matcher(snapshot) as matcher:
-        assert matcher.value("?*b*") == 2
+        assert matcher.evaluate("?*b*") == 2
     assert made.rulebook().positions == {"r": ("2.clp", 2)}
     assert snapshot.templates["y"].slots == (("z", False), ("w", True))

@@ -43,7 +43,7 @@ def test_joins_equal_those_of_matches(facts, ces):
         found = diagnose(snapshot)
         joined = [each.joined.number if each.joined else 0 for each in found.elements]
         theirs = {}
-        for line in snapshot.own_counts:
+        for line in snapshot.clips_counts:
             match = re.match(r"(?:Pattern (1)|CEs 1 - (\d+)): (\d+)", line)
             if match:
                 theirs[int(match[1] or match[2])] = int(match[3])
@@ -63,7 +63,7 @@ def test_patterns_alone_equal_those_of_matches(facts, constraints):
     with world("(deftemplate p (slot s) (slot t) (slot u))", *facts, rule) as env:
         snapshot = take_snapshot(env, "it")
         alone = [each.alone.number if each.alone else -1 for each in diagnose(snapshot).elements]
-        theirs = [int(line.split(": ")[1]) for line in snapshot.own_counts if line.startswith("Pattern")]
+        theirs = [int(line.split(": ")[1]) for line in snapshot.clips_counts if line.startswith("Pattern")]
         assert alone == theirs
 
 

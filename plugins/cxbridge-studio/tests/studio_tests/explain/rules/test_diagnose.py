@@ -204,7 +204,7 @@ def test_a_function_of_the_host_cannot_be_copied(call):
     found, snapshot = host_world(f"(defrule it (goal (id ?i)) (test {call}) =>)")
     assert found.unknown == "CE 2 cannot be matched on a copy: it calls 'of-the-host', which only the run has"
     assert numbers(found) == [(3, 3), (None, None)]
-    assert "Pattern 1: 3" in snapshot.own_counts
+    assert "Pattern 1: 3" in snapshot.clips_counts
 
 
 def test_what_is_before_a_function_of_the_host_is_told():
@@ -224,12 +224,12 @@ def test_errors_in_a_condition_are_told():
 
 
 def test_too_many_facts_leave_clips_own_numbers(monkeypatch):
-    monkeypatch.setattr("cxbridge_studio.explain.rules.snapshot.MAX_FACTS", 2)
+    monkeypatch.setattr("cxbridge_studio.explain.rules.environment.MAX_FACTS", 2)
     with world(*GOALS, "(defrule it (goal (id ?i)) =>)") as env:
         snapshot = take_snapshot(env, "it")
         found = diagnose(snapshot)
     assert "too many" in found.unknown
-    assert snapshot.own_counts[0] == "Pattern 1: 3"
+    assert snapshot.clips_counts[0] == "Pattern 1: 3"
 
 
 def test_counting_ends_somewhere(monkeypatch):

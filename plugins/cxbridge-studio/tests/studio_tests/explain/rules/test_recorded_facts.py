@@ -9,7 +9,7 @@ from cxbridge.clipstext.facts import parse_values
 from cxbridge.events import FactChange
 from cxbridge.executive.host.values import Symbol
 from cxbridge_studio.explain.rules.environment import take_snapshot
-from cxbridge_studio.explain.rules.recorded_facts import rows_of
+from cxbridge_studio.explain.rules.recorded_facts import parse_rows
 from cxbridge_studio.explain.rules.snapshot import FactRef, FactTemplate
 from studio_tests.explain.worlds import world
 from tests.support import many
@@ -37,7 +37,7 @@ def test_what_is_printed_reads_back(contents):
             )
             for row in snapshot.facts
         ]
-    templates, rows = rows_of(changes, snapshot.templates)
+    templates, rows = parse_rows(changes, snapshot.templates)
     assert templates == snapshot.templates
     assert tuple(rows) == snapshot.facts
 
@@ -48,7 +48,7 @@ def change(index: int, text: str) -> FactChange:
 
 
 def test_quotes_within_a_string():
-    (row,) = rows_of([change(1, '(s (text "say{text="Hello, you", wait=true}"))')], {})[1]
+    (row,) = parse_rows([change(1, '(s (text "say{text="Hello, you", wait=true}"))')], {})[1]
     assert row.values == ('say{text="Hello, you", wait=true}',)
     assert parse_values('"a b" c "d"') == ("a b", Symbol("c"), "d")
 
@@ -60,7 +60,7 @@ def test_templates_that_nobody_knows_are_made_of_their_facts():
         change(3, "(o 1 2)"),
         change(4, "(p)"),
     ]
-    templates, rows = rows_of(changes, {})
+    templates, rows = parse_rows(changes, {})
     assert templates["t"] == FactTemplate("t", (("a", False), ("b", True)))
     assert templates["o"].slots is None
     assert [row.values for row in rows] == [
@@ -77,4 +77,4 @@ def test_a_fact_address():
 
 def test_a_fact_that_is_cut_off_is_left_out():
     known = {"t": FactTemplate("t", (("a", False),))}
-    assert rows_of([change(1, "(t (a 1"), change(2, "(t (a 2))")], known)[1][0].index == 2
+    assert parse_rows([change(1, "(t (a 1"), change(2, "(t (a 2))")], known)[1][0].index == 2

@@ -8,7 +8,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import RuleFired
 from cxbridge_studio.explain.evidence import Evidence, History
 from cxbridge_studio.explain.rules.environment import rulebook, take_snapshot
-from cxbridge_studio.explain.rules.report import explain_rule, lines, plain, verdict
+from cxbridge_studio.explain.rules.report import explain_rule, report_lines, to_json, verdict
 from studio_tests.explain.worlds import world
 
 
@@ -26,7 +26,7 @@ class WorldEvidence(Evidence):
     def snapshot(self, rule):
         return take_snapshot(self.env, rule)
 
-    def slots_of(self, template):
+    def fact_slots(self, template):
         return []
 
 
@@ -62,15 +62,15 @@ def test_halted():
 
 def test_firings_are_told():
     history = History("world")
-    history.take(RuleFired(1_500_000, "world", 1, "it", "f-1"))
-    history.take(RuleFired(2_500_000, "other", 1, "it", "f-1"))
+    history.add_event(RuleFired(1_500_000, "world", 1, "it", "f-1"))
+    history.add_event(RuleFired(2_500_000, "other", 1, "it", "f-1"))
     with world("(defrule it (robot) =>)", ROBOT) as env:
         env.run()
         story = explain_rule(WorldEvidence(env, history), "it")
-    text = "\n".join(lines(story))
+    text = "\n".join(report_lines(story))
     assert "It has fired once at 1.500 s for f-1." in text
     assert "  f-1  fired at 1.500 s" in text
-    assert plain(story)["fired"] == 1
+    assert to_json(story)["fired"] == 1
 
 
 def test_a_rule_with_a_broken_construct(tmp_path):
@@ -81,7 +81,7 @@ def test_a_rule_with_a_broken_construct(tmp_path):
         story = explain_rule(WorldEvidence(env), "it")
     assert f"{file}:2: defrule it is not defined" in story.missing
     assert "there is no such rule: it was refused" in verdict(story)
-    assert plain(story)["exists"] is False
+    assert to_json(story)["exists"] is False
 
 
 def test_a_rule_in_a_file_that_is_not_loaded(tmp_path):
@@ -133,7 +133,7 @@ def test_the_page_as_a_person_reads_it(tmp_path):
         story = explain_rule(WorldEvidence(env), "it")
     goal = "?g <- (goal (id ?n) (mode SELECTED))"
     nearest = "no fact goes with the facts before it; the nearest have 1 of 2 slots right"
-    assert list(lines(story)) == [
+    assert list(report_lines(story)) == [
         f"rule it has not fired: CE 2 {goal} has no match: {nearest}: id is g, not ?n",
         "",
         "rule it",

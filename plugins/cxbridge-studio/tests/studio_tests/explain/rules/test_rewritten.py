@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.executive.host.constructs import rule_texts
-from cxbridge_studio.explain.rules.environment import source_form
+from cxbridge_studio.explain.rules.environment import restore_sources
 from studio_tests.explain.worlds import world
 
 
@@ -14,4 +14,4 @@ def test_what_a_live_rule_sets_is_read_as_in_a_file(tmp_path):
         env.load(file)
         texts = rule_texts(env)
         assert "(mode B)" not in texts["go"]
-        assert "(modify ?g (mode B) (params 1 ?i))" in source_form(texts)["go"]
+        assert "(modify ?g (mode B) (params 1 ?i))" in restore_sources(texts)["go"]
