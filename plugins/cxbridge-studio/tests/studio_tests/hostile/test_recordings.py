@@ -187,9 +187,9 @@ def test_a_look_has_no_rights_that_it_does_not_need(tmp_path):
     """The rights of the process of a look if CLIPS itself were broken into: not even this."""
     program = f"""
 import os
-from cxbridge_studio.explain.rules.sandbox import MEMORY
+from cxbridge_studio.explain.rules.sandbox import MAX_MEMORY_BYTES
 from cxbridge_studio.explain.rules.sandbox_process import _drop_rights
-_drop_rights(MEMORY)
+_drop_rights(MAX_MEMORY_BYTES)
 def tries(act):
     try:
         act()
