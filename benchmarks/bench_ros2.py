@@ -46,12 +46,12 @@ def ours() -> dict[str, float]:
             return statistics.median(times) * 1e6
 
         node.subscribe("/back", "std_msgs/msg/String", got.append)
-        there = node.publisher("/there", "std_msgs/msg/String")
-        add = node.client("/add", "example_interfaces/srv/AddTwoInts")
+        there = node.create_publisher("/there", "std_msgs/msg/String")
+        add = node.create_client("/add", "example_interfaces/srv/AddTwoInts")
         count = ActionClient(node, "/fibonacci", "example_interfaces/action/Fibonacci")
         limit = time.monotonic() + 20
         while (
-            not (there.count_subscriptions() and add.is_served and count.is_served)
+            not (there.count_subscriptions() and add.has_server and count.has_server)
             and time.monotonic() < limit
         ):
             node.poll(0.1)

@@ -120,7 +120,7 @@ def turtle(folder: Path) -> None:
     def attach(run):
         assert isinstance(run.executive, CxNode)
         node = run.executive.manager.context.ros.graph.join("turtle")
-        pose, topic = [5.5, 5.5, 0.0], node.publisher("/pose", "geometry_msgs/msg/Pose2D")
+        pose, topic = [5.5, 5.5, 0.0], node.create_publisher("/pose", "geometry_msgs/msg/Pose2D")
         moving = [0.0, 0.0]
 
         def command(message):

@@ -10,21 +10,22 @@ from __future__ import annotations
 import uuid
 from collections.abc import Callable, Generator, Mapping
 from enum import IntEnum
+from functools import partial
 from typing import Any, Final
 
 from cxbridge.clock import Clock
 from cxbridge.closing import Closing
 from cxbridge.rights import Right, right_of_frame
-from cxbridge_ros2.builtin import CANCEL_GOAL
+from cxbridge_ros2.builtin import CANCEL_GOAL_TYPE
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.node import Client, Node, SendResponse
 from cxbridge_ros2.qos import PROFILES
-from cxbridge_ros2.stamps import nanoseconds_of, stamp_of
+from cxbridge_ros2.stamps import stamp_to_ns, us_to_stamp
 
 STATUS_TYPE: Final = "action_msgs/msg/GoalStatusArray"
 
-_MAX_RESULTS: Final = 100  # results that a server keeps for late requests
+_MAX_RESULTS: Final = 100  # results of ended goals that a server keeps for late requests; bounds its memory
 
 
 class GoalStatus(IntEnum):
@@ -61,48 +62,48 @@ class CancelCode(IntEnum):
 
 
 class GoalObserver:
-    """Callbacks for the events of a sent goal, in order, with empty defaults."""
+    """Callbacks for the events of a sent goal, in the order of the events. The defaults do nothing."""
 
-    def answered(self, sent: SentGoal) -> None:
+    def on_response(self, sent: SentGoal) -> None:
         """Handle the acceptance or rejection of the goal."""
 
-    def feedback(self, sent: SentGoal, feedback: Message) -> None:
+    def on_feedback(self, sent: SentGoal, feedback: Message) -> None:
         """Handle feedback about the goal."""
 
-    def ended(self, sent: SentGoal) -> None:
-        """Handle the end of the goal; its result is set."""
+    def on_end(self, sent: SentGoal) -> None:
+        """Handle the end of the goal, whose result is set."""
 
-    def cancel_answered(self, sent: SentGoal, response: Message) -> None:
+    def on_cancel_response(self, sent: SentGoal, response: Message) -> None:
         """Handle the response to a cancel request."""
 
 
 class SentGoal:
-    """A goal that was sent to a server. Polling the node updates its attributes.
+    """A goal that was sent to a server. Polling the node updates the attributes.
 
     :ivar is_accepted: None before the server's response.
+    :ivar accepted_s: the time of the acceptance, in seconds since the epoch; 0.0 before.
     :ivar status: the last known status.
     :ivar feedback: the last feedback, or None.
     :ivar result: the result message; None before the end.
     :ivar reason: why the result is missing, if the transport knows; else empty.
-    :ivar is_cancelled: whether a cancel request was sent.
-    :ivar refused_cancel: the reason why the last cancel request was refused, or None.
-    :ivar servers: the numbers of the servers at the last check.
-    :ivar stamp: the time of the acceptance, in seconds of the epoch; 0.0 before.
+    :ivar is_cancel_requested: whether a cancel request was sent.
+    :ivar cancel_refusal: the reason why the last cancel request was refused, or None.
+    :ivar server_numbers: the servers at the last check.
     """
 
     def __init__(self, client: ActionClient, goal_id: bytes, observer: GoalObserver) -> None:
         self._client = client
         self.goal_id = goal_id
         self.observer = observer
-        self.stamp = 0.0
         self.is_accepted: bool | None = None
+        self.accepted_s = 0.0
         self.status = GoalStatus.UNKNOWN
         self.feedback: Message | None = None
         self.result: Message | None = None
         self.reason = ""
-        self.refused_cancel: CancelCode | None = None
-        self.is_cancelled = False
-        self.servers: frozenset[int] = frozenset()
+        self.cancel_refusal: CancelCode | None = None
+        self.is_cancel_requested = False
+        self.server_numbers: frozenset[int] = frozenset()
 
     @property
     def is_over(self) -> bool:
@@ -122,38 +123,40 @@ class ActionClient(Closing):
     """
 
     def __init__(self, node: Node, name: str, action_type: str) -> None:
-        kind = parse_type(action_type, "action")
+        type_name = parse_type(action_type, "action")
         self._goals: dict[bytes, SentGoal] = {}
-        self._send = node.client(f"{name}/_action/send_goal", str(kind.derived("SendGoal")))
-        self._get = node.client(f"{name}/_action/get_result", str(kind.derived("GetResult")))
-        self._cancel = node.client(f"{name}/_action/cancel_goal", CANCEL_GOAL)
-        self._closers = [
+        self._goal_client = node.create_client(f"{name}/_action/send_goal", str(type_name.derive("SendGoal")))
+        self._result_client = node.create_client(
+            f"{name}/_action/get_result", str(type_name.derive("GetResult"))
+        )
+        self._cancel_client = node.create_client(f"{name}/_action/cancel_goal", CANCEL_GOAL_TYPE)
+        self._close_functions = [
             node.subscribe(
                 f"{name}/_action/feedback",
-                str(kind.derived("FeedbackMessage")),
+                str(type_name.derive("FeedbackMessage")),
                 self._receive_feedback,
-                needs=Right.LOOK,  # events of our own goals need no further right
+                right=Right.LOOK,  # events of our own goals require no further right
             ),
             node.subscribe(
                 f"{name}/_action/status",
                 STATUS_TYPE,
                 self._receive_status,
                 PROFILES["action_status"],
-                needs=Right.LOOK,
+                right=Right.LOOK,
             ),
         ]
 
     @property
-    def is_served(self) -> bool:
-        return all(client.is_served for client in self._clients)
+    def has_server(self) -> bool:
+        return all(client.has_server for client in self._clients)
 
-    def why_unserved(self) -> str:
-        """Return why there is no server, if the transport knows; else empty."""
-        return self._send.why_unserved()
+    def missing_server_reason(self) -> str:
+        """Return why the action has no server; empty if the transport does not know."""
+        return self._goal_client.missing_server_reason()
 
     @property
     def _clients(self) -> tuple[Client, ...]:
-        return self._send, self._get, self._cancel
+        return self._goal_client, self._result_client, self._cancel_client
 
     def send(self, goal: Mapping[str, Any], observer: GoalObserver | None = None) -> SentGoal:
         """Send a goal.
@@ -163,79 +166,86 @@ class ActionClient(Closing):
         """
         goal_id = uuid.uuid4().bytes
         sent = SentGoal(self, goal_id, observer or GoalObserver())
-        sent.servers = self._get.servers
+        sent.server_numbers = self._result_client.server_numbers
 
-        def answered(response: Message) -> None:
+        def handle_response(response: Message) -> None:
             sent.is_accepted = bool(response["accepted"])
             if not sent.is_accepted:
                 self._goals.pop(goal_id, None)
-                sent.observer.answered(sent)
+                sent.observer.on_response(sent)
                 return
-            sent.stamp = nanoseconds_of(response["stamp"]) / 1e9
-            sent.status = max(sent.status, GoalStatus.ACCEPTED)  # the topic may have reported a later status
-            sent.observer.answered(sent)
+            sent.accepted_s = stamp_to_ns(response["stamp"]) / 1e9
+            # the status topic may have reported a later status already
+            sent.status = max(sent.status, GoalStatus.ACCEPTED)
+            sent.observer.on_response(sent)
             self._request_result(sent)
-            if sent.is_cancelled:  # an earlier cancel request may have been refused for an unknown goal
+            if (
+                sent.is_cancel_requested
+            ):  # an earlier cancel request may have been refused for an unknown goal
                 self.cancel(sent)
-
-        def failed(reason: str) -> None:
-            self._give_up(sent, GoalStatus.ABORTED, reason)
 
         self._goals[goal_id] = sent  # feedback may arrive before the response
         try:
-            self._send.call({"goal_id": {"uuid": goal_id}, "goal": goal}, answered, failed)
+            self._goal_client.call(
+                {"goal_id": {"uuid": goal_id}, "goal": goal},
+                handle_response,
+                partial(self._end_without_result, sent, GoalStatus.ABORTED),
+            )
         except Exception:
             del self._goals[goal_id]
             raise
         return sent
 
     def check_server(self, sent: SentGoal) -> None:
-        """End the goal with status UNKNOWN if its server has restarted and forgotten it."""
-        present_servers = self._get.servers
-        if present_servers - sent.servers and sent.is_accepted:
-            # a new server does not know the goal: its response has the status UNKNOWN
+        """End the goal with the status UNKNOWN if the server of the goal was restarted."""
+        present_servers = self._result_client.server_numbers
+        if present_servers - sent.server_numbers and sent.is_accepted:
+            # a restarted server does not know the goal and responds with the status UNKNOWN
             self._request_result(sent)
-        elif present_servers and sent.servers.isdisjoint(present_servers) and sent.is_accepted is None:
+        elif present_servers and sent.server_numbers.isdisjoint(present_servers) and sent.is_accepted is None:
             # all servers that could have accepted the goal are gone
-            self._give_up(sent, GoalStatus.UNKNOWN, "")
-        sent.servers |= present_servers
+            self._end_without_result(sent, GoalStatus.UNKNOWN, "")
+        sent.server_numbers |= present_servers
 
-    def _give_up(self, sent: SentGoal, status: GoalStatus, reason: str) -> None:
+    def _end_without_result(self, sent: SentGoal, status: GoalStatus, reason: str) -> None:
         if self._goals.pop(sent.goal_id, None) is not None:
             sent.status, sent.result, sent.reason = status, {}, reason
-            sent.observer.ended(sent)
+            sent.observer.on_end(sent)
 
-    # The request is sent at once: the server holds the response until the goal ends.
     def _request_result(self, sent: SentGoal) -> None:
-        def ended(response: Message) -> None:
+        """Request the result of a goal; the server responds when the goal has ended."""
+
+        def handle_result(response: Message) -> None:
             if self._goals.pop(sent.goal_id, None) is not None:
                 sent.status = GoalStatus(response["status"])
                 sent.result = response["result"]
-                sent.observer.ended(sent)
+                sent.observer.on_end(sent)
 
-        def failed(reason: str) -> None:
-            self._give_up(sent, GoalStatus.ABORTED, reason)
-
-        self._get.call({"goal_id": {"uuid": sent.goal_id}}, ended, failed)
+        self._result_client.call(
+            {"goal_id": {"uuid": sent.goal_id}},
+            handle_result,
+            partial(self._end_without_result, sent, GoalStatus.ABORTED),
+        )
 
     def cancel(self, sent: SentGoal) -> None:
-        """Send a cancel request; if the goal is not accepted yet, send it again after the acceptance."""
-        sent.is_cancelled = True
+        """Send a cancel request. If the goal is not accepted yet, repeat the request after the acceptance."""
+        sent.is_cancel_requested = True
 
-        def answered(response: Message) -> None:
+        def handle_response(response: Message) -> None:
             code = CancelCode(response["return_code"])
-            sent.refused_cancel = None if code == CancelCode.NONE else code
-            sent.observer.cancel_answered(sent, response)
+            sent.cancel_refusal = None if code == CancelCode.NONE else code
+            sent.observer.on_cancel_response(sent, response)
 
-        self._cancel.call({"goal_info": {"goal_id": {"uuid": sent.goal_id}}}, answered)
+        self._cancel_client.call({"goal_info": {"goal_id": {"uuid": sent.goal_id}}}, handle_response)
 
-    def cancel_until(self, seconds: float, done: Callable[[Message], None]) -> None:
-        """Request to cancel the goals accepted until a time in seconds; 0.0 means all goals.
+    def cancel_goals_until(self, accepted_s: float, on_response: Callable[[Message], None]) -> None:
+        """Request to cancel the goals of all clients that were accepted until a time.
 
-        :param done: called with the response.
+        :param accepted_s: the time in seconds since the epoch; 0.0 means all goals.
+        :param on_response: called with the response.
         """
-        sec, nanosec = divmod(round(seconds * 1e9), 10**9)
-        self._cancel.call({"goal_info": {"stamp": {"sec": sec, "nanosec": nanosec}}}, done)
+        sec, nanosec = divmod(round(accepted_s * 1e9), 10**9)
+        self._cancel_client.call({"goal_info": {"stamp": {"sec": sec, "nanosec": nanosec}}}, on_response)
 
     def forget(self, sent: SentGoal) -> None:
         """Stop waiting for a goal whose server is gone."""
@@ -244,14 +254,14 @@ class ActionClient(Closing):
     def close(self) -> None:
         for client in self._clients:
             client.close()
-        for end in self._closers:
-            end()
+        for unsubscribe in self._close_functions:
+            unsubscribe()
 
     def _receive_feedback(self, message: Message) -> None:
         sent = self._goals.get(message["goal_id"]["uuid"])
         if sent is not None:
             sent.feedback = message["feedback"]
-            sent.observer.feedback(sent, message["feedback"])
+            sent.observer.on_feedback(sent, message["feedback"])
 
     def _receive_status(self, message: Message) -> None:
         for goal_status in message["status_list"]:
@@ -261,7 +271,7 @@ class ActionClient(Closing):
 
 
 class GoalResponse(IntEnum):
-    """The server's decision about a new goal."""
+    """The server's decision about a new goal, with the names of rclcpp."""
 
     REJECT = 1
     ACCEPT_AND_EXECUTE = 2
@@ -302,10 +312,10 @@ class ServedGoal:
 
 
 class GoalHandler:
-    """Callbacks of a goal server, with defaults that accept each goal."""
+    """Callbacks of a goal server. The defaults accept each goal and each cancel request."""
 
-    def respond(self, served: ServedGoal) -> GoalResponse:  # noqa: ARG002
-        """Decide about a new goal, whose client has no response yet."""
+    def decide(self, served: ServedGoal) -> GoalResponse:  # noqa: ARG002
+        """Decide about a new goal, before the client gets a response."""
         return GoalResponse.ACCEPT_AND_EXECUTE
 
     def begin(self, served: ServedGoal) -> None:
@@ -317,10 +327,10 @@ class GoalHandler:
 
 
 class GoalServer(Closing):
-    """Server of an action; its handler executes the goals.
+    """Server of an action. A handler decides about goals and executes them.
 
     :param clock: the clock for the stamps of goals.
-    :param needs: the right that clients need to send a goal.
+    :param right: the right that clients need to send a goal.
     """
 
     def __init__(
@@ -331,40 +341,47 @@ class GoalServer(Closing):
         handler: GoalHandler,
         clock: Clock,
         *,
-        needs: Right = Right.PROGRAMS,
+        right: Right = Right.PROGRAMS,
     ) -> None:
-        kind = parse_type(action_type, "action")
+        type_name = parse_type(action_type, "action")
         self._handler, self._clock = handler, clock
         self._goals: dict[bytes, ServedGoal] = {}
-        self._results: dict[bytes, Mapping[str, Any]] = {}
+        self._result_responses: dict[bytes, Mapping[str, Any]] = {}
         self._result_requests: dict[bytes, list[SendResponse]] = {}
-        self._feedback = node.publisher(f"{name}/_action/feedback", str(kind.derived("FeedbackMessage")))
-        self._status = node.publisher(f"{name}/_action/status", STATUS_TYPE, PROFILES["action_status"])
-        self._closers = [
+        self._feedback_publisher = node.create_publisher(
+            f"{name}/_action/feedback", str(type_name.derive("FeedbackMessage"))
+        )
+        self._status_publisher = node.create_publisher(
+            f"{name}/_action/status", STATUS_TYPE, PROFILES["action_status"]
+        )
+        self._close_functions = [
             node.serve(
-                f"{name}/_action/send_goal", str(kind.derived("SendGoal")), self._respond, needs=needs
+                f"{name}/_action/send_goal",
+                str(type_name.derive("SendGoal")),
+                self._handle_goal_request,
+                right=right,
             ),
             node.serve_later(
                 f"{name}/_action/get_result",
-                str(kind.derived("GetResult")),
-                self._get_result,
-                needs=right_of_frame("ros2-action", "get_result"),
+                str(type_name.derive("GetResult")),
+                self._handle_result_request,
+                right=right_of_frame("ros2-action", "get_result"),
             ),
             node.serve(
                 f"{name}/_action/cancel_goal",
-                CANCEL_GOAL,
-                self._cancel,
-                needs=right_of_frame("ros2-action", "cancel_goal"),
-                refuse=lambda _request, _reason: {"return_code": CancelCode.REJECTED},
+                CANCEL_GOAL_TYPE,
+                self._handle_cancel_request,
+                right=right_of_frame("ros2-action", "cancel_goal"),
+                make_refusal=lambda _request, _reason: {"return_code": CancelCode.REJECTED},
             ),
         ]
 
     @property
-    def running(self) -> list[ServedGoal]:
-        return [served for goal_id, served in self._goals.items() if goal_id not in self._results]
+    def running_goals(self) -> list[ServedGoal]:
+        return [served for goal_id, served in self._goals.items() if goal_id not in self._result_responses]
 
     def publish_feedback(self, served: ServedGoal, feedback: Mapping[str, Any]) -> None:
-        self._feedback.publish({"goal_id": {"uuid": served.goal_id}, "feedback": feedback})
+        self._feedback_publisher.publish({"goal_id": {"uuid": served.goal_id}, "feedback": feedback})
 
     def set_status(self, served: ServedGoal, status: GoalStatus) -> None:
         served.status = status
@@ -378,24 +395,24 @@ class GoalServer(Closing):
         for reply in self._result_requests.get(goal_id, ()):
             reply(response)
         self._result_requests.pop(goal_id, None)
-        self._results[goal_id] = response
+        self._result_responses[goal_id] = response
         self.set_status(served, status)
-        while len(self._results) > _MAX_RESULTS:
-            oldest = next(iter(self._results))
-            del self._results[oldest], self._goals[oldest]
+        while len(self._result_responses) > _MAX_RESULTS:
+            oldest = next(iter(self._result_responses))
+            del self._result_responses[oldest], self._goals[oldest]
 
     def close(self) -> None:
-        for served in self.running:
+        for served in self.running_goals:
             self.finish(served, GoalStatus.ABORTED, {})
-        for end in self._closers:
-            end()
-        self._feedback.close()
-        self._status.close()
+        for end_service in self._close_functions:
+            end_service()
+        self._feedback_publisher.close()
+        self._status_publisher.close()
 
-    def _respond(self, request: Message) -> Mapping[str, Any]:
+    def _handle_goal_request(self, request: Message) -> Mapping[str, Any]:
         goal_id = request["goal_id"]["uuid"]
-        served = ServedGoal(self, goal_id, request["goal"], stamp_of(self._clock.now_us()))
-        response = GoalResponse.REJECT if goal_id in self._goals else self._handler.respond(served)
+        served = ServedGoal(self, goal_id, request["goal"], us_to_stamp(self._clock.now_us()))
+        response = GoalResponse.REJECT if goal_id in self._goals else self._handler.decide(served)
         if response == GoalResponse.REJECT:
             return {"accepted": False, "stamp": served.stamp}
         self._goals[goal_id] = served
@@ -405,19 +422,19 @@ class GoalServer(Closing):
         self._publish_status()
         return {"accepted": True, "stamp": served.stamp}
 
-    def _cancel(self, request: Message) -> Mapping[str, Any]:
+    def _handle_cancel_request(self, request: Message) -> Mapping[str, Any]:
         goal_id = request["goal_info"]["goal_id"]["uuid"]
         goal = self._goals.get(goal_id)
         if goal is not None and goal.status.is_final:
             return {"return_code": CancelCode.GOAL_TERMINATED}
         if goal is None and any(goal_id):
             return {"return_code": CancelCode.UNKNOWN_GOAL_ID}
-        # an id of zeros is no id; then all goals are meant, or all that were accepted until the stamp
-        until_ns = nanoseconds_of(request["goal_info"]["stamp"])
+        # an id of zeros stands for several goals: all, or those accepted until the stamp of the request
+        until_ns = stamp_to_ns(request["goal_info"]["stamp"])
         goals = (
             [goal]
             if goal
-            else [goal for goal in self.running if not until_ns or nanoseconds_of(goal.stamp) <= until_ns]
+            else [goal for goal in self.running_goals if not until_ns or stamp_to_ns(goal.stamp) <= until_ns]
         )
         cancelled = [goal for goal in goals if self._handler.may_cancel(goal)]
         for goal in cancelled:
@@ -428,10 +445,10 @@ class GoalServer(Closing):
             "goals_canceling": [goal.info for goal in cancelled],
         }
 
-    def _get_result(self, request: Message, reply: SendResponse) -> None:
+    def _handle_result_request(self, request: Message, reply: SendResponse) -> None:
         goal_id = request["goal_id"]["uuid"]
-        if goal_id in self._results:
-            reply(self._results[goal_id])
+        if goal_id in self._result_responses:
+            reply(self._result_responses[goal_id])
         elif goal_id in self._goals:
             self._result_requests.setdefault(goal_id, []).append(reply)
         else:
@@ -439,13 +456,13 @@ class GoalServer(Closing):
 
     def _publish_status(self) -> None:
         goals = self._goals.values()
-        self._status.publish(
+        self._status_publisher.publish(
             {"status_list": [{"goal_info": goal.info, "status": goal.status} for goal in goals]}
         )
 
 
-# A goal's execution. Each step may yield feedback, and the return value is the result. It raises
-# `AbortedError` on failure and checks `ServedGoal.wants_cancel`.
+# The execution of a goal. A step may yield feedback, and the generator returns the result. The generator
+# raises `AbortedError` on failure, and returns early if `ServedGoal.wants_cancel` is set.
 Execution = Generator[Mapping[str, Any] | None, None, Mapping[str, Any]]
 
 
@@ -461,11 +478,11 @@ class AbortedError(Exception):
 
 
 class ActionServer(Closing, GoalHandler):
-    """Server that executes one step of each goal per call of :meth:`step`.
+    """Server of an action whose goals are executed by generators, one step of each per call of :meth:`step`.
 
     :param execute: starts the execution of a goal.
     :param clock: the clock for the stamps of goals.
-    :param needs: the right that clients need to send a goal.
+    :param right: the right that clients need to send a goal.
     """
 
     def __init__(
@@ -476,19 +493,19 @@ class ActionServer(Closing, GoalHandler):
         execute: Callable[[ServedGoal], Execution],
         clock: Clock,
         *,
-        needs: Right = Right.PROGRAMS,
+        right: Right = Right.PROGRAMS,
     ) -> None:
         self._execute = execute
-        self._running: dict[bytes, tuple[ServedGoal, Execution]] = {}
-        self._server = GoalServer(node, name, action_type, self, clock, needs=needs)
+        self._executions: dict[bytes, tuple[ServedGoal, Execution]] = {}
+        self._server = GoalServer(node, name, action_type, self, clock, right=right)
 
     @property
     def is_busy(self) -> bool:
-        return bool(self._running)
+        return bool(self._executions)
 
     def step(self) -> None:
         """Execute the next step of each goal."""
-        for goal_id, (served, steps) in list(self._running.items()):
+        for goal_id, (served, steps) in list(self._executions.items()):
             try:
                 feedback = next(steps)
             except StopIteration as end:
@@ -502,14 +519,14 @@ class ActionServer(Closing, GoalHandler):
 
     def close(self) -> None:
         """Abort all goals and close the server."""
-        for goal_id in list(self._running):
+        for goal_id in list(self._executions):
             self._finish(goal_id, GoalStatus.ABORTED, {})
         self._server.close()
 
     def begin(self, served: ServedGoal) -> None:
-        self._running[served.goal_id] = (served, self._execute(served))
+        self._executions[served.goal_id] = (served, self._execute(served))
 
     def _finish(self, goal_id: bytes, status: GoalStatus, result: Mapping[str, Any]) -> None:
-        served, steps = self._running.pop(goal_id)
+        served, steps = self._executions.pop(goal_id)
         steps.close()
         served.finish(status, result)

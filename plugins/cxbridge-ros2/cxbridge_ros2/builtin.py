@@ -1,18 +1,18 @@
-"""Definitions that rosbags lacks, built in so that users do not need the packages.
+"""Definitions of messages and services that rosbags lacks, so that users do not need their packages.
 
-Constants of the hub messages are left out: they are neither on the wire nor in type hashes.
-:mod:`cxbridge_ros2.hub.protocol` has them as enums.
+The constants of ActionExecution, ActionPerformerStatus and SkillExecution are left out, since constants are
+neither on the wire nor in type hashes. :mod:`cxbridge_ros2.hub.protocol` has them as enums.
 """
 
 from __future__ import annotations
 
 from typing import Final
 
-CANCEL_GOAL: Final = "action_msgs/srv/CancelGoal"
+CANCEL_GOAL_TYPE: Final = "action_msgs/srv/CancelGoal"
 
-# Text of each definition by type.
-BUILT_IN: Final = {
-    CANCEL_GOAL: """int8 ERROR_NONE=0
+# Texts of definitions, as in .msg and .srv files, by type.
+BUILT_IN_DEFINITIONS: Final = {
+    CANCEL_GOAL_TYPE: """int8 ERROR_NONE=0
 int8 ERROR_REJECTED=1
 int8 ERROR_UNKNOWN_GOAL_ID=2
 int8 ERROR_GOAL_TERMINATED=3

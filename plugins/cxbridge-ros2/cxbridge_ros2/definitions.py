@@ -1,10 +1,12 @@
 """Definitions of messages, services and actions, from .msg, .srv, .action and .idl files.
 
-Sources in order: the user's folders, a sourced ROS environment (``AMENT_PREFIX_PATH``), and the well-known
-types of a ROS distribution from rosbags. A file is read when one of its types is requested.
+The sources in the order of priority are the user's folders, a sourced ROS environment
+(``AMENT_PREFIX_PATH``), the well-known types of a ROS distribution from rosbags, and texts in the program.
+A file is read when one of its types is requested.
 
-rosbags parses messages, reads and writes CDR, and computes type hashes (REP 2016). It does not support
-services and actions; this module derives their messages.
+rosbags parses messages, reads and writes CDR, and computes type hashes (REP 2016). Since rosbags supports
+neither services nor actions, this module derives their messages: a service has a request and a response, an
+action has a goal, a result, feedback, and the messages of its two services and its topic.
 """
 
 from __future__ import annotations
@@ -24,29 +26,29 @@ from rosbags.typesys.base import TypesysError
 from cxbridge.errors import Ros2Error
 from cxbridge.file_access import walk
 from cxbridge.suggestions import did_you_mean
-from cxbridge_ros2.builtin import BUILT_IN
-from cxbridge_ros2.names import KINDS, TypeName, parse_type
+from cxbridge_ros2.builtin import BUILT_IN_DEFINITIONS
+from cxbridge_ros2.names import DEFINITION_KINDS, TypeName, parse_type
 
-FieldType = tuple[Any, ...]  # a field's type in rosbags: a kind of node and its details
+FieldType = tuple[Any, ...]  # the type of a field in rosbags: a Nodetype and its details
 
 Fields = list[tuple[str, FieldType]]
 
-# ROS distributions with well-known types in rosbags.
+# ROS distributions whose types rosbags contains.
 DISTRIBUTIONS: Final = ("humble", "iron", "jazzy", "kilted", "lyrical")
 
 DEFAULT_DISTRIBUTION: Final = "jazzy"
 
-_TIME: Final = parse_type("builtin_interfaces/msg/Time")
-_UUID: Final = parse_type("unique_identifier_msgs/msg/UUID")
-_EVENT_INFO: Final = parse_type("service_msgs/msg/ServiceEventInfo")
+_TIME_TYPE: Final = parse_type("builtin_interfaces/msg/Time")
+_UUID_TYPE: Final = parse_type("unique_identifier_msgs/msg/UUID")
+_EVENT_INFO_TYPE: Final = parse_type("service_msgs/msg/ServiceEventInfo")
 _SEPARATOR: Final = "---"
 _SECTION_COUNTS: Final = {"msg": 1, "srv": 2, "action": 3}
 
 # A field with a default value: `float64 w 1.0`.
-_DEFAULT: Final = re.compile(r"[a-zA-Z][^\s#]*[ \t]+([a-zA-Z]\w*)[ \t]+([^\s=#].*)")
+_DEFAULT_PATTERN: Final = re.compile(r"[a-zA-Z][^\s#]*[ \t]+([a-zA-Z]\w*)[ \t]+([^\s=#].*)")
 
-# defaults of well-known types, which rosbags leaves out
-_DEFAULTS: Final[dict[str, dict[str, Any]]] = {
+# The default values of well-known types, which rosbags leaves out.
+_WELL_KNOWN_DEFAULTS: Final[dict[str, dict[str, Any]]] = {
     "geometry_msgs/msg/Quaternion": {"w": 1.0},
     "type_description_interfaces/srv/GetTypeDescription_Request": {"include_type_sources": True},
 }
@@ -57,8 +59,9 @@ class Definitions:
 
     :param folders: packages, or folders with packages.
     :param distribution: the distribution of the well-known types; None for no such types.
-    :param texts: further definitions by type, with less priority than files.
     :param environment: the environment with ``AMENT_PREFIX_PATH``; by default that of the process.
+    :param texts: further definitions by type, with less priority than files.
+    :ivar has_type_hashes: whether types have hashes and services have events, as since ROS 2 Iron.
     :raises Ros2Error: if a folder or the distribution does not exist.
     """
 
@@ -69,33 +72,34 @@ class Definitions:
         environment: Mapping[str, str] | None = None,
         texts: Mapping[str, str] | None = None,
     ) -> None:
-        self._texts = {**BUILT_IN, **(texts or {})}
-        self._store: Any = get_typestore(_store_of(distribution))
+        self._definition_texts = {**BUILT_IN_DEFINITIONS, **(texts or {})}
+        self._store: Any = get_typestore(_find_store(distribution))
         for name, (constants, fields) in self._store.fielddefs.items():
-            self._store.fielddefs[name] = (constants, _without_char(fields))
-        self._files: dict[str, Path] = {}
+            self._store.fielddefs[name] = (constants, _replace_char_fields(fields))
+        self._definition_files: dict[str, Path] = {}
         prefixes = (os.environ if environment is None else environment).get("AMENT_PREFIX_PATH", "")
         sourced = [Path(prefix) / "share" for prefix in prefixes.split(os.pathsep) if prefix]
-        # reversed: the first folder is read last and replaces the files of the later ones
+        # reversed, since the files of a later folder replace those of an earlier folder
         for folder in (
             *reversed([folder for folder in sourced if folder.is_dir()]),
             *reversed([Path(folder) for folder in folders]),
         ):
-            self._files.update(_files_in(folder))
-        for name in self._files:  # files override well-known types, which may differ
+            self._definition_files.update(_find_definition_files(folder))
+        for name in self._definition_files:  # files override well-known types, which may differ
             self._store.fielddefs.pop(name, None)
             self._store.types.pop(name, None)
-        self._loaded: set[str] = set()
-        # whether types have hashes and services have events, as since ROS 2 Iron
-        self.has_hashes = str(_EVENT_INFO) in {*self._store.fielddefs, *self._files}
-        self._defaults = dict(_DEFAULTS)
+        self._loaded_names: set[str] = set()
+        self.has_type_hashes = str(_EVENT_INFO_TYPE) in {*self._store.fielddefs, *self._definition_files}
+        self._defaults = dict(_WELL_KNOWN_DEFAULTS)
 
     # --- known types --------------------------------------------------------------------------------------
 
     def names(self) -> list[str]:
         """Return the names of all available types."""
-        well_known = (name for name in self._store.fielddefs if str(_definition_of(parse_type(name))) == name)
-        return sorted({*well_known, *self._files, *self._texts})
+        well_known = (
+            name for name in self._store.fielddefs if str(_find_definition_name(parse_type(name))) == name
+        )
+        return sorted({*well_known, *self._definition_files, *self._definition_texts})
 
     def fields(self, name: TypeName) -> Sequence[tuple[str, FieldType]]:
         """Return the fields of a message in order.
@@ -120,12 +124,12 @@ class Definitions:
             )
         node, details = fields[field]
         if inner_path and node != Nodetype.NAME:
-            raise Ros2Error(f"the field '{field}' of {name} has no fields in it: '{path}'")
+            raise Ros2Error(f"the field '{field}' of {name} is not a message: '{path}'")
         if inner_path:
             self.check_path(parse_type(details), inner_path)
 
     def defaults(self, name: TypeName) -> Mapping[str, Any]:
-        """Return the defaults of fields that are not zero."""
+        """Return the default values other than zero, by field."""
         return self._defaults.get(str(name), {})
 
     def type_hash(self, name: TypeName) -> str:
@@ -141,8 +145,8 @@ class Definitions:
         """The type store of rosbags."""
         return self._store
 
-    def embed(self, name: str, text: str) -> None:
-        """Register a type from a recording, with its nested types. Known types stay unchanged.
+    def add_definition(self, name: str, text: str) -> None:
+        """Add the text of a definition and of its nested types, as in recordings; known types stay unchanged.
 
         :raises Ros2Error: if the text is not a definition.
         """
@@ -152,90 +156,95 @@ class Definitions:
             definitions = get_types_from_msg(text, name)
         except (TypesysError, ValueError) as error:
             raise Ros2Error(f"{name}: {' '.join(str(error).split())}") from None
-        embedded: dict[str, tuple[list[Any], Fields]] = {
-            nested_name: ([], _without_char(fields))
+        new_types: dict[str, tuple[list[Any], Fields]] = {
+            nested_name: ([], _replace_char_fields(fields))
             for nested_name, (_, fields) in definitions.items()
             if nested_name not in self._store.fielddefs
         }
-        self._store.register(embedded)
-        self._loaded.update(embedded)
+        self._store.register(new_types)
+        self._loaded_names.update(new_types)
 
     # --- loading ------------------------------------------------------------------------------------------
 
     def _load(self, name: TypeName) -> None:
         """Load a type and its nested types into the store."""
-        definition = _definition_of(name)
-        if not self._loaded.isdisjoint((str(name), str(definition))):
+        definition = _find_definition_name(name)
+        # loading a service or an action loads all its messages
+        if not self._loaded_names.isdisjoint((str(name), str(definition))):
             return
-        if name.kind == "msg" and str(name) not in self._files and str(name) in self._store.fielddefs:
-            self._loaded.add(str(name))
+        if (
+            name.kind == "msg"
+            and str(name) not in self._definition_files
+            and str(name) in self._store.fielddefs
+        ):
+            self._loaded_names.add(str(name))
             self._load_nested(self._store.fielddefs[str(name)][1])
         else:
             self._register(definition)
         if str(name) not in self._store.fielddefs:
-            raise self._unknown(name)
+            raise self._make_unknown_type_error(name)
 
     def _register(self, name: TypeName) -> None:
         """Register a definition in the store, with the messages derived from it."""
-        messages = dict(self._messages(name))
-        # before the nested types, which may contain this type
-        self._loaded.add(str(name))
+        messages = dict(self._derive_messages(name))
+        # marked before the nested types are loaded, since a broken type may contain itself
+        self._loaded_names.add(str(name))
         try:
             self._store.register({message: ([], fields) for message, fields in messages.items()})
         except TypesysError as error:
-            raise Ros2Error(f"{name}: {error}", file=self._files.get(str(name))) from None
+            raise Ros2Error(f"{name}: {error}", file=self._definition_files.get(str(name))) from None
         for fields in messages.values():
             self._load_nested(fields, messages)
 
     def _load_nested(self, fields: Fields, registered: Collection[str] = ()) -> None:
-        """Load the nested types of fields, except those just registered."""
-        for _, kind in fields:
-            nested = _nested_type(kind)
-            if nested is not None and nested not in registered:
-                self._load(parse_type(nested))
+        """Load the nested types of fields, except registered messages of the same definition."""
+        for _, field_type in fields:
+            nest_settings = _nested_type(field_type)
+            if nest_settings is not None and nest_settings not in registered:
+                self._load(parse_type(nest_settings))
 
-    def _messages(self, name: TypeName) -> Iterator[tuple[str, Fields]]:
-        """Yield the messages of a definition with their fields."""
-        sections, defaults = self._sections(name)
+    def _derive_messages(self, name: TypeName) -> Iterator[tuple[str, Fields]]:
+        """Yield the messages of a definition with their fields, and store their default values."""
+        sections, defaults = self._read_sections(name)
         suffixes = {"msg": (), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
-        section_names = [name.derived(suffix) for suffix in suffixes[name.kind]] or [name]
+        section_names = [name.derive(suffix) for suffix in suffixes[name.kind]] or [name]
         self._defaults.update(zip(map(str, section_names), defaults, strict=True))
         if name.kind == "msg":
             yield str(name), sections[0]
         elif name.kind == "srv":
-            yield from _service_messages(name, sections[0], sections[1], self.has_hashes)
+            yield from _service_messages(name, sections[0], sections[1], self.has_type_hashes)
         else:
-            yield from _action_messages(name, sections, self.has_hashes)
+            yield from _action_messages(name, sections, self.has_type_hashes)
 
-    def _sections(self, name: TypeName) -> tuple[list[Fields], list[dict[str, Any]]]:
+    def _read_sections(self, name: TypeName) -> tuple[list[Fields], list[dict[str, Any]]]:
         """Return the fields and the defaults of each section of a definition."""
-        file = self._files.get(str(name))
-        if file is None and str(name) not in self._texts:
-            raise self._unknown(name)
+        file = self._definition_files.get(str(name))
+        if file is None and str(name) not in self._definition_texts:
+            raise self._make_unknown_type_error(name)
         try:
-            text = self._texts[str(name)] if file is None else file.read_text("utf-8")
+            text = self._definition_texts[str(name)] if file is None else file.read_text("utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise Ros2Error(f"cannot read the definition of {name}: {error}", file=file) from None
         if file is not None and file.suffix == ".idl":
             return [_parse_idl(text, name, file)], [{}]
-        sections = _split(text)
+        sections = _split_sections(text)
         if len(sections) != _SECTION_COUNTS[name.kind]:
             raise Ros2Error(
                 f"{name} has {len(sections)} sections, {_SECTION_COUNTS[name.kind]} are wanted",
                 file=file,
-                hint=f"they are separated by lines with {_SEPARATOR}",
+                hint=f"sections are separated by lines with {_SEPARATOR}",
             )
         fields = [_parse_section(section, name, file, line) for line, section in sections]
-        return fields, [_defaults_in(section) for _, section in sections]
+        return fields, [_parse_defaults(section) for _, section in sections]
 
-    def _unknown(self, name: TypeName) -> Ros2Error:
+    def _make_unknown_type_error(self, name: TypeName) -> Ros2Error:
         return Ros2Error(
             f"there is no ROS 2 type {name}",
             hint=did_you_mean(str(name), self.names(), "name the folder of its package"),
         )
 
 
-def _store_of(distribution: str | None) -> Stores:
+def _find_store(distribution: str | None) -> Stores:
     if distribution is None:
         return Stores.EMPTY
     try:
@@ -250,21 +259,21 @@ def _store_of(distribution: str | None) -> Stores:
 # --- files --------------------------------------------------------------------------------------------------
 
 
-def _files_in(folder: Path) -> dict[str, Path]:
+def _find_definition_files(folder: Path) -> dict[str, Path]:
     """Return the definition files of all packages in a folder, by type."""
     if not folder.is_dir():
         raise Ros2Error("there is no such folder with ROS packages", file=folder)
     definition_files: dict[str, Path] = {}
     for directory_name, folders, files in walk(folder):
-        folders.sort()
+        folders.sort()  # in place: the walk visits the folders in this order
         directory = Path(directory_name)
-        if directory.name not in KINDS:
+        if directory.name not in DEFINITION_KINDS:
             continue
-        package = _package_of(directory.parent)
+        package = _read_package_name(directory.parent)
         for file in sorted(files):
             path = directory / file
             if path.suffix in (f".{directory.name}", ".idl"):
-                # an installed package has an .idl for each .msg; only the .msg has default values
+                # an installed package has an .idl beside each .msg, but only the .msg has default values
                 name = f"{package}/{directory.name}/{path.stem}"
                 if path.suffix != ".idl" or name not in definition_files:
                     definition_files[name] = path
@@ -272,8 +281,8 @@ def _files_in(folder: Path) -> dict[str, Path]:
     return {name: path for name, path in definition_files.items() if path.suffix != ".idl" or "/msg/" in name}
 
 
-def _package_of(folder: Path) -> str:
-    """Return the name of a package from its package.xml, or the folder's name."""
+def _read_package_name(folder: Path) -> str:
+    """Return the name of a package from its package.xml, or from its folder without a package.xml."""
     try:
         name = ET.parse(folder / "package.xml").getroot().findtext("name")  # noqa: S314 - the user's own file
     except (OSError, ET.ParseError):
@@ -281,8 +290,8 @@ def _package_of(folder: Path) -> str:
     return (name or folder.name).strip()
 
 
-def _split(text: str) -> list[tuple[int, str]]:
-    """Return the sections of a definition, each with the number of its first line."""
+def _split_sections(text: str) -> list[tuple[int, str]]:
+    """Return the first line number and the text of each section of a definition."""
     sections: list[tuple[int, list[str]]] = [(1, [])]
     for number, line in enumerate(text.splitlines(), start=1):
         if line.strip() == _SEPARATOR:
@@ -293,32 +302,32 @@ def _split(text: str) -> list[tuple[int, str]]:
 
 
 def _parse_section(text: str, name: TypeName, file: Path | None, line: int) -> Fields:
-    # nested types without a package belong to the same package
-    as_message = f"{name.package}/msg/{name.name}"
+    # rosbags parses the section as a message of the package, which completes the names of nested types
+    message_name = f"{name.package}/msg/{name.name}"
     try:
-        ((_, fields),) = get_types_from_msg(text, as_message).values()
+        ((_, fields),) = get_types_from_msg(text, message_name).values()
     except (TypesysError, ValueError) as error:
         reason = " ".join(str(error).split())
         raise Ros2Error(f"{name}: {reason}", file=file, line=line if file else None) from None
-    # to rosbags, wstring is the name of a message in this package
+    # rosbags takes wstring for the name of a message in this package
     wide_types = (f"{name.package}/msg/wstring", f"{name.package}/msg/wchar")
-    for field, kind in fields:
-        if _nested_type(kind) in wide_types:
+    for field, field_type in fields:
+        if _nested_type(field_type) in wide_types:
             raise Ros2Error(
                 f"{name}: the field '{field}' is a wide string, which is not supported", file=file
             )
-    return _without_char(fields)
+    return _replace_char_fields(fields)
 
 
-def _defaults_in(text: str) -> dict[str, Any]:
-    """Return the default values of fields, which rosbags ignores."""
-    matches = (_DEFAULT.match(line.strip()) for line in text.splitlines())
+def _parse_defaults(text: str) -> dict[str, Any]:
+    """Return the default values in a section by field; rosbags ignores them."""
+    matches = (_DEFAULT_PATTERN.match(line.strip()) for line in text.splitlines())
     return {match[1]: yaml.safe_load(match[2]) for match in matches if match}
 
 
 def _parse_idl(text: str, name: TypeName, file: Path) -> Fields:
     try:
-        return _without_char(get_types_from_idl(text)[str(name)][1])
+        return _replace_char_fields(get_types_from_idl(text)[str(name)][1])
     except (TypesysError, KeyError, ValueError) as error:
         raise Ros2Error(f"{name}: {' '.join(str(error).split())}", file=file) from None
 
@@ -329,42 +338,48 @@ def _parse_idl(text: str, name: TypeName, file: Path) -> Fields:
 def _service_messages(
     name: TypeName, request: Fields, response: Fields, has_event: bool
 ) -> Iterator[tuple[str, Fields]]:
-    """Yield a service's messages: request, response, event, and the type for its hash."""
-    yield str(name.derived("Request")), request
-    yield str(name.derived("Response")), response
+    """Yield the messages of a service: request, response, event, and one of them all for the hash."""
+    yield str(name.derive("Request")), request
+    yield str(name.derive("Response")), response
     if not has_event:
         return
     yield (
-        str(name.derived("Event")),
+        str(name.derive("Event")),
         [
-            ("info", _named_type(_EVENT_INFO)),
-            ("request", (Nodetype.SEQUENCE, (_named_type(name.derived("Request")), 1))),  # at most one
-            ("response", (Nodetype.SEQUENCE, (_named_type(name.derived("Response")), 1))),
+            ("info", _make_named_type(_EVENT_INFO_TYPE)),
+            # sequences of at most one element
+            ("request", (Nodetype.SEQUENCE, (_make_named_type(name.derive("Request")), 1))),
+            ("response", (Nodetype.SEQUENCE, (_make_named_type(name.derive("Response")), 1))),
         ],
     )
     suffixes = ("Request", "Response", "Event")
-    yield str(name), [(f"{suffix.lower()}_message", _named_type(name.derived(suffix))) for suffix in suffixes]
+    yield (
+        str(name),
+        [(f"{suffix.lower()}_message", _make_named_type(name.derive(suffix))) for suffix in suffixes],
+    )
 
 
 def _action_messages(
     name: TypeName, sections: list[Fields], has_events: bool
 ) -> Iterator[tuple[str, Fields]]:
-    """Yield an action's messages: goal, result, feedback, and those of its services and topics."""
-    goal, result, feedback = (name.derived(suffix) for suffix in ("Goal", "Result", "Feedback"))
+    """Yield the messages of an action: goal, result, feedback, and those of its services and topics."""
+    goal, result, feedback = (name.derive(suffix) for suffix in ("Goal", "Result", "Feedback"))
     for section_name, fields in zip((goal, result, feedback), sections, strict=True):
         yield str(section_name), fields
     send_goal, get_result, feedback_message = (
-        name.derived(suffix) for suffix in ("SendGoal", "GetResult", "FeedbackMessage")
+        name.derive(suffix) for suffix in ("SendGoal", "GetResult", "FeedbackMessage")
     )
-    goal_id = ("goal_id", _named_type(_UUID))
-    acceptance: Fields = [("accepted", _base_type("bool")), ("stamp", _named_type(_TIME))]
-    status_and_result: Fields = [("status", _base_type("int8")), ("result", _named_type(result))]
-    yield from _service_messages(send_goal, [goal_id, ("goal", _named_type(goal))], acceptance, has_events)
+    goal_id = ("goal_id", _make_named_type(_UUID_TYPE))
+    acceptance: Fields = [("accepted", _make_base_type("bool")), ("stamp", _make_named_type(_TIME_TYPE))]
+    status_and_result: Fields = [("status", _make_base_type("int8")), ("result", _make_named_type(result))]
+    yield from _service_messages(
+        send_goal, [goal_id, ("goal", _make_named_type(goal))], acceptance, has_events
+    )
     yield from _service_messages(get_result, [goal_id], status_and_result, has_events)
-    yield str(feedback_message), [goal_id, ("feedback", _named_type(feedback))]
+    yield str(feedback_message), [goal_id, ("feedback", _make_named_type(feedback))]
     if not has_events:
         return
-    # the type of the action itself, whose hash peers compare
+    # a message that stands for the action: peers compare the hash of this type
     members = {
         "goal": goal,
         "result": result,
@@ -373,32 +388,32 @@ def _action_messages(
         "get_result_service": get_result,
         "feedback_message": feedback_message,
     }
-    yield str(name), [(field, _named_type(member)) for field, member in members.items()]
+    yield str(name), [(field, _make_named_type(member)) for field, member in members.items()]
 
 
-def _base_type(name: str) -> FieldType:
+def _make_base_type(name: str) -> FieldType:
     return Nodetype.BASE, (name, 0)
 
 
-def _named_type(name: TypeName) -> FieldType:
+def _make_named_type(name: TypeName) -> FieldType:
     return Nodetype.NAME, str(name)
 
 
-def _without_char(fields: Fields) -> Fields:
-    """Return fields with ``uint8`` in place of ``char``, as in IDL and type hashes."""
-    return [(field, _replace_char(kind)) for field, kind in fields]
+def _replace_char_fields(fields: Fields) -> Fields:
+    """Return fields with ``uint8`` in place of ``char``, as IDL and type hashes have."""
+    return [(field, _replace_char_type(field_type)) for field, field_type in fields]
 
 
-def _replace_char(kind: FieldType) -> FieldType:
-    node, details = kind
+def _replace_char_type(field_type: FieldType) -> FieldType:
+    node, details = field_type
     if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-        return node, (_replace_char(details[0]), details[1])
-    return _base_type("uint8") if node == Nodetype.BASE and details[0] == "char" else kind
+        return node, (_replace_char_type(details[0]), details[1])
+    return _make_base_type("uint8") if node == Nodetype.BASE and details[0] == "char" else field_type
 
 
-def _nested_type(kind: FieldType) -> str | None:
-    """Return the message type of a field or of its elements; None for base types."""
-    node, details = kind
+def _nested_type(field_type: FieldType) -> str | None:
+    """Return the name of the message in a field or in its elements; None for base types."""
+    node, details = field_type
     if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
         return _nested_type(details[0])
     return str(details) if node == Nodetype.NAME else None
@@ -412,8 +427,8 @@ _DERIVED_SUFFIXES: Final = (
 )
 
 
-def _definition_of(name: TypeName) -> TypeName:
-    """Return the message, service or action with the definition of a type."""
+def _find_definition_name(name: TypeName) -> TypeName:
+    """Return the message, service or action whose definition contains a type."""
     if name.kind != "msg":
         for suffix in _DERIVED_SUFFIXES:
             if name.name.endswith(f"_{suffix}"):

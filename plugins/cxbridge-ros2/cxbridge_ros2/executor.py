@@ -1,4 +1,4 @@
-"""The common part of skill executors that are nodes of ROS 2: joining the domain, polling, time limits."""
+"""The base class of skill executors that are nodes of ROS 2: joining the domain, polling, time limits."""
 
 from __future__ import annotations
 
@@ -13,29 +13,32 @@ from cxbridge.errors import ConfigError
 from cxbridge.rights import EVERYTHING
 from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, SkillFailedError
 from cxbridge_ros2.node import Node
-from cxbridge_ros2.settings import NODE_KEYS, NodeSettings, nested
+from cxbridge_ros2.settings import NODE_KEYS, NodeSettings, nest_settings
 
-TIMEOUT_S: Final = 600.0  # default limit of a skill in seconds
+DEFAULT_TIMEOUT_S: Final = 600.0  # limit of a skill in seconds
 
 S = TypeVar("S")
 T = TypeVar("T")
 
 
 class RosExecutor(SkillExecutor):
-    """Executes skills as a node of ROS 2. Settings may be nested mappings."""
+    """Executes skills as a node of ROS 2.
+
+    :ivar settings: the settings of the executor as nested mappings.
+    """
 
     known_settings: ClassVar[tuple[str, ...]] = (*NODE_KEYS, "skills")
 
     def __init__(self, context: ExecutorContext) -> None:
         # the skill board passes settings by path: skills/goto/name
-        super().__init__(replace(context, settings=nested(context.settings)))
-        self.node_settings = NodeSettings.of(self.settings, self.folder, type(self).__name__)
-        # here, so that a missing package is an error at the start of the run
-        self._definitions = self.node_settings.definitions()
+        super().__init__(replace(context, settings=nest_settings(context.settings)))
+        self.node_settings = NodeSettings.parse(self.settings, self.folder, type(self).__name__)
+        # loaded here rather than in `join`, so that a missing package is an error when the run starts
+        self._definitions = self.node_settings.load_definitions()
         self._node: Node | None = None
 
     def join(self) -> Node:
-        """Join the domain; :meth:`close` leaves it."""
+        """Join the domain as a node, which :meth:`close` closes."""
         self._node = node = self.node_settings.join(
             f"cxbridge_{self.agent}", self._definitions, self.log.warn, EVERYTHING
         )
@@ -53,9 +56,9 @@ class RosExecutor(SkillExecutor):
             self._node.close()
 
     def limit_time(self, seconds: float, name: str, steps: Generator[S, None, T]) -> Generator[S, None, T]:
-        """Yield the steps of a generator and return its value.
+        """Yield the steps of a skill and return its value, within a time limit.
 
-        :param name: the name of the work, for the error after the limit.
+        :param name: the name of the skill, for the error.
         :raises SkillFailedError: after the limit.
         """
         deadline_us = self.clock.now_us() + round(seconds * MICROSECONDS)
@@ -69,8 +72,8 @@ class RosExecutor(SkillExecutor):
         raise SkillFailedError(f"{name} has not ended within {seconds:g} s")
 
 
-def seconds_of(skill: str, key: str, value: Any) -> float:
-    """Return a skill's setting in seconds.
+def parse_seconds(skill: str, key: str, value: Any) -> float:
+    """Return the setting of a skill as seconds.
 
     :raises ConfigError: if the value is not a positive number.
     """

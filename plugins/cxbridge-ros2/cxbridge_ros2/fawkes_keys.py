@@ -1,4 +1,8 @@
-"""Keys of Fawkes' own ROS 2 plug-ins, which cxbridge ignores: one configuration serves both programs."""
+"""Keys of Fawkes' own ROS 2 plug-ins, which cxbridge ignores.
+
+Fawkes' plug-ins and cxbridge have settings in the same sections, so that both programs can read one
+configuration.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
-# Keys of the plug-ins of fawkes-robotino, by section.
+# Keys of the plug-ins in the repository fawkes-robotino, by section.
 FAWKES_KEYS: Final = {
     "/ros2/tf": frozenset(
         {"use_tf2", "use_namespace", "tf_prefix", "tf_prefix_exclusions", "static-update-interval"}
@@ -16,11 +20,11 @@ FAWKES_KEYS: Final = {
 }
 
 
-def is_ours(tree: str, key: str) -> bool:
+def is_cxbridge_key(section: str, key: str) -> bool:
     """Return whether a key does not belong to Fawkes' plug-ins."""
-    return key not in FAWKES_KEYS.get(tree, frozenset())
+    return key not in FAWKES_KEYS.get(section, frozenset())
 
 
-def has_ours(config: Configuration, tree: str) -> bool:
+def has_cxbridge_keys(config: Configuration, section: str) -> bool:
     """Return whether a section has a key that does not belong to Fawkes' plug-ins."""
-    return any(is_ours(tree, key) for key in config.keys(tree))
+    return any(is_cxbridge_key(section, key) for key in config.keys(section))

@@ -1,4 +1,7 @@
-"""Publishes the blackboard's coordinate frames: TransformInterfaces go to /tf and /tf_static."""
+"""Publishes the coordinate frames of the blackboard on /tf and /tf_static.
+
+A frame is a TransformInterface; its ``static_transform`` is true for a frame that does not move.
+"""
 
 from __future__ import annotations
 
@@ -13,18 +16,18 @@ from cxbridge.space.tf.geometry import Transform
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
-from cxbridge_ros2.stamps import microseconds_of, stamp_of
+from cxbridge_ros2.stamps import stamp_to_us, us_to_stamp
 
-TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
-FROM_ROS: Final = "/tf/ros2/"  # id prefix of frames from ROS, which are not sent back
+TF_MESSAGE_TYPE: Final = "tf2_msgs/msg/TFMessage"
+ROS_ID_PREFIX: Final = "/tf/ros2/"  # start of the ids of frames from ROS, which are not sent back
 
-_TYPE: Final = "TransformInterface"
+_INTERFACE_TYPE: Final = "TransformInterface"
 
 
-def transform_message(values: Mapping[str, Any], time_us: int) -> Message:
-    """Return a TransformInterface's values as a geometry_msgs/msg/TransformStamped."""
+def encode_transform(values: Mapping[str, Any], time_us: int) -> Message:
+    """Return the values of a TransformInterface as a geometry_msgs/msg/TransformStamped."""
     return {
-        "header": {"stamp": stamp_of(time_us), "frame_id": values["frame"]},
+        "header": {"stamp": us_to_stamp(time_us), "frame_id": values["frame"]},
         "child_frame_id": values["child_frame"],
         "transform": {
             "translation": dict(zip("xyz", map(float, values["translation"]), strict=True)),
@@ -33,8 +36,8 @@ def transform_message(values: Mapping[str, Any], time_us: int) -> Message:
     }
 
 
-def stamped_transform(message: Message) -> StampedTransform:
-    """Return the values of a geometry_msgs/msg/TransformStamped."""
+def decode_transform(message: Message) -> StampedTransform:
+    """Return the transform in a geometry_msgs/msg/TransformStamped."""
     header, transform = message["header"], message["transform"]
     translation, rotation = transform["translation"], transform["rotation"]
     return StampedTransform(
@@ -42,7 +45,7 @@ def stamped_transform(message: Message) -> StampedTransform:
             (translation["x"], translation["y"], translation["z"]),
             (rotation["x"], rotation["y"], rotation["z"], rotation["w"]),
         ),
-        microseconds_of(header["stamp"]),
+        stamp_to_us(header["stamp"]),
         # tf of ROS 1 began its names with a slash, and some old nodes still do
         header["frame_id"].lstrip("/"),
         message["child_frame_id"].lstrip("/"),
@@ -50,33 +53,37 @@ def stamped_transform(message: Message) -> StampedTransform:
 
 
 class FrameSender(Closing):
-    """Sends the existing and future frames of a blackboard."""
+    """Publishes the existing and future frames of a blackboard."""
 
     def __init__(self, node: Node, board: BlackBoard) -> None:
-        self._moving = node.publisher("/tf", TRANSFORMS, PROFILES["tf"])
-        self._static = node.publisher("/tf_static", TRANSFORMS, PROFILES["tf_static"])
-        self._static_frames: dict[str, Message] = {}
+        self._moving_publisher = node.create_publisher("/tf", TF_MESSAGE_TYPE, PROFILES["tf"])
+        self._static_publisher = node.create_publisher("/tf_static", TF_MESSAGE_TYPE, PROFILES["tf_static"])
+        self._static_transforms: dict[str, Message] = {}
         self._feed = Feed(board, "ROS 2")
-        for instance in self._feed.follow(_TYPE, "*"):
-            self._send(self._feed.now(instance))
+        for instance in self._feed.follow(_INTERFACE_TYPE, "*"):
+            self._publish_change(self._feed.now(instance))
 
-    def loop(self) -> None:
+    def publish_changes(self) -> None:
         while (change := self._feed.next(Deadline(0))) is not None:
-            self._send(change)
+            self._publish_change(change)
 
-    def _send(self, change: InterfaceChange) -> None:
+    def _publish_change(self, change: InterfaceChange) -> None:
         uid, values = change.uid, change.values
-        if uid.startswith(f"{_TYPE}::{FROM_ROS}") or change.kind != "data" or not values["child_frame"]:
+        if (
+            uid.startswith(f"{_INTERFACE_TYPE}::{ROS_ID_PREFIX}")
+            or change.kind != "data"
+            or not values["child_frame"]
+        ):
             return
-        message = transform_message(values, change.time_us)
+        message = encode_transform(values, change.time_us)
         if not values["static_transform"]:
-            self._moving.publish({"transforms": [message]})
-        elif self._static_frames.get(uid) != message:
+            self._moving_publisher.publish({"transforms": [message]})
+        elif self._static_transforms.get(uid) != message:
             # all static frames in each message, since a late subscription gets only the last message
-            self._static_frames[uid] = message
-            self._static.publish({"transforms": list(self._static_frames.values())})
+            self._static_transforms[uid] = message
+            self._static_publisher.publish({"transforms": list(self._static_transforms.values())})
 
     def close(self) -> None:
         self._feed.close()
-        self._moving.close()
-        self._static.close()
+        self._moving_publisher.close()
+        self._static_publisher.close()

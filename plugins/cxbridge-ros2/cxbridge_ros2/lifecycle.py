@@ -1,7 +1,8 @@
-"""Managed nodes, whose clients configure, activate, deactivate, clean up and shut down (lifecycle_msgs).
+"""Managed nodes, which clients configure, activate, deactivate, clean up and shut down (lifecycle_msgs).
 
-A transition leads from a primary state through a transition state, such as CONFIGURING, to the goal state; it
-is carried out while the node is in the transition state. Each of the two changes of state is published.
+A transition leads from a primary state such as UNCONFIGURED through a transition state such as CONFIGURING
+to the goal state. The node carries out the transition while it is in the transition state, and publishes both
+changes of its state.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from cxbridge.rights import right_of_frame
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
-from cxbridge_ros2.stamps import NANOSECONDS
+from cxbridge_ros2.stamps import NS_PER_US
 
 _PACKAGE: Final = "lifecycle_msgs"
 
@@ -44,7 +45,7 @@ class LifecycleState(IntEnum):
 
 
 class TransitionOutcome(IntEnum):
-    """The result of a transition, as offset from the number in :data:`_END_NUMBERS`."""
+    """The outcome of a transition; its value is the offset from the number in :data:`_SUCCESS_NUMBERS`."""
 
     SUCCESS = 0
     FAILURE = 1
@@ -55,28 +56,33 @@ class TransitionOutcome(IntEnum):
         return f"transition_{self.name.lower()}"
 
 
-# names of the transitions that a node implements
+# names of transitions
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE = "configure", "cleanup", "activate", "deactivate"
 SHUTDOWN: Final = "shutdown"
 
 
 class _Transition(Struct, frozen=True):
-    """A transition on a client's request.
+    """A transition that clients can request.
 
     :param number: the number of the transition in lifecycle_msgs/msg/Transition.
-    :param during: the transition state.
     """
 
     number: int
     name: str
-    start: LifecycleState
-    during: LifecycleState
-    goal: LifecycleState
+    start_state: LifecycleState
+    transition_state: LifecycleState
+    goal_state: LifecycleState
 
 
 _TRANSITIONS: Final = tuple(
-    _Transition(number, name, LifecycleState[start], LifecycleState[during], LifecycleState[goal])
-    for number, name, start, during, goal in (
+    _Transition(
+        number,
+        name,
+        LifecycleState[start_state],
+        LifecycleState[transition_state],
+        LifecycleState[goal_state],
+    )
+    for number, name, start_state, transition_state, goal_state in (
         (1, CONFIGURE, "UNCONFIGURED", "CONFIGURING", "INACTIVE"),
         (2, CLEANUP, "INACTIVE", "CLEANINGUP", "UNCONFIGURED"),
         (3, ACTIVATE, "INACTIVE", "ACTIVATING", "ACTIVE"),
@@ -86,8 +92,8 @@ _TRANSITIONS: Final = tuple(
         (7, SHUTDOWN, "ACTIVE", "SHUTTINGDOWN", "FINALIZED"),
     )
 )
-# number of the successful transition out of each transition state
-_END_NUMBERS: Final = {
+# By transition state: the number that lifecycle_msgs/msg/Transition gives to the successful end.
+_SUCCESS_NUMBERS: Final = {
     LifecycleState.CONFIGURING: 10,
     LifecycleState.CLEANINGUP: 20,
     LifecycleState.ACTIVATING: 30,
@@ -96,16 +102,17 @@ _END_NUMBERS: Final = {
     LifecycleState.ERRORPROCESSING: 60,
 }
 
-# carries out a transition and returns its success; an exception is an error
-Work = Callable[[], bool]
+# Carries out a transition, and returns whether it has succeeded. An exception is an error of the transition.
+TransitionCallback = Callable[[], bool]
 
 
 class Lifecycle(Closing):
     """The lifecycle of a node, with its services and topic.
 
     :param name: the node's name without the slash.
-    :param work: functions by transition; a missing function does nothing. An exception finalizes the node.
-    :param report: called with a line about each exception.
+    :param callbacks: functions by transition. A transition without a function succeeds; an exception
+        finalizes the node.
+    :param report: called with a text about each exception.
     :param state: the initial state.
     """
 
@@ -113,126 +120,140 @@ class Lifecycle(Closing):
         self,
         node: Node,
         name: str,
-        work: Mapping[str, Work],
+        callbacks: Mapping[str, TransitionCallback],
         clock: Clock,
         report: Callable[[str], None],
         state: LifecycleState = LifecycleState.UNCONFIGURED,
     ) -> None:
-        self._work, self._clock, self._report = work, clock, report
+        self._callbacks, self._clock, self._report = callbacks, clock, report
         self.state = state
         services: dict[str, tuple[str, Callable[[Message], Mapping[str, Any]]]] = {
-            "change_state": ("ChangeState", self._change),
+            "change_state": ("ChangeState", self._change_state),
             "get_state": ("GetState", self._get_state),
-            "get_available_states": ("GetAvailableStates", self._get_states),
-            "get_available_transitions": ("GetAvailableTransitions", self._get_transitions),
-            "get_transition_graph": ("GetAvailableTransitions", self._get_graph),
+            "get_available_states": ("GetAvailableStates", self._get_available_states),
+            "get_available_transitions": ("GetAvailableTransitions", self._get_available_transitions),
+            "get_transition_graph": ("GetAvailableTransitions", self._get_transition_graph),
         }
-        self._closers = [
+        self._close_functions = [
             node.serve(
                 f"/{name}/{service}",
                 f"{_PACKAGE}/srv/{kind}",
                 handler,
-                needs=right_of_frame("ros2-lifecycle", service),
+                right=right_of_frame("ros2-lifecycle", service),
             )
             for service, (kind, handler) in services.items()
         ]
-        self._events = node.publisher(
+        self._event_publisher = node.create_publisher(
             f"/{name}/transition_event", f"{_PACKAGE}/msg/TransitionEvent", PROFILES["default"]
         )
 
-    def change(self, name: str) -> bool:
-        """Carry out a transition as on a client's request, and return its success."""
-        transition = next((item for item in self._available if item.name == name), None)
+    def request_transition(self, name: str) -> bool:
+        """Carry out a transition like a client's request; return whether it has succeeded."""
+        transition = next(
+            (transition for transition in self._available_transitions if transition.name == name), None
+        )
         if transition is None:
             return False
-        self._move(transition.number, name, transition.during)
-        outcome = self._carry_out(name)
+        self._enter_state(transition.number, name, transition.transition_state)
+        outcome = self._call_callback(name)
         self._end_transition(outcome)
         if outcome is TransitionOutcome.ERROR:
-            # ERRORPROCESSING fails, as in rclcpp without an error handler
+            # ERRORPROCESSING fails, as the default error handler of rclcpp does
             self._end_transition(TransitionOutcome.FAILURE)
         return outcome is TransitionOutcome.SUCCESS
 
-    def follow(self, state: LifecycleState) -> None:
-        """Report a transition that was carried out in another way than over lifecycle_msgs."""
-        transition = next((item for item in self._available if item.goal is state), None)
+    def report_state(self, state: LifecycleState) -> None:
+        """Report that a primary state was reached without a request to this lifecycle."""
+        transition = next(
+            (transition for transition in self._available_transitions if transition.goal_state is state), None
+        )
         if transition is not None:
-            self._move(transition.number, transition.name, transition.during)
+            self._enter_state(transition.number, transition.name, transition.transition_state)
             self._end_transition(TransitionOutcome.SUCCESS)
 
     @property
-    def _available(self) -> Iterator[_Transition]:
-        return (transition for transition in _TRANSITIONS if transition.start is self.state)
+    def _available_transitions(self) -> Iterator[_Transition]:
+        return (transition for transition in _TRANSITIONS if transition.start_state is self.state)
 
-    def _carry_out(self, name: str) -> TransitionOutcome:
+    def _call_callback(self, name: str) -> TransitionOutcome:
         try:
-            succeeded = self._work[name]() if name in self._work else True
+            succeeded = self._callbacks[name]() if name in self._callbacks else True
         except Exception as error:  # noqa: BLE001 - any exception is an error of the transition
             self._report(f"{name} has failed: {error}")
             return TransitionOutcome.ERROR
         return TransitionOutcome.SUCCESS if succeeded else TransitionOutcome.FAILURE
 
     def _end_transition(self, outcome: TransitionOutcome) -> None:
-        """Leave the current transition state."""
-        goal = _end_states(self.state)[outcome]
-        self._move(_END_NUMBERS[self.state] + outcome, outcome.label, goal)
+        """Go from the current transition state to the primary state after an outcome."""
+        goal_state = _end_states(self.state)[outcome]
+        self._enter_state(_SUCCESS_NUMBERS[self.state] + outcome, outcome.label, goal_state)
 
-    def _move(self, number: int, label: str, goal: LifecycleState) -> None:
-        start, self.state = self.state, goal
-        timestamp = self._clock.now_us() * NANOSECONDS
-        self._events.publish({"timestamp": timestamp, **_description(number, label, start, goal)})
+    def _enter_state(self, number: int, label: str, goal_state: LifecycleState) -> None:
+        start_state, self.state = self.state, goal_state
+        timestamp = self._clock.now_us() * NS_PER_US
+        self._event_publisher.publish(
+            {"timestamp": timestamp, **_make_description(number, label, start_state, goal_state)}
+        )
 
     # --- services -----------------------------------------------------------------------------------------
 
-    def _change(self, request: Message) -> Mapping[str, Any]:
+    def _change_state(self, request: Message) -> Mapping[str, Any]:
         requested = request["transition"]
-        # a client names the transition by its label or by its number
+        # a client names the transition by its label, or by its number and an empty label
         names = (transition.name for transition in _TRANSITIONS if transition.number == requested["id"])
-        return {"success": self.change(requested["label"] or next(names, ""))}
+        return {"success": self.request_transition(requested["label"] or next(names, ""))}
 
     def _get_state(self, _request: Message) -> Mapping[str, Any]:
         return {"current_state": self.state.message}
 
-    def _get_states(self, _request: Message) -> Mapping[str, Any]:
+    def _get_available_states(self, _request: Message) -> Mapping[str, Any]:
         return {"available_states": [state.message for state in LifecycleState]}
 
-    def _get_transitions(self, _request: Message) -> Mapping[str, Any]:
-        return {"available_transitions": [*_describe_starts(self._available)]}
+    def _get_available_transitions(self, _request: Message) -> Mapping[str, Any]:
+        return {"available_transitions": [*_describe_first_changes(self._available_transitions)]}
 
-    def _get_graph(self, _request: Message) -> Mapping[str, Any]:
-        ends = (
-            _description(number + outcome, outcome.label, during, _end_states(during)[outcome])
-            for during, number in _END_NUMBERS.items()
+    def _get_transition_graph(self, _request: Message) -> Mapping[str, Any]:
+        end_descriptions = (
+            _make_description(
+                number + outcome, outcome.label, transition_state, _end_states(transition_state)[outcome]
+            )
+            for transition_state, number in _SUCCESS_NUMBERS.items()
             for outcome in TransitionOutcome
         )
-        return {"available_transitions": [*_describe_starts(_TRANSITIONS), *ends]}
+        return {"available_transitions": [*_describe_first_changes(_TRANSITIONS), *end_descriptions]}
 
     def close(self) -> None:
-        for end in self._closers:
-            end()
-        self._events.close()
+        for end_service in self._close_functions:
+            end_service()
+        self._event_publisher.close()
 
 
-def _end_states(during: LifecycleState) -> tuple[LifecycleState, LifecycleState, LifecycleState]:
-    """Return the states after success, failure and an error in a transition state."""
-    if during is LifecycleState.ERRORPROCESSING:
+def _end_states(transition_state: LifecycleState) -> tuple[LifecycleState, LifecycleState, LifecycleState]:
+    """Return the states after a transition state: for SUCCESS, FAILURE and ERROR."""
+    if transition_state is LifecycleState.ERRORPROCESSING:
         return LifecycleState.UNCONFIGURED, LifecycleState.FINALIZED, LifecycleState.FINALIZED
-    transition = next(item for item in _TRANSITIONS if item.during is during)
+    transition = next(
+        transition for transition in _TRANSITIONS if transition.transition_state is transition_state
+    )
     # a node that fails to shut down is finalized all the same
-    is_final = transition.goal is LifecycleState.FINALIZED
-    failed = LifecycleState.FINALIZED if is_final else transition.start
-    return transition.goal, failed, LifecycleState.ERRORPROCESSING
+    is_final = transition.goal_state is LifecycleState.FINALIZED
+    failed = LifecycleState.FINALIZED if is_final else transition.start_state
+    return transition.goal_state, failed, LifecycleState.ERRORPROCESSING
 
 
-def _describe_starts(transitions: Iterable[_Transition]) -> Iterator[Message]:
+def _describe_first_changes(transitions: Iterable[_Transition]) -> Iterator[Message]:
     for transition in transitions:
-        yield _description(transition.number, transition.name, transition.start, transition.during)
+        yield _make_description(
+            transition.number, transition.name, transition.start_state, transition.transition_state
+        )
 
 
-def _description(number: int, label: str, start: LifecycleState, goal: LifecycleState) -> Message:
+def _make_description(
+    number: int, label: str, start_state: LifecycleState, goal_state: LifecycleState
+) -> Message:
     """Return a lifecycle_msgs/msg/TransitionDescription."""
     return {
         "transition": {"id": number, "label": label},
-        "start_state": start.message,
-        "goal_state": goal.message,
+        "start_state": start_state.message,
+        "goal_state": goal_state.message,
     }

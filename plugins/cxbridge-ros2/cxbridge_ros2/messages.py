@@ -1,10 +1,10 @@
-"""Messages as plain Python values, and their CDR.
+"""Messages as plain Python values, and their encoding as CDR (DDS' Common Data Representation).
 
-A message is a dict by field, as in JSON; nested messages are dicts, arrays are lists, and byte arrays
-(``uint8[]``, ``byte[]``, ``char[]``) are ``bytes``. Missing fields have their defaults, as in ROS.
+A message is a dict of its fields, as in JSON. Nested messages are dicts, arrays are lists, and byte arrays
+(``uint8[]``, ``byte[]``, ``char[]``) are ``bytes``. A missing field gets its default, as in ROS.
 
-rosbags generates a class and two functions for each type, which neither check values nor convert them.
-:class:`Codec` does both, for every transport.
+rosbags generates a class for each type, and functions that read and write its CDR. These neither check values
+nor convert them; :class:`Codec` does both.
 """
 
 from __future__ import annotations
@@ -23,19 +23,20 @@ from cxbridge_ros2.names import TypeName, parse_type
 
 Message = dict[str, Any]
 
-PLACEHOLDER: Final = "structure_needs_at_least_one_member"  # ROS' field of an empty message, on the wire
-BYTE_TYPES: Final = ("uint8", "byte")
+# the field that ROS adds to a message without fields, since CDR has no empty structures
+EMPTY_MESSAGE_FIELD: Final = "structure_needs_at_least_one_member"
+BYTE_TYPES: Final = ("uint8", "byte")  # without char, which Definitions replaces by uint8
 
-_ENDIANNESS: Final = (b"\0\0", b"\0\1")
-_HEADER: Final = 4  # bytes of the CDR encapsulation header
-_RANGES: Final = {
+_CDR_IDENTIFIERS: Final = (b"\0\0", b"\0\1")  # of big-endian and little-endian CDR
+_HEADER_LENGTH: Final = 4  # bytes of the encapsulation header: the identifier, and options
+_INTEGER_RANGES: Final = {
     name: (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if name.startswith("int") else (0, 2**bits - 1)
     for bits in (8, 16, 32, 64)
     for name in (f"int{bits}", f"uint{bits}")
 } | {"byte": (0, 255)}
 _FLOAT32_MAX: Final = float(np.finfo(np.float32).max)
 _DTYPES: Final = {
-    **{name: name for name in (*_RANGES, "float32", "float64", "bool")},
+    **{name: name for name in (*_INTEGER_RANGES, "float32", "float64", "bool")},
     "byte": "uint8",
 }
 
@@ -48,7 +49,7 @@ class Codec:
         self._store = definitions.store
 
     def encode(self, name: TypeName, message: Mapping[str, Any]) -> bytes:
-        """Return a message as little-endian CDR with its four-byte header.
+        """Return a message as little-endian CDR with its encapsulation header.
 
         :raises Ros2Error: if the message does not fit the type.
         """
@@ -59,7 +60,7 @@ class Codec:
 
         :raises Ros2Error: if the bytes are not a message of this type.
         """
-        self._definitions.fields(name)
+        self._definitions.fields(name)  # loads the type into the store
         try:
             instance = self._deserialize(name, data)
         except Exception:  # noqa: BLE001 - generated code raises many kinds of errors
@@ -67,12 +68,15 @@ class Codec:
         return self._to_message(name, instance)
 
     def _deserialize(self, name: TypeName, data: bytes | memoryview) -> Any:
-        """Deserialise a message; rosbags' own function rejects more than three extra bytes."""
-        if bytes(data[:2]) not in _ENDIANNESS:
-            raise ValueError("no plain CDR")
+        """Deserialise a message with the generated function of its type.
+
+        rosbags' public function is not used, since it rejects more than three extra bytes.
+        """
+        if bytes(data[:2]) not in _CDR_IDENTIFIERS:
+            raise ValueError("not plain CDR")
         definition = self._store.get_msgdef(str(name))
         deserialize = definition.deserialize_cdr_le if data[1] else definition.deserialize_cdr_be
-        instance, _end = deserialize(data[_HEADER:], 0, definition.cls, self._store)
+        instance, _end = deserialize(data[_HEADER_LENGTH:], 0, definition.cls, self._store)
         return instance
 
     # --- to ROS -------------------------------------------------------------------------------------------
@@ -82,25 +86,25 @@ class Codec:
             raise Ros2Error(f"{path}: a {name} is a mapping of fields, not {message!r}")
         fields = dict(self._definitions.fields(name))
         for key in message:
-            if key not in fields or key == PLACEHOLDER:
-                hint = did_you_mean(str(key), [field for field in fields if field != PLACEHOLDER])
+            if key not in fields or key == EMPTY_MESSAGE_FIELD:
+                hint = did_you_mean(str(key), [field for field in fields if field != EMPTY_MESSAGE_FIELD])
                 raise Ros2Error(f"{path}: {name} has no field '{key}'", hint=hint or None)
         field_values = {**self._definitions.defaults(name), **message}
         values = [
-            self._to_ros(kind, field_values[field], f"{path}.{field}")
+            self._to_ros(field_type, field_values[field], f"{path}.{field}")
             if field in field_values
-            else self._zero(kind)
-            for field, kind in fields.items()
+            else self._make_zero(field_type)
+            for field, field_type in fields.items()
         ]
         return self._store.types[str(name)](*values)
 
-    def _to_ros(self, kind: FieldType, value: Any, path: str) -> Any:
-        node, details = kind
+    def _to_ros(self, field_type: FieldType, value: Any, path: str) -> Any:
+        node, details = field_type
         if node == Nodetype.NAME:
             return self._to_instance(parse_type(details), value, path)
         if node == Nodetype.BASE:
             name, limit = details
-            return _CHECKS[name](value, path, name, limit)
+            return _CHECKS_BY_TYPE[name](value, path, name, limit)
         element, size = details
         return self._to_ros_list(node, element, size, value, path)
 
@@ -113,39 +117,41 @@ class Codec:
             raise Ros2Error(f"{path}: {size} elements are wanted, not {len(values)}")
         if node == Nodetype.SEQUENCE and size and len(values) > size:
             raise Ros2Error(f"{path}: at most {size} elements are possible, not {len(values)}")
-        base = _base_type(element)
+        base = _base_type_name(element)
         if base in BYTE_TYPES and isinstance(values, bytes | bytearray | memoryview):
-            return np.frombuffer(bytes(values), dtype=np.uint8)  # no check: a byte always fits
+            return np.frombuffer(bytes(values), dtype=np.uint8)  # without checks, since each byte fits
         elements = [self._to_ros(element, value, f"{path}[{index}]") for index, value in enumerate(values)]
-        if base in BYTE_TYPES:
+        if base in BYTE_TYPES:  # `_check_byte` gives signed numbers
             return np.array([number & 0xFF for number in elements], dtype=np.uint8)
         return np.array(elements, dtype=_DTYPES[base]) if base in _DTYPES else elements
 
-    def _zero(self, kind: FieldType) -> Any:
-        node, details = kind
+    def _make_zero(self, field_type: FieldType) -> Any:
+        node, details = field_type
         if node == Nodetype.NAME:
             return self._to_instance(parse_type(details), {}, str(details))
         if node == Nodetype.BASE:
-            return _ZEROS.get(details[0], 0)
+            return _ZEROS_BY_TYPE.get(details[0], 0)
         element, size = details
-        base = _base_type(element)
+        base = _base_type_name(element)
         length = size if node == Nodetype.ARRAY else 0
         if base in _DTYPES:
             return np.zeros(length, dtype=_DTYPES[base])
-        return [self._zero(element) for _ in range(length)]
+        return [self._make_zero(element) for _ in range(length)]
 
     # --- from ROS -----------------------------------------------------------------------------------------
 
     def _to_message(self, name: TypeName, instance: Any) -> Message:
         return {
             # rosbags appends _ to fields that are keywords of Python
-            field: self._from_ros(kind, getattr(instance, field if hasattr(instance, field) else f"{field}_"))
-            for field, kind in self._definitions.fields(name)
-            if field != PLACEHOLDER
+            field: self._to_python(
+                field_type, getattr(instance, field if hasattr(instance, field) else f"{field}_")
+            )
+            for field, field_type in self._definitions.fields(name)
+            if field != EMPTY_MESSAGE_FIELD
         }
 
-    def _from_ros(self, kind: FieldType, value: Any) -> Any:
-        node, details = kind
+    def _to_python(self, field_type: FieldType, value: Any) -> Any:
+        node, details = field_type
         if node == Nodetype.NAME:
             return self._to_message(parse_type(details), value)
         if node == Nodetype.BASE:
@@ -159,14 +165,17 @@ class Codec:
         return value.tolist() if isinstance(value, np.ndarray) else list(value)
 
 
-def _base_type(kind: FieldType) -> str:
-    """Return the name of a base type; empty for other types."""
-    node, details = kind
+def _base_type_name(field_type: FieldType) -> str:
+    """Return the name of a base type; empty for a message or a list."""
+    node, details = field_type
     return str(details[0]) if node == Nodetype.BASE else ""
 
 
 def value_at(message: Any, path: str) -> Any:
-    """Return the value at a dotted path of a message; None if the message has no such field."""
+    """Return the value of a field; None if the message has no such field.
+
+    :param path: the path of the field, such as ``header.stamp``.
+    """
     for field in path.split("."):
         if not isinstance(message, Mapping) or field not in message:
             return None
@@ -177,8 +186,8 @@ def value_at(message: Any, path: str) -> Any:
 # --- checks of base types -----------------------------------------------------------------------------------
 
 
-def _integer(value: Any, path: str, name: str, _limit: int) -> int:
-    low, high = _RANGES[name]
+def _check_integer(value: Any, path: str, name: str, _limit: int) -> int:
+    low, high = _INTEGER_RANGES[name]
     # JSON and YAML may write a whole number as 1.0
     number = int(value) if isinstance(value, float) and value.is_integer() else value
     if isinstance(number, np.integer):
@@ -190,12 +199,12 @@ def _integer(value: Any, path: str, name: str, _limit: int) -> int:
     return number
 
 
-def _byte(value: Any, path: str, name: str, limit: int) -> int:
-    number = _integer(value, path, name, limit)
+def _check_byte(value: Any, path: str, name: str, limit: int) -> int:
+    number = _check_integer(value, path, name, limit)
     return number - 256 if number > 127 else number  # noqa: PLR2004 - rosbags writes a byte with a sign
 
 
-def _float(value: Any, path: str, name: str, _limit: int) -> float:
+def _check_float(value: Any, path: str, name: str, _limit: int) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         raise Ros2Error(f"{path}: a number is wanted ({name}), not {value!r}")
     number = float(value)
@@ -204,13 +213,13 @@ def _float(value: Any, path: str, name: str, _limit: int) -> float:
     return number
 
 
-def _boolean(value: Any, path: str, _name: str, _limit: int) -> bool:
+def _check_boolean(value: Any, path: str, _name: str, _limit: int) -> bool:
     if not isinstance(value, bool | np.bool_):
         raise Ros2Error(f"{path}: true or false is wanted, not {value!r}")
     return bool(value)
 
 
-def _string(value: Any, path: str, _name: str, limit: int) -> str:
+def _check_string(value: Any, path: str, _name: str, limit: int) -> str:
     if not isinstance(value, str):
         raise Ros2Error(f"{path}: a string is wanted, not {value!r}")
     if "\0" in value:  # C++ nodes would read the text up to the NUL
@@ -224,13 +233,14 @@ def _string(value: Any, path: str, _name: str, limit: int) -> str:
     return value
 
 
-# By base type: returns the checked value of a field with this path and type.
-_CHECKS: Final[dict[str, Callable[[Any, str, str, int], Any]]] = {
-    **dict.fromkeys(_RANGES, _integer),
-    "byte": _byte,
-    "bool": _boolean,
-    "string": _string,
-    "float32": _float,
-    "float64": _float,
+# Functions by base type. A function returns a value after the check that it fits. Its arguments are the
+# value, the path of the field for errors, the base type, and the maximal number of bytes of a string or 0.
+_CHECKS_BY_TYPE: Final[dict[str, Callable[[Any, str, str, int], Any]]] = {
+    **dict.fromkeys(_INTEGER_RANGES, _check_integer),
+    "byte": _check_byte,
+    "bool": _check_boolean,
+    "string": _check_string,
+    "float32": _check_float,
+    "float64": _check_float,
 }
-_ZEROS: Final[dict[str, Any]] = {"bool": False, "string": "", "float32": 0.0, "float64": 0.0}
+_ZEROS_BY_TYPE: Final[dict[str, Any]] = {"bool": False, "string": "", "float32": 0.0, "float64": 0.0}

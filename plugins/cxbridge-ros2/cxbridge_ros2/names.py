@@ -1,4 +1,4 @@
-"""Names of ROS 2: types, topics, services and actions."""
+"""Names in ROS 2: of types, and of topics, services and actions."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from msgspec import Struct
 
 from cxbridge.errors import Ros2Error
 
-# Folders of definitions in a package, and the middle part of a type's name.
-KINDS: Final = ("msg", "srv", "action")
+# Kinds of definitions: the folder in a package, and the middle part of a type's name.
+DEFINITION_KINDS: Final = ("msg", "srv", "action")
 
 _TOPIC: Final = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")
 _TYPE: Final = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Za-z][A-Za-z0-9_]*)")
@@ -29,12 +29,12 @@ class TypeName(Struct, frozen=True, order=True):
     def __str__(self) -> str:
         return f"{self.package}/{self.kind}/{self.name}"
 
-    def derived(self, suffix: str) -> TypeName:
-        """Return the name of a derived type, such as a service's request."""
+    def derive(self, suffix: str) -> TypeName:
+        """Return the name of a type that ROS derives from this type, such as the request of a service."""
         return TypeName(self.package, self.kind, f"{self.name}_{suffix}")
 
     @property
-    def dds(self) -> str:
+    def dds_name(self) -> str:
         """The name on the wire, such as ``geometry_msgs::msg::dds_::PoseStamped_``."""
         return f"{self.package}::{self.kind}::dds_::{self.name}_"
 
@@ -42,27 +42,27 @@ class TypeName(Struct, frozen=True, order=True):
 def parse_type(text: str, kind: str = "msg") -> TypeName:
     """Parse a type's name.
 
-    :param kind: the kind for names with two parts: ``std_msgs/String``.
+    :param kind: the kind of a name without a middle part: ``std_msgs/String``.
     :raises Ros2Error: if the text is not a type name.
     """
     match = _TYPE.fullmatch(text)
     if match is None:
         raise Ros2Error(
-            f"'{text}' is no name of a ROS 2 type",
+            f"'{text}' is not the name of a ROS 2 type",
             hint="write PACKAGE/msg/NAME, PACKAGE/srv/NAME or PACKAGE/action/NAME",
         )
     return TypeName(match[1], match[2] or kind, match[3])
 
 
 def check_topic(name: str) -> str:
-    """Return the absolute name of a topic, a service or an action: ``/robot1/odom``.
+    """Return a name unchanged if it is an absolute name of a topic, a service or an action: ``/robot1/odom``.
 
-    :raises Ros2Error: if the name is invalid in ROS.
+    :raises Ros2Error: if the name is relative, or invalid in ROS.
     """
-    # ROS 2 reserves two underscores in a row for mappings of names, such as / to __
+    # ROS 2 reserves two underscores in a row for the conversion of names, such as / to __
     if _TOPIC.fullmatch(name) is None or "__" in name:
         raise Ros2Error(
-            f"'{name}' is no whole name of a topic, a service or an action",
-            hint="it begins with / and has letters, digits and single _",
+            f"'{name}' is not an absolute name of a topic, a service or an action",
+            hint="a name begins with / and has letters, digits and single _",
         )
     return name

@@ -1,7 +1,8 @@
-"""The interface of a ROS 2 node, for every transport. :mod:`cxbridge_ros2.actions` builds on it.
+"""The interface of a ROS 2 node, which each transport implements.
 
 A node does nothing by itself. :meth:`Node.poll` receives messages and calls the callbacks in the polling
-thread, so that callbacks may touch the blackboard and the executive without locks.
+thread, so that callbacks may use the blackboard and the executive without locks. Actions are made of the
+services and topics of a node, in :mod:`cxbridge_ros2.actions`.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from cxbridge_ros2.qos import PROFILES, QosProfile
 
 MessageCallback = Callable[[Message], None]
 
-# Gets a problem of another node: a broken message, or a mismatch of type or QoS.
-Report = Callable[[str], None]
+# Gets a text about a problem of another node: a broken message, or a mismatch of type or QoS.
+ProblemCallback = Callable[[str], None]
 
 FailureCallback = Callable[[str], None]  # gets the reason why a call has no response
 
@@ -33,12 +34,12 @@ SendResponse = Callable[[Mapping[str, Any]], None]  # sends the response to a re
 # Gets a request, and sends the response at once or later.
 RequestHandler = Callable[[Message, SendResponse], None]
 
-# Makes the response to a refused request from the request and the reason.
-RefusalResponse = Callable[[Message, str], Mapping[str, Any]]
+# Makes the response to a refused request, from the request and the reason.
+RefusalFactory = Callable[[Message, str], Mapping[str, Any]]
 
 
 class Domain(Struct, frozen=True):
-    """The domain of a node; each transport reads the fields that it knows.
+    """Where a node joins ROS. A transport ignores the fields that it does not have.
 
     :param number: the number of the domain; None for the domain of the environment.
     :param url: the URL of a bridge or router; empty for the default of the transport.
@@ -50,7 +51,7 @@ class Domain(Struct, frozen=True):
     reach: str | None = None
 
 
-def _empty_response(_request: Message, _reason: str) -> Mapping[str, Any]:
+def _make_empty_response(_request: Message, _reason: str) -> Mapping[str, Any]:
     """Return a response with default fields: false, 0, empty."""
     return {}
 
@@ -69,7 +70,7 @@ class Publisher(Struct, frozen=True, eq=False):
 
     :param publish: sends a message; raises `Ros2Error` if the message does not have the topic's type.
     :param count_subscriptions: returns the number of subscriptions, as far as the transport knows.
-    :param close: leaves the topic.
+    :param close: ends the publisher.
     """
 
     publish: Callable[[Mapping[str, Any]], None]
@@ -78,42 +79,46 @@ class Publisher(Struct, frozen=True, eq=False):
 
 
 class Client(ABC):
-    """A client of a service, with the callbacks of its pending requests by number."""
+    """A client of a service. Each request has a number."""
 
     def __init__(self) -> None:
         self._numbers = count(1)
-        self._pending: dict[int, tuple[MessageCallback, FailureCallback | None]] = {}
+        self._pending_callbacks: dict[int, tuple[MessageCallback, FailureCallback | None]] = {}
 
-    def _add_request(self, done: MessageCallback, failed: FailureCallback | None) -> int:
+    def _register_request(self, on_response: MessageCallback, on_failure: FailureCallback | None) -> int:
         number = next(self._numbers)
-        self._pending[number] = done, failed
+        self._pending_callbacks[number] = on_response, on_failure
         return number
 
     @abstractmethod
     def call(
-        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None = None
+        self,
+        request: Mapping[str, Any],
+        on_response: MessageCallback,
+        on_failure: FailureCallback | None = None,
     ) -> int:
-        """Send a request and return its number; ``done`` is called with the response.
+        """Send a request and return its number.
 
-        :param failed: called with the reason if there is no response and the transport knows the reason.
+        :param on_response: called with the response.
+        :param on_failure: called with the reason if the transport knows that there will be no response.
         :raises Ros2Error: if the request does not have the service's type.
         """
 
     def forget(self, number: int) -> None:
         """Stop waiting for a response."""
-        self._pending.pop(number, None)
+        self._pending_callbacks.pop(number, None)
 
     @property
     @abstractmethod
-    def servers(self) -> frozenset[int]:
-        """The current servers, each with a unique number."""
+    def server_numbers(self) -> frozenset[int]:
+        """The current servers. A restarted server has a new number."""
 
     @property
-    def is_served(self) -> bool:
-        return bool(self.servers)
+    def has_server(self) -> bool:
+        return bool(self.server_numbers)
 
-    def why_unserved(self) -> str:
-        """Return why there is no server, if the transport knows; else empty."""
+    def missing_server_reason(self) -> str:
+        """Return why the service has no server; empty if the transport does not know."""
         return ""
 
     @abstractmethod
@@ -123,14 +128,14 @@ class Client(ABC):
 class Node(Closing):
     """A node. Names of topics and services are absolute: ``/robot1/odom``.
 
-    :param report: called with complaints about other nodes, each kind at most once a minute; by default they
-        are Python warnings.
-    :ivar rights: the rights of clients of this node.
+    :param report: called with a text about a problem of another node, for each kind of problem at most once
+        a minute. By default, the texts become Python warnings.
+    :ivar rights: the rights of other nodes at this node.
     """
 
     rights: Rights = EVERYTHING
 
-    def __init__(self, report: Report | None = None) -> None:
+    def __init__(self, report: ProblemCallback | None = None) -> None:
         self._complaints = Complaints(report or _warn)
 
     def complain(self, kind: str, text: str) -> None:
@@ -140,10 +145,11 @@ class Node(Closing):
         """
         self._complaints.add(kind, text)
 
-    def _decode_or_complain(self, name: str, decode: Callable[[], Message]) -> Message | None:
-        """Return a received message, or None after reporting a broken message.
+    def _try_decode(self, name: str, decode: Callable[[], Message]) -> Message | None:
+        """Return a decoded message; report a broken message and return None.
 
         :param name: the topic or service.
+        :param decode: decodes the message, and raises `Ros2Error` if the message is broken.
         """
         try:
             return decode()
@@ -152,8 +158,10 @@ class Node(Closing):
             return None
 
     @abstractmethod
-    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
-        """Return a publisher.
+    def create_publisher(
+        self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
+    ) -> Publisher:
+        """Announce a publisher.
 
         :raises Ros2Error: if the topic or type is invalid.
         """
@@ -165,17 +173,17 @@ class Node(Closing):
         callback: MessageCallback,
         qos: QosProfile = PROFILES["default"],
         *,
-        needs: Right = Right.PROGRAMS,
+        right: Right = Right.PROGRAMS,
     ) -> Callable[[], None]:
         """Call ``callback`` for each message of a topic; return the function that ends the subscription.
 
-        :param needs: the right to send messages; without it, each message is reported and dropped.
+        :param right: the right that other nodes need; without the right, messages are reported and dropped.
         :raises Ros2Error: if the topic or type is invalid.
         """
-        if not self.rights.allow(needs):
-            # a node without the right subscribes too: its log shows that the right is missing
+        if not self.rights.allow(right):
+            # subscribe all the same, so that the log tells why messages have no effect
             def callback(_message: Message) -> None:
-                self._report_refusal(topic, needs)
+                self._report_refusal(topic, right)
 
         return self._subscribe(topic, message_type, callback, qos)
 
@@ -186,8 +194,8 @@ class Node(Closing):
         """Subscribe without a check of rights; see :meth:`subscribe`."""
 
     @abstractmethod
-    def client(self, service: str, service_type: str) -> Client:
-        """Return a client of a service.
+    def create_client(self, service: str, service_type: str) -> Client:
+        """Make a client of a service.
 
         :raises Ros2Error: if the name or type is invalid.
         """
@@ -198,15 +206,15 @@ class Node(Closing):
         service_type: str,
         handler: Callable[[Message], Mapping[str, Any]],
         *,
-        needs: Right = Right.PROGRAMS,
-        refuse: RefusalResponse = _empty_response,
+        right: Right = Right.PROGRAMS,
+        make_refusal: RefusalFactory = _make_empty_response,
     ) -> Callable[[], None]:
-        """Serve a service with immediate responses; see :meth:`serve_later`."""
+        """Serve a service whose handler returns the response; see :meth:`serve_later`."""
 
         def respond(request: Message, reply: SendResponse) -> None:
             reply(handler(request))
 
-        return self.serve_later(service, service_type, respond, needs=needs, refuse=refuse)
+        return self.serve_later(service, service_type, respond, right=right, make_refusal=make_refusal)
 
     def serve_later(
         self,
@@ -214,32 +222,35 @@ class Node(Closing):
         service_type: str,
         handler: RequestHandler,
         *,
-        needs: Right = Right.PROGRAMS,
-        refuse: RefusalResponse = _empty_response,
+        right: Right = Right.PROGRAMS,
+        make_refusal: RefusalFactory = _make_empty_response,
     ) -> Callable[[], None]:
-        """Serve a service with immediate or later responses; return the function that ends the service.
+        """Serve a service whose handler may respond later; return the function that ends the service.
 
-        :param needs: the right to send requests.
-        :param refuse: makes the response to requests without that right.
+        :param right: the right that clients need.
+        :param make_refusal: makes the response to clients without the right.
         :raises Ros2Error: if the name or type is invalid.
         """
-        if not self.rights.allow(needs):
+        if not self.rights.allow(right):
 
             def handler(request: Message, reply: SendResponse) -> None:
-                reply(refuse(request, self._report_refusal(service, needs)))
+                reply(make_refusal(request, self._report_refusal(service, right)))
 
         return self._serve_later(service, service_type, handler)
 
-    def _report_refusal(self, name: str, needs: Right) -> str:
-        """Report a message to a topic or service without the right, and return the reason."""
-        reason = f"refused: {name}: {self.rights.why_not(needs)}"
+    def _report_refusal(self, name: str, right: Right) -> str:
+        """Report that a node without the right has used a topic or service; return the text."""
+        reason = f"refused: {name}: {self.rights.why_not(right)}"
         self.complain(f"refused {name}", reason)
         return reason
 
     @abstractmethod
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
-        """Serve without a check of rights; see :meth:`serve_later`."""
+        """Serve a service without a check of rights; see :meth:`serve_later`."""
 
     @abstractmethod
     def poll(self, timeout_s: float = 0.0) -> bool:
-        """Handle received messages, or wait for the first; return whether any were received."""
+        """Call the callbacks for received messages; return whether there were messages.
+
+        :param timeout_s: the seconds to wait for the first message.
+        """

@@ -1,6 +1,6 @@
-"""Parameters of a node that clients can read and set: six services and the topic /parameter_events.
+"""The parameters of a node, which clients read and set: six services, and the topic /parameter_events.
 
-A parameter has a declared type, which clients cannot change.
+A parameter is declared with a value, whose type clients cannot change.
 """
 
 from __future__ import annotations
@@ -17,15 +17,17 @@ from cxbridge.rights import right_of_frame
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
-from cxbridge_ros2.stamps import stamp_of
+from cxbridge_ros2.stamps import us_to_stamp
 
 # The value of a parameter; None before it is set.
-Value: TypeAlias = bool | int | float | str | bytes | list[bool] | list[int] | list[float] | list[str] | None
+ParameterValue: TypeAlias = (
+    bool | int | float | str | bytes | list[bool] | list[int] | list[float] | list[str] | None
+)
 
-EVENTS: Final = "/parameter_events"
+EVENTS_TOPIC: Final = "/parameter_events"
 _PACKAGE: Final = "rcl_interfaces"
 _SEPARATOR: Final = "."
-_INT64: Final = 2**63  # ROS has 64-bit integers, Python any
+_INT64_LIMIT: Final = 2**63  # integers of parameters have 64 bits, those of Python have no limit
 
 
 class ParameterType(IntEnum):
@@ -43,7 +45,7 @@ class ParameterType(IntEnum):
     STRING_ARRAY = 9
 
 
-_FIELDS: Final = {
+_VALUE_FIELDS: Final = {
     ParameterType.BOOL: "bool_value",
     ParameterType.INTEGER: "integer_value",
     ParameterType.DOUBLE: "double_value",
@@ -54,8 +56,8 @@ _FIELDS: Final = {
     ParameterType.DOUBLE_ARRAY: "double_array_value",
     ParameterType.STRING_ARRAY: "string_array_value",
 }
-# Types of a scalar, and of an array of such scalars.
-_TYPES: Final = {
+# By Python class: the parameter types of a scalar, and of a list of such scalars.
+_TYPES_BY_CLASS: Final = {
     bool: (ParameterType.BOOL, ParameterType.BOOL_ARRAY),
     int: (ParameterType.INTEGER, ParameterType.INTEGER_ARRAY),
     float: (ParameterType.DOUBLE, ParameterType.DOUBLE_ARRAY),
@@ -63,7 +65,7 @@ _TYPES: Final = {
 }
 
 
-def type_of(value: Value) -> ParameterType:
+def parameter_type(value: ParameterValue) -> ParameterType:
     """Return the type of a value.
 
     :raises Ros2Error: for a list of several types, or a number beyond 64 bits.
@@ -74,34 +76,37 @@ def type_of(value: Value) -> ParameterType:
         return ParameterType.BYTE_ARRAY
     is_list = isinstance(value, list)
     elements = value if isinstance(value, list) else [value]
-    if any(type(element) is int and not -_INT64 <= element < _INT64 for element in elements):
+    if any(type(element) is int and not -_INT64_LIMIT <= element < _INT64_LIMIT for element in elements):
         raise Ros2Error(f"a number does not fit into 64 bits: {value}")
-    kinds = {type(element) for element in elements}
-    if len(kinds) > 1:
+    classes = {type(element) for element in elements}
+    if len(classes) > 1:
         raise Ros2Error(f"a list has values of one type: {value}")
-    # an empty list has no element that shows its type
-    return _TYPES[kinds.pop()][is_list] if kinds else ParameterType.STRING_ARRAY
+    # an empty list has no element that shows its type: any type of array would do
+    return _TYPES_BY_CLASS[classes.pop()][is_list] if classes else ParameterType.STRING_ARRAY
 
 
-def message_of(value: Value) -> Mapping[str, Any]:
+def encode_value(value: ParameterValue) -> Mapping[str, Any]:
     """Return a value as rcl_interfaces/msg/ParameterValue."""
-    kind = type_of(value)
-    field = _FIELDS.get(kind)
+    value_type = parameter_type(value)
+    field = _VALUE_FIELDS.get(value_type)
     if field is None:
-        return {"type": int(kind)}
-    return {"type": int(kind), field: list(value) if isinstance(value, bytes) else value}
+        return {"type": int(value_type)}
+    return {"type": int(value_type), field: list(value) if isinstance(value, bytes) else value}
 
 
-def value_of(message: Mapping[str, Any]) -> Value:
-    """Return the value in an rcl_interfaces/msg/ParameterValue."""
-    kind = message["type"]
-    if kind not in list(ParameterType):
-        raise Ros2Error(f"there is no type {kind} of parameters")
-    field = _FIELDS.get(ParameterType(kind))
+def decode_value(message: Mapping[str, Any]) -> ParameterValue:
+    """Return the value in an rcl_interfaces/msg/ParameterValue.
+
+    :raises Ros2Error: if the message has an unknown type.
+    """
+    type_number = message["type"]
+    if type_number not in list(ParameterType):
+        raise Ros2Error(f"there is no type {type_number} of parameters")
+    field = _VALUE_FIELDS.get(ParameterType(type_number))
     if field is None:
         return None
     value: Any = message[field]
-    if kind == ParameterType.BYTE_ARRAY:
+    if type_number == ParameterType.BYTE_ARRAY:
         return bytes(value)
     return list(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
 
@@ -110,10 +115,10 @@ def value_of(message: Mapping[str, Any]) -> Value:
 class Parameter:
     """A declared parameter.
 
-    :param read_only: whether clients cannot set the parameter.
+    :param read_only: True if clients cannot set the parameter.
     """
 
-    value: Value
+    value: ParameterValue
     description: str = ""
     read_only: bool = False
 
@@ -134,40 +139,42 @@ class Parameters(Closing):
     ) -> None:
         self._name, self._clock = name, clock
         self._declared = dict(declared)
-        self._types = {key: type_of(parameter.value) for key, parameter in declared.items()}
+        self._types = {key: parameter_type(parameter.value) for key, parameter in declared.items()}
         handlers: dict[str, Callable[[Message], Mapping[str, Any]]] = {
-            "get_parameters": self._get,
-            "get_parameter_types": self._get_types,
-            "set_parameters": self._set,
-            "set_parameters_atomically": self._set_atomically,
-            "list_parameters": self._list,
-            "describe_parameters": self._describe,
+            "get_parameters": self._get_parameters,
+            "get_parameter_types": self._get_parameter_types,
+            "set_parameters": self._set_parameters,
+            "set_parameters_atomically": self._set_parameters_atomically,
+            "list_parameters": self._list_parameters,
+            "describe_parameters": self._describe_parameters,
         }
-        self._closers = [
+        self._close_functions = [
             node.serve(
                 f"/{name}/{service}",
-                f"{_PACKAGE}/srv/{_camel(service)}",
+                f"{_PACKAGE}/srv/{_to_camel_case(service)}",
                 handler,
-                needs=right_of_frame("ros2-parameters", service),
-                refuse=_refusal_of_each if service == "set_parameters" else _refusal_of_all,
+                right=right_of_frame("ros2-parameters", service),
+                make_refusal=_refuse_each if service == "set_parameters" else _refuse_all,
             )
             for service, handler in handlers.items()
         ]
-        self._events = node.publisher(EVENTS, f"{_PACKAGE}/msg/ParameterEvent", PROFILES["parameters"])
+        self._event_publisher = node.create_publisher(
+            EVENTS_TOPIC, f"{_PACKAGE}/msg/ParameterEvent", PROFILES["parameters"]
+        )
         self._publish_event("new_parameters", self._declared)
 
-    def __getitem__(self, name: str) -> Value:
+    def __getitem__(self, name: str) -> ParameterValue:
         return self._declared[name].value
 
     # --- services -----------------------------------------------------------------------------------------
 
-    def _get(self, request: Message) -> Mapping[str, Any]:
-        return self._answer_each(request, "values", lambda name: message_of(self[name]))
+    def _get_parameters(self, request: Message) -> Mapping[str, Any]:
+        return self._answer_each(request, "values", lambda name: encode_value(self[name]))
 
-    def _get_types(self, request: Message) -> Mapping[str, Any]:
-        return self._answer_each(request, "types", lambda name: int(type_of(self[name])))
+    def _get_parameter_types(self, request: Message) -> Mapping[str, Any]:
+        return self._answer_each(request, "types", lambda name: int(parameter_type(self[name])))
 
-    def _describe(self, request: Message) -> Mapping[str, Any]:
+    def _describe_parameters(self, request: Message) -> Mapping[str, Any]:
         return self._answer_each(
             request,
             "descriptors",
@@ -180,35 +187,41 @@ class Parameters(Closing):
         )
 
     def _answer_each(self, request: Message, field: str, describe: Callable[[str], Any]) -> Mapping[str, Any]:
-        """Return data of each requested parameter; as in ROS, nothing if a parameter is unknown."""
+        """Return a response with data of each requested parameter.
+
+        As in rclcpp, the response is empty if one of the parameters is unknown.
+
+        :param field: the field of the response.
+        :param describe: returns the data of a parameter.
+        """
         names = request["names"]
         are_known = all(name in self._declared for name in names)
         return {field: [describe(name) for name in names] if are_known else []}
 
-    def _list(self, request: Message) -> Mapping[str, Any]:
+    def _list_parameters(self, request: Message) -> Mapping[str, Any]:
         depth, prefixes = request["depth"], request["prefixes"]
         names = [name for name in self._declared if _is_listed(name, prefixes, depth)]
         parents = dict.fromkeys(name.rpartition(_SEPARATOR)[0] for name in names if _SEPARATOR in name)
         return {"result": {"names": names, "prefixes": list(parents)}}
 
-    def _set(self, request: Message) -> Mapping[str, Any]:
+    def _set_parameters(self, request: Message) -> Mapping[str, Any]:
         results = []
-        # one after the other: a refused value does not stop the following ones
+        # in a loop: a refused parameter does not keep the following parameters from being set
         for parameter in request["parameters"]:
-            reason = self._why_refused(parameter)
+            reason = self._refusal_reason(parameter)
             results.append({"successful": not reason, "reason": reason})
             if not reason:
                 self._store_values([parameter])
         return {"results": results}
 
-    def _set_atomically(self, request: Message) -> Mapping[str, Any]:
+    def _set_parameters_atomically(self, request: Message) -> Mapping[str, Any]:
         parameters = request["parameters"]
-        reason = next(filter(None, map(self._why_refused, parameters)), "")
+        reason = next(filter(None, map(self._refusal_reason, parameters)), "")
         if not reason:
             self._store_values(parameters)
         return {"result": {"successful": not reason, "reason": reason}}
 
-    def _why_refused(self, message: Message) -> str:
+    def _refusal_reason(self, message: Message) -> str:
         """Return why a parameter cannot be set; empty if the parameter can be set."""
         name = message["name"]
         parameter = self._declared.get(name)
@@ -217,44 +230,48 @@ class Parameters(Closing):
         if parameter.read_only:
             return f"the parameter '{name}' is read-only"
         try:
-            value = value_of(message["value"])
+            value = decode_value(message["value"])
         except Ros2Error as error:
             return error.message
-        declared_type, kind = self._types[name], type_of(value)
-        if kind is not declared_type and declared_type is not ParameterType.NOT_SET:
-            return f"the parameter '{name}' is of type {declared_type.name}, not {kind.name}"
+        declared_type, value_type = self._types[name], parameter_type(value)
+        if value_type is not declared_type and declared_type is not ParameterType.NOT_SET:
+            return f"the parameter '{name}' is of type {declared_type.name}, not {value_type.name}"
         return ""
 
     def _store_values(self, messages: Sequence[Message]) -> None:
         for message in messages:
-            self._declared[message["name"]].value = value_of(message["value"])
+            self._declared[message["name"]].value = decode_value(message["value"])
         self._publish_event("changed_parameters", [message["name"] for message in messages])
 
     def _publish_event(self, field: str, names: Iterable[str]) -> None:
-        parameters = [{"name": name, "value": message_of(self[name])} for name in names]
-        stamp = stamp_of(self._clock.now_us())
-        self._events.publish({"stamp": stamp, "node": f"/{self._name}", field: parameters})
+        parameters = [{"name": name, "value": encode_value(self[name])} for name in names]
+        stamp = us_to_stamp(self._clock.now_us())
+        self._event_publisher.publish({"stamp": stamp, "node": f"/{self._name}", field: parameters})
 
     def close(self) -> None:
-        for end in self._closers:
-            end()
-        self._events.close()
+        for end_service in self._close_functions:
+            end_service()
+        self._event_publisher.close()
 
 
-def _refusal_of_each(request: Message, reason: str) -> Mapping[str, Any]:
+def _refuse_each(request: Message, reason: str) -> Mapping[str, Any]:
     return {"results": [{"successful": False, "reason": reason} for _ in request["parameters"]]}
 
 
-def _refusal_of_all(_request: Message, reason: str) -> Mapping[str, Any]:
+def _refuse_all(_request: Message, reason: str) -> Mapping[str, Any]:
     return {"result": {"successful": False, "reason": reason}}
 
 
-def _camel(service: str) -> str:
+def _to_camel_case(service: str) -> str:
     return "".join(word.capitalize() for word in service.split("_"))
 
 
 def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
-    """Return whether a name equals a prefix or is below it, within the requested depth."""
+    """Return whether ``list_parameters`` lists a parameter.
+
+    :param prefixes: the names whose parameters are listed; empty for all.
+    :param depth: the maximal number of further parts of a name; 0 for any number (DEPTH_RECURSIVE).
+    """
     paths = [
         name.removeprefix(prefix).removeprefix(_SEPARATOR)
         for prefix in prefixes or [""]

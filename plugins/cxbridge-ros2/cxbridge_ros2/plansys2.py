@@ -1,7 +1,8 @@
 """The protocol of PlanSys2's hub, for callers and performers (docs/ros2.md).
 
-In PlanSys2, the caller is ActionExecutor and the performer is ActionExecutorClient. The protocol has not
-changed since ROS 2 Foxy.
+The hub is the topic ``/actions_hub``, on which callers find performers for actions. In PlanSys2, the caller
+is the class ActionExecutor and the performer is ActionExecutorClient. The protocol has not changed since
+ROS 2 Foxy.
 """
 
 from __future__ import annotations
@@ -12,11 +13,11 @@ from typing import Any, ClassVar
 from cxbridge_ros2.hub.caller import HubSkills
 from cxbridge_ros2.hub.protocol import ActionKey, Heartbeat, HubMessage, HubProtocol
 from cxbridge_ros2.messages import Message
-from cxbridge_ros2.stamps import stamp_of
+from cxbridge_ros2.stamps import us_to_stamp
 
 
 class PlanSys2Protocol(HubProtocol):
-    """Messages as plansys2_msgs/msg/ActionExecution."""
+    """The protocol with messages of the type plansys2_msgs/msg/ActionExecution."""
 
     name = "plansys2"
     topic = "/actions_hub"
@@ -30,7 +31,7 @@ class PlanSys2Protocol(HubProtocol):
 
     def encode_heartbeat(self, heartbeat: Heartbeat, now_us: int) -> Mapping[str, Any]:
         return {
-            "status_stamp": stamp_of(now_us),
+            "status_stamp": us_to_stamp(now_us),
             "state": heartbeat.state,
             "action": heartbeat.action,
             "node_name": heartbeat.node,
@@ -39,12 +40,12 @@ class PlanSys2Protocol(HubProtocol):
     def decode_heartbeat(self, fields: Message) -> Heartbeat:
         return Heartbeat(fields["node_name"], fields["action"], fields["state"])
 
-    def after_cancel(self, finish: HubMessage) -> HubMessage | None:  # noqa: ARG002
-        """Return None: PlanSys2's performers stop silently, and its executor expects no message."""
+    def cancel_reply(self, finish: HubMessage) -> HubMessage | None:  # noqa: ARG002
+        """Return None, since PlanSys2's performers stop silently and its executor expects no message."""
         return None
 
-    def arguments_of(self, key: ActionKey) -> tuple[str, ...]:
-        """Return the arguments; PlanSys2's executor sends the action's name in place of no argument."""
+    def intended_arguments(self, key: ActionKey) -> tuple[str, ...]:
+        """Return the arguments; PlanSys2's executor sends the name of the action for an empty list."""
         return () if key.arguments == (key.action,) else key.arguments
 
 

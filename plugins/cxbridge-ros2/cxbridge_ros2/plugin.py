@@ -1,13 +1,17 @@
-"""The rows that this plug-in adds to tables; see docs/plugins.md."""
+"""The extensions of this plug-in; see docs/plugins.md.
+
+Each :class:`~cxbridge.plugins.Row` names an extension, the ``module:object`` that cxbridge imports when the
+extension is used, and for some kinds a predicate that says whether a configuration uses it.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
 from cxbridge.plugins import Row, always, configured
-from cxbridge_ros2.fawkes_keys import has_ours
+from cxbridge_ros2.fawkes_keys import has_cxbridge_keys
 
-API = 1
+API = 1  # version of the plug-in interface
 
 
 def _has_daemon_node(context: Any) -> bool:
@@ -15,7 +19,7 @@ def _has_daemon_node(context: Any) -> bool:
 
 
 def _has_transforms(context: Any) -> bool:
-    return has_ours(context.config, "/ros2/tf")
+    return has_cxbridge_keys(context.config, "/ros2/tf")
 
 
 def _has_nodes(config: Any) -> bool:
@@ -36,8 +40,10 @@ COMPONENTS = (
 )
 FEATURES = (
     Row(
-        "problem-expert", "cxbridge_ros2.problem_expert:problem_expert", requested=configured("/ros2/experts")
+        "problem-expert",
+        "cxbridge_ros2.problem_expert:shared_problem_expert",
+        requested=configured("/ros2/experts"),
     ),
 )
 FORMATS = (Row("rosbag", "cxbridge_ros2.bags.formats"),)
-SETTINGS = (Row("ros2", "cxbridge_ros2.settings:NodesSettings", _has_nodes),)
+SETTINGS = (Row("ros2", "cxbridge_ros2.settings:Ros2Reach", _has_nodes),)

@@ -1,4 +1,8 @@
-"""The feature `problem-expert`: the world model as PlanSys2's experts see it. See docs/ros2.md."""
+"""The feature `problem-expert`: the world model of an agent for PlanSys2's experts (docs/ros2.md).
+
+PlanSys2's experts are ROS nodes that serve a PDDL domain and a PDDL problem to clients. Here the problem is
+the facts of an environment.
+"""
 
 from __future__ import annotations
 
@@ -14,53 +18,56 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge_ros2.experts.knowledge import ProblemExpert
 
-_FILE: Final = CORE_DIR / "features" / "problem.clp"
-_WATCHED: Final = ("domain-object", "domain-fact", "problem-function", "problem-goal")
+_TEMPLATES_FILE: Final = CORE_DIR / "features" / "problem.clp"
+_WATCHED_TEMPLATES: Final = ("domain-object", "domain-fact", "problem-function", "problem-goal")
 
 
 class ProblemExpertFeature(Feature):
-    """Provides the templates ``problem-goal`` and ``problem-function``.
+    """Provides the templates ``problem-goal`` and ``problem-function``, and the problem expert.
 
-    :param domain_of: returns the domain that an environment has parsed last.
+    :param find_domain: returns the domain that an environment has parsed last, or None.
+    :ivar env: the environment that has the feature, or None.
+    :ivar version: incremented by each change of the problem.
     """
 
     name = "problem-expert"
 
-    def __init__(self, domain_of: DomainOf) -> None:
-        self._domain_of = domain_of
-        self._goals = count(1)
-        self.env: ClipsEnvironment | None = None  # the environment that has the feature, or None
-        self.version = 0  # incremented by each change of the problem
+    def __init__(self, find_domain: DomainOf) -> None:
+        self._find_domain = find_domain
+        self._goal_numbers = count(1)
+        self.env: ClipsEnvironment | None = None
+        self.version = 0
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        env.load(_FILE)
+        env.load(_TEMPLATES_FILE)
         load_functions(env)
         self.env = env
-        for template in _WATCHED:
-            env.watcher.follow_changes(template, self._count_change)
-        self._count_change()
+        for template in _WATCHED_TEMPLATES:
+            env.watcher.follow_changes(template, self._increment_version)
+        self._increment_version()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         if env is self.env:
             self.env = None
-            self._count_change()
+            self._increment_version()
 
-    def _count_change(self) -> None:
+    def _increment_version(self) -> None:
         self.version += 1
 
-    def expert(self, env: ClipsEnvironment) -> ProblemExpert:
-        """Return the expert. Hold the environment's lock while using it."""
-        from cxbridge_ros2.experts.facts import FactKnowledge, domain_of_facts  # noqa: PLC0415 - slow, for clients
-        from cxbridge_ros2.experts.knowledge import ProblemExpert  # noqa: PLC0415 - likewise
+    def make_expert(self, env: ClipsEnvironment) -> ProblemExpert:
+        """Make an expert. The caller holds the lock of the environment while using the expert."""
+        # imported here, since the imports are slow and only clients use an expert
+        from cxbridge_ros2.experts.facts import FactKnowledge, domain_of_facts  # noqa: PLC0415
+        from cxbridge_ros2.experts.knowledge import ProblemExpert  # noqa: PLC0415
 
-        domain = domain_of_facts(env, self._domain_of(env))
-        return ProblemExpert(FactKnowledge(env, self._goals), lambda: domain)
+        domain = domain_of_facts(env, self._find_domain(env))
+        return ProblemExpert(FactKnowledge(env, self._goal_numbers), lambda: domain)
 
 
-def make_problem_expert(context: Run) -> ProblemExpertFeature:
+def _make_problem_expert(context: Run) -> ProblemExpertFeature:
     return ProblemExpertFeature(context.pddl_parser.domain_of)
 
 
-def problem_expert(context: Run) -> ProblemExpertFeature:
-    """Return the feature of a run, which rules and servers share."""
-    return context.one_of(make_problem_expert)
+def shared_problem_expert(context: Run) -> ProblemExpertFeature:
+    """Return the feature of a run. Rules and the servers of the experts share one instance."""
+    return context.one_of(_make_problem_expert)

@@ -1,4 +1,4 @@
-"""Quality of service of topics, services and actions, by ROS' names."""
+"""Quality of service (QoS) of topics, services and actions: profiles with the names that ROS gives them."""
 
 from __future__ import annotations
 
@@ -26,11 +26,12 @@ class QosProfile(Struct, frozen=True):
     depth: int = 10
 
 
-# Profiles with names in ROS, and `latched`, a term of ROS 1.
+# Profiles by name. The values are those of ROS: rmw's qos_profiles.h, rcl_action for `action_status`, rclcpp
+# for `clock` and `rosout`, tf2_ros for `tf` and `tf_static`. `latched` is a term of ROS 1.
 PROFILES: Final = {
     "default": QosProfile(),
     "sensor_data": QosProfile(reliability="best_effort", depth=5),
-    "services_default": QosProfile(depth=1000),  # ROS' default of 10 loses requests of a burst
+    "services_default": QosProfile(depth=1000),  # an exception: ROS' depth of 10 loses requests of a burst
     "parameters": QosProfile(depth=1000),
     "action_status": QosProfile(durability="transient_local", depth=1),
     "latched": QosProfile(durability="transient_local", depth=1),
@@ -41,8 +42,8 @@ PROFILES: Final = {
 }
 
 
-def profile(name: str) -> QosProfile:
-    """Return the profile with a name.
+def find_profile(name: str) -> QosProfile:
+    """Return a profile by its name.
 
     :raises Ros2Error: if there is no such profile.
     """

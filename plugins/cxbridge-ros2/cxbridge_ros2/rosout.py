@@ -1,4 +1,4 @@
-"""The log of a run on /rosout, and the lines of other nodes."""
+"""The log on /rosout: publishes the log lines of a run, and receives those of other nodes."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from cxbridge.rights import Right
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
-from cxbridge_ros2.stamps import microseconds_of, stamp_of
+from cxbridge_ros2.stamps import stamp_to_us, us_to_stamp
 
-TOPIC: Final = "/rosout"
+ROSOUT_TOPIC: Final = "/rosout"
 LOG_TYPE: Final = "rcl_interfaces/msg/Log"
-# levels of rcl_interfaces/msg/Log; 50, FATAL, becomes an error
-_SEVERITY: Final = {Level.DEBUG: 10, Level.INFO: 20, Level.WARN: 30, Level.ERROR: 40}
+# Levels of rcl_interfaces/msg/Log in ascending order. Level has no FATAL (50), which becomes an error.
+_SEVERITIES: Final = {Level.DEBUG: 10, Level.INFO: 20, Level.WARN: 30, Level.ERROR: 40}
 
 
-class Rosout(Closing):
-    """Publishes log lines on /rosout; a sink of events.
+class RosoutPublisher(Closing):
+    """Publishes log lines on /rosout. The event bus calls the instance with each event.
 
-    :param name: the node's name, prefix of component names: ``cxbridge.SkillBoard``.
-    :param lowest: the lowest published level.
+    :param name: the node's name, which precedes the component's name: ``cxbridge.SkillBoard``.
+    :param min_level: the lowest published level.
     """
 
-    events = (LogLine,)  # event types to subscribe to
+    events = (LogLine,)  # the event types to request from the event bus
 
-    def __init__(self, node: Node, name: str, lowest: Level = Level.INFO) -> None:
-        self._name, self._lowest = name, lowest
-        self._publisher = node.publisher(TOPIC, LOG_TYPE, PROFILES["rosout"])
+    def __init__(self, node: Node, name: str, min_level: Level = Level.INFO) -> None:
+        self._name, self._min_level = name, min_level
+        self._publisher = node.create_publisher(ROSOUT_TOPIC, LOG_TYPE, PROFILES["rosout"])
 
     def __call__(self, event: Event) -> None:
-        if isinstance(event, LogLine) and _SEVERITY[event.level] >= _SEVERITY[self._lowest]:
+        if isinstance(event, LogLine) and _SEVERITIES[event.level] >= _SEVERITIES[self._min_level]:
             self._publisher.publish(log_message(event, f"{self._name}.{event.component}"))
 
     def close(self) -> None:
@@ -43,29 +43,32 @@ class Rosout(Closing):
 def log_message(line: LogLine, component: str) -> Message:
     """Return a log line as a message."""
     return {
-        "stamp": stamp_of(line.time_us),
-        "level": _SEVERITY[line.level],
+        "stamp": us_to_stamp(line.time_us),
+        "level": _SEVERITIES[line.level],
         "name": _ros_text(component),
         "msg": _ros_text(line.text),
     }
 
 
 def _ros_text(text: str) -> str:
-    """Return a text without NULs and lone surrogates, which a string of ROS cannot have."""
+    """Return a text without NULs and lone surrogates, which ROS strings cannot contain."""
     return text.replace("\0", "").encode("utf-8", "replace").decode()
 
 
-def listen(node: Node, take: Callable[[LogLine], None]) -> Callable[[], None]:
-    """Call ``take`` for each line on /rosout, latched lines first; return the function that unsubscribes."""
+def subscribe_log(node: Node, on_line: Callable[[LogLine], None]) -> Callable[[], None]:
+    """Call ``on_line`` for each line on /rosout, and return the function that unsubscribes.
+
+    A publisher sends its last lines to a new subscription, so old lines come first.
+    """
 
     def callback(message: Message) -> None:
-        level = level_of(message["level"])
-        take(LogLine(microseconds_of(message["stamp"]), level, message["name"], message["msg"]))
+        level = find_level(message["level"])
+        on_line(LogLine(stamp_to_us(message["stamp"]), level, message["name"], message["msg"]))
 
-    return node.subscribe(TOPIC, LOG_TYPE, callback, PROFILES["rosout"], needs=Right.LOOK)
+    return node.subscribe(ROSOUT_TOPIC, LOG_TYPE, callback, PROFILES["rosout"], right=Right.LOOK)
 
 
-def level_of(severity: int) -> Level:
-    """Return the level of a message, whose severity may be any number."""
-    levels = [level for level, number in _SEVERITY.items() if number <= severity]
+def find_level(severity: int) -> Level:
+    """Return the highest level that does not exceed a severity, which may be any number."""
+    levels = [level for level, number in _SEVERITIES.items() if number <= severity]
     return levels[-1] if levels else Level.DEBUG

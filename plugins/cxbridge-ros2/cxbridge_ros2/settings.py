@@ -1,8 +1,7 @@
 """The settings of nodes in a configuration: in sections such as ``/ros2/node``, and of skill executors.
 
-The settings of a node are the same in each of these places: packages, distribution, transport, and the
-keys of the transport. A section may also have keys of its component, and keys of Fawkes' plug-ins of the
-same name.
+The settings of a node are the same in each place: packages, distribution, transport, and the keys of the
+transport. A section may also have keys of its component, and keys of a Fawkes plug-in of the same name.
 """
 
 from __future__ import annotations
@@ -23,9 +22,9 @@ from cxbridge.run.plugin_settings import PluginSettings
 from cxbridge.skiller.board.settings import value_of
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.definitions import DEFAULT_DISTRIBUTION, DISTRIBUTIONS, Definitions
-from cxbridge_ros2.fawkes_keys import has_ours, is_ours
+from cxbridge_ros2.fawkes_keys import has_cxbridge_keys, is_cxbridge_key
 from cxbridge_ros2.names import check_topic
-from cxbridge_ros2.node import Domain, Node, Report
+from cxbridge_ros2.node import Domain, Node, ProblemCallback
 from cxbridge_ros2.transports import TRANSPORTS
 from cxbridge_ros2.transports.environment import default_reach, has_rclpy
 
@@ -35,19 +34,20 @@ if TYPE_CHECKING:
 # Settings of a node.
 NODE_KEYS: Final = ("packages", "distribution", "transport", "url", "domain", "reach", "namespace")
 
-# Settings that only some transports have.
-_TRANSPORTS_WITH: Final = {
+# Transports with a setting that other transports lack.
+_TRANSPORTS_BY_KEY: Final = {
     "domain": ("dds", "rclpy", "zenoh"),
     "reach": ("dds",),
     "url": ("rosbridge", "zenoh"),
 }
 
-# Default discovery range of the transports that use the environment's range.
-_UNSET_REACH: Final = {"dds": "localhost", "rclpy": "subnet"}
+# Discovery ranges of transports where neither the settings nor the environment name a range. rclpy has the
+# default of ROS.
+_DEFAULT_REACHES: Final = {"dds": "localhost", "rclpy": "subnet"}
 
-_ROS2: Final = "/ros2"
-_WITH_SEVERAL_NODES: Final = ("interfaces", "performers")  # sections with a node per key
-_WITHOUT_SERVICES: Final = ("clock",)  # sections whose nodes serve no requests
+_ROS2_SECTION: Final = "/ros2"
+_MULTI_NODE_SECTIONS: Final = ("interfaces", "performers")  # sections with a node per key
+_SERVICELESS_SECTIONS: Final = ("clock",)  # sections whose nodes handle no requests, so rights do not matter
 
 T = TypeVar("T")
 
@@ -73,49 +73,54 @@ class NodeSettings(Struct, frozen=True):
     namespace: str
 
     @classmethod
-    def of(cls, settings: Mapping[str, Any], folder: Path, component: str) -> NodeSettings:
-        """Read the settings from a configuration.
+    def parse(cls, settings: Mapping[str, Any], folder: Path, component: str) -> NodeSettings:
+        """Parse the settings of a node.
 
+        :param settings: values by key; keys of the component are ignored.
         :param folder: the base of relative paths.
         :param component: the configured component, for errors.
+        :raises ConfigError: if a setting has a wrong type, or does not belong to the transport.
         """
-        domain = typed(settings, "domain", -1, component)
-        namespace = typed(settings, "namespace", "", component)
-        transport = typed(settings, "transport", "", component) or _default_transport(settings)
+        domain = typed_setting(settings, "domain", -1, component)
+        namespace = typed_setting(settings, "namespace", "", component)
+        transport = typed_setting(settings, "transport", "", component) or _default_transport(settings)
         if transport not in TRANSPORTS:
             raise ConfigError(
                 f"{component}: there is no transport '{transport}'",
                 hint=did_you_mean(transport, TRANSPORTS, f"there are: {', '.join(TRANSPORTS)}"),
             )
-        for key, transports in _TRANSPORTS_WITH.items():
+        for key, transports in _TRANSPORTS_BY_KEY.items():
             if key in settings and transport not in transports:
                 raise ConfigError(
                     f"{component}: '{key}' goes with the transport {' or '.join(transports)},"
                     f" not with {transport}"
                 )
+        # -1 stands for a missing domain, since `typed_setting` takes the type from the default
         return cls(
-            packages=tuple(folder / str(package) for package in as_list(settings.get("packages", []))),
-            distribution=typed(settings, "distribution", _default_distribution(), component),
+            packages=tuple(folder / str(package) for package in to_list(settings.get("packages", []))),
+            distribution=typed_setting(settings, "distribution", _default_distribution(), component),
             transport=transport,
-            url=typed(settings, "url", "", component),
+            url=typed_setting(settings, "url", "", component),
             domain=None if domain < 0 else domain,
-            reach=typed(settings, "reach", "", component) or None,
+            reach=typed_setting(settings, "reach", "", component) or None,
             namespace=check_topic(namespace) if namespace else "",
         )
 
     @property
     def is_local(self) -> bool:
-        """Whether only nodes on this machine can reach the node: over DDS with local discovery."""
-        unset = _UNSET_REACH.get(self.transport)
+        """Whether only nodes on this machine can reach the node, which requires DDS with local discovery."""
+        default = _DEFAULT_REACHES.get(self.transport)
         # a configuration of Cyclone DDS may name any interface and peer
-        if unset is None or os.environ.get("CYCLONEDDS_URI"):
+        if default is None or os.environ.get("CYCLONEDDS_URI"):
             return False
-        return (self.reach or default_reach(unset)) in ("localhost", "off")
+        return (self.reach or default_reach(default)) in ("localhost", "off")
 
-    def definitions(self, texts: Mapping[str, str] | None = None) -> Definitions:
+    def load_definitions(self, texts: Mapping[str, str] | None = None) -> Definitions:
         return Definitions(self.packages, self.distribution, texts=texts)
 
-    def join(self, name: str, definitions: Definitions, report: Report | None, rights: Rights) -> Node:
+    def join(
+        self, name: str, definitions: Definitions, report: ProblemCallback | None, rights: Rights
+    ) -> Node:
         """Join the domain.
 
         :param name: the name of the node; invalid characters are replaced.
@@ -124,17 +129,17 @@ class NodeSettings(Struct, frozen=True):
         :raises Ros2Error: if the domain cannot be joined.
         """
         # by name, since the packages of a transport are imported only where a node uses them
-        make = resolve_name(TRANSPORTS[self.transport])
+        make_node = resolve_name(TRANSPORTS[self.transport])
         domain = Domain(self.domain, self.url, self.reach)
-        node: Node = make(re.sub(r"\W", "_", name), definitions, domain, report)
-        node.rights = rights
+        node: Node = make_node(re.sub(r"\W", "_", name), definitions, domain, report)
+        node.rights = rights  # not an argument, since the transports do not check rights
         return node
 
 
 def _default_transport(settings: Mapping[str, Any]) -> str:
-    """Return rclpy in a sourced ROS 2, for its RMW and types; otherwise DDS."""
+    """Return rclpy in a sourced ROS 2, so that its RMW and types are used; otherwise DDS."""
     excludes_rclpy = any(
-        key in settings and "rclpy" not in transports for key, transports in _TRANSPORTS_WITH.items()
+        key in settings and "rclpy" not in transports for key, transports in _TRANSPORTS_BY_KEY.items()
     )
     return "dds" if excludes_rclpy or not has_rclpy() else "rclpy"
 
@@ -148,12 +153,12 @@ def _default_distribution() -> str:
 # --- values -------------------------------------------------------------------------------------------------
 
 
-def as_list(value: Any) -> list[Any]:
+def to_list(value: Any) -> list[Any]:
     """Return a setting that is a list, or a single element without brackets."""
     return value if isinstance(value, list) else [value]
 
 
-def typed(settings: Mapping[str, Any], name: str, default: T, component: str) -> T:
+def typed_setting(settings: Mapping[str, Any], name: str, default: T, component: str) -> T:
     """Return a setting of the same type as its default.
 
     :param component: the configured component, for the error.
@@ -177,8 +182,8 @@ def check_keys(settings: Iterable[str], known: Iterable[str], component: str) ->
             )
 
 
-def nested(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings by path (``skills/goto/name``) as nested mappings.
+def nest_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Convert settings by path, such as ``skills/goto/name``, to nested mappings.
 
     :raises ConfigError: if a path is both a value and a mapping.
     """
@@ -197,52 +202,52 @@ def nested(settings: Mapping[str, Any]) -> dict[str, Any]:
 # --- sections -----------------------------------------------------------------------------------------------
 
 
-def section_values(config: Configuration, section: str) -> dict[str, Any]:
-    """Return the values below a path by relative path, without those of Fawkes' plug-ins."""
+def read_section(config: Configuration, section: str) -> dict[str, Any]:
+    """Return the values of a section by relative path, without those of Fawkes' plug-ins."""
     values: dict[str, Any] = {}
     for value in config.search(f"{section}/"):
         key = value.path.removeprefix(f"{section}/")
-        if is_ours(section, key):
+        if is_cxbridge_key(section, key):
             values[key] = [*map(value_of, value.items)] if value.is_list else value_of(value.text)
     return values
 
 
-def node_settings(
+def read_node_section(
     config: Configuration, section: str, keys: tuple[str, ...], folder: Path, component: str
 ) -> tuple[dict[str, Any], NodeSettings]:
-    """Return the values of a section, and the node settings among them.
+    """Return the values of a section by key, and the settings of its node.
 
     :param keys: the keys of the component, besides those of nodes.
     :param folder: the base of relative paths.
     :param component: the configured component, for errors.
     """
-    values = section_values(config, section)
-    with located(config, section):
+    values = read_section(config, section)
+    with locate_errors(config, section):
         check_keys(values, (*keys, *NODE_KEYS), component)
-        return values, NodeSettings.of(values, folder, component)
+        return values, NodeSettings.parse(values, folder, component)
 
 
 @contextmanager
-def located(config: Configuration, section: str) -> Iterator[None]:
-    """Add file and line of a section to errors about its settings."""
+def locate_errors(config: Configuration, section: str) -> Iterator[None]:
+    """Add the file and line of a section to errors raised within the ``with`` block."""
     try:
         yield
     except CxbridgeError as error:
         if error.file is None:
             for value in config.search(f"{section}/"):
-                if is_ours(section, value.path.removeprefix(f"{section}/")):
+                if is_cxbridge_key(section, value.path.removeprefix(f"{section}/")):
                     error.file, error.line = value.file, value.line
                     break
         raise
 
 
-class NodesSettings(PluginSettings):
-    """The reach of the nodes in a configuration, for the check of rights.
+class Ros2Reach(PluginSettings):
+    """Who can reach the nodes of a configuration, for the check of its rights.
 
     :param is_local: whether only nodes of this machine can reach them.
     """
 
-    SECTION: ClassVar[str] = _ROS2
+    SECTION: ClassVar[str] = _ROS2_SECTION
     in_runs: ClassVar[bool] = True
 
     def __init__(self, *, is_local: bool) -> None:
@@ -252,7 +257,7 @@ class NodesSettings(PluginSettings):
     def read(cls, config: Configuration) -> Self | None:
         if not config.keys(cls.SECTION):
             return None
-        return cls(is_local=all(_is_local(config, section) for section in _node_sections(config)))
+        return cls(is_local=all(_is_local_section(config, section) for section in _node_sections(config)))
 
     @property
     def is_local(self) -> bool:
@@ -260,18 +265,18 @@ class NodesSettings(PluginSettings):
 
 
 def _node_sections(config: Configuration) -> Iterator[str]:
-    """Yield the sections of nodes that serve requests."""
-    for name in config.keys(_ROS2):
-        section = f"{_ROS2}/{name}"
-        if name in _WITH_SEVERAL_NODES:
+    """Yield the sections of the nodes that handle messages of other nodes."""
+    for name in config.keys(_ROS2_SECTION):
+        section = f"{_ROS2_SECTION}/{name}"
+        if name in _MULTI_NODE_SECTIONS:
             yield from (f"{section}/{key}" for key in config.keys(section))
-        elif name not in _WITHOUT_SERVICES and has_ours(config, section):
+        elif name not in _SERVICELESS_SECTIONS and has_cxbridge_keys(config, section):
             yield section
 
 
-def _is_local(config: Configuration, section: str) -> bool:
-    values = {key: value for key, value in section_values(config, section).items() if key in NODE_KEYS}
+def _is_local_section(config: Configuration, section: str) -> bool:
+    values = {key: value for key, value in read_section(config, section).items() if key in NODE_KEYS}
     try:
-        return NodeSettings.of(values, Path(), section).is_local
+        return NodeSettings.parse(values, Path(), section).is_local
     except CxbridgeError:
         return True  # the component of this section reports the error

@@ -1,7 +1,7 @@
 """Simulated time: the clock of ``--clock ros2``, which follows the messages on ``/clock``, such as Gazebo's.
 
-Between two messages time stands still, as for ROS nodes with ``use_sim_time``. A thread receives the
-messages; the run reads the time and sleeps in its own thread.
+Between two messages the time stands still, as for ROS nodes with ``use_sim_time``. A background thread
+receives the messages. The thread of the run reads the time, and sleeps until a message wakes it.
 """
 
 from __future__ import annotations
@@ -20,21 +20,20 @@ from cxbridge.rights import EVERYTHING, Right
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
-from cxbridge_ros2.settings import node_settings
-from cxbridge_ros2.stamps import microseconds_of
+from cxbridge_ros2.settings import read_node_section
+from cxbridge_ros2.stamps import stamp_to_us
 
-TOPIC: Final = "/clock"
-PATIENCE_S: Final = 10.0  # limit of real time in seconds for the first message
+CLOCK_TOPIC: Final = "/clock"
+DEFAULT_PATIENCE_S: Final = 10.0  # limit of real time in seconds for the first message
+_CLOCK_SECTION: Final = "/ros2/clock"
 
-_SECTION: Final = "/ros2/clock"
-
-_TYPE: Final = "rosgraph_msgs/msg/Clock"
+_CLOCK_TYPE: Final = "rosgraph_msgs/msg/Clock"
 _POLL_S: Final = 0.1  # seconds of one poll for /clock
-# Pause between two polls: 1000 steps a second are enough, whatever the simulator sends.
+# Pause after a poll with a message: 1000 steps a second are enough, even if the simulator sends more.
 _PAUSE_S: Final = 0.001
 # Seconds between a sleeper's checks of its wake event, since a paused simulation sends no messages.
-_CHECK_S: Final = 0.05
-_NEVER: Final = 2**63
+_WAKE_CHECK_S: Final = 0.05
+_NEVER: Final = 2**63  # later than each time in int64 microseconds
 
 
 def make_clock(config: Configuration, folder: Path) -> Clock:
@@ -42,9 +41,11 @@ def make_clock(config: Configuration, folder: Path) -> Clock:
 
     :param folder: the folder of the configuration, base of relative paths.
     """
-    _, settings = node_settings(config, _SECTION, (), folder, "the clock of ROS 2")
+    _, settings = read_node_section(config, _CLOCK_SECTION, (), folder, "the clock of ROS 2")
     # the node joins at the first query of the time: a command that only reads the configuration has no node
-    return SimTimeClock(lambda: settings.join("cxbridge_clock", settings.definitions(), None, EVERYTHING))
+    return SimTimeClock(
+        lambda: settings.join("cxbridge_clock", settings.load_definitions(), None, EVERYTHING)
+    )
 
 
 class SimTimeClock(Clock):
@@ -52,19 +53,19 @@ class SimTimeClock(Clock):
 
     Time never goes backwards: after a reset of the simulation, it continues from the old time.
 
-    :param join: makes the node that receives the messages.
+    :param join_domain: makes the node that receives the messages.
     :param patience_s: the limit of real time for the first message.
     """
 
     name = "ros2"
 
-    def __init__(self, join: Callable[[], Node], patience_s: float = PATIENCE_S) -> None:
-        self._join, self._patience_s = join, patience_s
-        self._changed = threading.Condition()
+    def __init__(self, join_domain: Callable[[], Node], patience_s: float = DEFAULT_PATIENCE_S) -> None:
+        self._join_domain, self._patience_s = join_domain, patience_s
+        self._time_changed = threading.Condition()
         self._thread: threading.Thread | None = None
         self._is_closed = False
         self._now_us = self._offset_us = 0
-        self._next_us = _NEVER  # earliest end of a sleep: an earlier message wakes no sleeper
+        self._next_us = _NEVER  # the earliest end of a sleep: messages with an earlier time wake no sleeper
 
     def now_us(self) -> int:
         """Return the simulated time in microseconds.
@@ -72,41 +73,41 @@ class SimTimeClock(Clock):
         :raises Ros2Error: if no publisher sends the time, or the domain cannot be joined.
         """
         if self._thread is None:
-            self._begin()
+            self._start_following()
         return self._now_us
 
     def sleep_until(self, time_us: int, wake: threading.Event | None = None) -> None:
         if self._thread is None:
-            self._begin()
-        with self._changed:
+            self._start_following()
+        with self._time_changed:
             while self._now_us < time_us and not self._is_closed and (wake is None or not wake.is_set()):
                 self._next_us = min(self._next_us, time_us)
-                self._changed.wait(_CHECK_S)
+                self._time_changed.wait(_WAKE_CHECK_S)
 
     def close(self) -> None:
         """Stop following; sleepers wake up."""
-        with self._changed:
+        with self._time_changed:
             self._is_closed = True
-            self._changed.notify_all()
+            self._time_changed.notify_all()
         if self._thread is not None:
             self._thread.join()
             atexit.unregister(self.close)
 
-    def _begin(self) -> None:
-        node = self._join()
-        node.subscribe(TOPIC, _TYPE, self._receive, PROFILES["clock"], needs=Right.LOOK)
+    def _start_following(self) -> None:
+        node = self._join_domain()
+        node.subscribe(CLOCK_TOPIC, _CLOCK_TYPE, self._receive, PROFILES["clock"], right=Right.LOOK)
         self._thread = threading.Thread(target=self._follow, args=(node,), name="clock of ROS 2", daemon=True)
         self._thread.start()
         atexit.register(self.close)
         deadline = time.monotonic() + self._patience_s
-        with self._changed:
+        with self._time_changed:
             while not self._now_us and time.monotonic() < deadline:
                 self._next_us = 0  # the first message wakes this thread
-                self._changed.wait(_CHECK_S)
+                self._time_changed.wait(_WAKE_CHECK_S)
         if not self._now_us:
             self.close()
             raise Ros2Error(
-                f"no time came on {TOPIC} within {self._patience_s:g} s",
+                f"no time came on {CLOCK_TOPIC} within {self._patience_s:g} s",
                 hint="does the simulation run, and is it in the same ROS_DOMAIN_ID and range of discovery?",
             )
 
@@ -117,11 +118,11 @@ class SimTimeClock(Clock):
         node.close()
 
     def _receive(self, message: Message) -> None:
-        sent_us = microseconds_of(message["clock"])
-        with self._changed:
+        sent_us = stamp_to_us(message["clock"])
+        with self._time_changed:
             if sent_us + self._offset_us < self._now_us:
                 self._offset_us = self._now_us - sent_us  # the simulation was reset
             self._now_us = sent_us + self._offset_us
             if self._now_us >= self._next_us:
                 self._next_us = _NEVER
-                self._changed.notify_all()
+                self._time_changed.notify_all()

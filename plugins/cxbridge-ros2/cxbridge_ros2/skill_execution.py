@@ -1,7 +1,8 @@
 """The protocol of the thesis' skill board, for callers and performers (docs/evidence/ros2cx.md).
 
-In the thesis, the caller is SkillExecutionMaster and the performer is SkillExecution. The protocol extends
-PlanSys2's protocol by an agent and by the mapped skill string.
+"The thesis" is the executive fawkesrobotics/ros2-clips-executive of 2021, whose caller is the class
+SkillExecutionMaster and whose performer is SkillExecution. The protocol extends PlanSys2's protocol by the
+name of the robot and by a skill string.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from cxbridge_ros2.messages import Message
 
 
 class SkillExecutionProtocol(HubProtocol):
-    """Messages as cx_msgs/msg/SkillExecution."""
+    """The protocol with messages of the type cx_msgs/msg/SkillExecution."""
 
     name = "skill-execution"
     topic = "/skill_board"
@@ -36,12 +37,12 @@ class SkillExecutionProtocol(HubProtocol):
     def decode_heartbeat(self, fields: Message) -> Heartbeat:
         return Heartbeat(fields["node_name"], fields["action_name"], fields["state"])
 
-    def after_cancel(self, finish: HubMessage) -> HubMessage | None:
-        """Return a FINISH with the status by which the original caller recognises a cancellation."""
+    def cancel_reply(self, finish: HubMessage) -> HubMessage | None:
+        """Return a FINISH with the status by which the thesis' caller recognises a cancellation."""
         return finish if finish.success else replace(finish, status="CANCELLED", progress=0.0)
 
-    def arguments_of(self, key: ActionKey) -> tuple[str, ...]:
-        """Return the arguments; the original caller sends an empty text in place of no argument."""
+    def intended_arguments(self, key: ActionKey) -> tuple[str, ...]:
+        """Return the arguments; the thesis' caller sends an empty text for an empty list."""
         return () if key.arguments == ("",) else key.arguments
 
 

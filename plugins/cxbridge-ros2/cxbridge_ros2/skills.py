@@ -1,6 +1,7 @@
 """Skills that are actions and services of ROS 2, by configuration alone (docs/ros2.md).
 
-A skill is a generator: each step polls the node, and yields the progress if the server has sent some.
+The execution of a skill is a generator. Each step polls the node, and yields the progress if the server has
+sent feedback.
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillFailedError, Steps
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.actions import ActionClient, GoalStatus, SentGoal
-from cxbridge_ros2.executor import TIMEOUT_S, RosExecutor, seconds_of
+from cxbridge_ros2.executor import DEFAULT_TIMEOUT_S, RosExecutor, parse_seconds
 from cxbridge_ros2.messages import Message, value_at
 from cxbridge_ros2.names import check_topic, parse_type
 from cxbridge_ros2.node import Client
-from cxbridge_ros2.settings import NodeSettings, check_keys, nested
+from cxbridge_ros2.settings import NodeSettings, check_keys, nest_settings
 
-PATIENCE_S: Final = 5.0  # default limit in seconds without a server until a skill fails
+DEFAULT_PATIENCE_S: Final = 5.0  # default limit in seconds without a server until a skill fails
 
 _ACTION_KEYS: Final = ("action", "name", "goal", "feedback", "error", "timeout", "patience")
 _SERVICE_KEYS: Final = ("service", "name", "request", "success", "error", "timeout", "patience")
@@ -33,23 +34,25 @@ _PARAMETER: Final = re.compile(r"\$(?:([A-Za-z_]\w*)|\{([A-Za-z_]\w*)\})")
 
 
 class RosSkill(Struct, frozen=True):
-    """The configuration of a skill.
+    """The configuration of a skill. Paths of fields have dots: ``current_pose.header``.
 
-    :param kind: the type of the action or service.
+    :param type_name: the type of the action or service.
     :param name: the absolute name of the action or service.
-    :param message: the goal or request; texts may contain parameters of the skill: ``$place``.
-    :param feedback: the field of the feedback to show; empty for the whole feedback.
-    :param success: the field of a response that must be true; empty if any response is a success.
-    :param error: the field of a result or response with the error; may be empty.
+    :param template: the goal or request; texts may contain parameters of the skill: ``$place``.
+    :param feedback_path: the field of the feedback to show; empty for the whole feedback.
+    :param success_path: the field of a response that must be true; empty if any response is a success.
+    :param error_path: the field of a result or response with the error; may be empty.
+    :param timeout_s: the limit in seconds for the skill.
+    :param patience_s: the limit in seconds without a server.
     """
 
-    kind: str
+    type_name: str
     is_action: bool
     name: str
-    message: Mapping[str, Any] | str
-    feedback: str
-    success: str
-    error: str
+    template: Mapping[str, Any] | str
+    feedback_path: str
+    success_path: str
+    error_path: str
     timeout_s: float
     patience_s: float
 
@@ -74,70 +77,72 @@ class RosSkills(RosExecutor):
 
     @classmethod
     def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:
-        skills = nested(settings).get("skills")
+        skills = nest_settings(settings).get("skills")
         return tuple(skills) if isinstance(skills, Mapping) else ()
 
     @classmethod
     def mistakes(cls, settings: Mapping[str, Any], folder: Path) -> Iterator[CxbridgeError]:
-        node_settings = NodeSettings.of(settings, folder, cls.__name__)
-        definitions = node_settings.definitions()
-        configured = nested(settings).get("skills")
+        node_settings = NodeSettings.parse(settings, folder, cls.__name__)
+        definitions = node_settings.load_definitions()
+        configured = nest_settings(settings).get("skills")
         for name, value in configured.items() if isinstance(configured, Mapping) else ():
             skill = _read_skill(name, value, node_settings.namespace)
-            kind = parse_type(skill.kind, "action" if skill.is_action else "srv")
-            response = kind.derived("Result" if skill.is_action else "Response")
+            name_of_type = parse_type(skill.type_name, "action" if skill.is_action else "srv")
+            response = name_of_type.derive("Result" if skill.is_action else "Response")
             try:
                 definitions.fields(response)
             except Ros2Error as error:
-                yield _add_skill(name, error)
+                yield _prefix_skill(name, error)
                 continue  # without the type, the paths in it cannot be checked
             for message, path in (
-                (kind.derived("Feedback"), skill.feedback),
-                (response, skill.success),
-                (response, skill.error),
+                (name_of_type.derive("Feedback"), skill.feedback_path),
+                (response, skill.success_path),
+                (response, skill.error_path),
             ):
                 try:
                     if path:
                         definitions.check_path(message, path)
                 except Ros2Error as error:
-                    yield _add_skill(name, error)
+                    yield _prefix_skill(name, error)
 
     def start(self) -> None:
         """Join the domain and make a client for each skill, so that a wrong type is an error at the start."""
         node = self.join()
         for name, skill in self._skills.items():
             self._clients[name] = (
-                ActionClient(node, skill.name, skill.kind)
+                ActionClient(node, skill.name, skill.type_name)
                 if skill.is_action
-                else node.client(skill.name, skill.kind)
+                else node.create_client(skill.name, skill.type_name)
             )
 
     def execute(self, call: SkillCall) -> Steps:
         skill, client = self._skills[call.skill], self._clients[call.skill]
-        message = fill(skill.message, call, self._tables)
+        message = fill_template(skill.template, call, self._tables)
         steps = (
-            self._achieve(skill, client, message)
+            self._achieve_goal(skill, client, message)
             if isinstance(client, ActionClient)
-            else self._call(skill, client, message)
+            else self._call_service(skill, client, message)
         )
         yield from self.limit_time(skill.timeout_s, skill.name, steps)
 
     def _wait_for_server(self, skill: RosSkill, client: ActionClient | Client) -> Generator[None, None, None]:
         start_us = self.clock.now_us()
-        while not client.is_served:
+        while not client.has_server:
             if self.clock.now_us() - start_us > skill.patience_s * MICROSECONDS:
-                reason = client.why_unserved()
+                reason = client.missing_server_reason()
                 raise SkillFailedError(
-                    f"{skill.name} ({skill.kind}) has no server{f': {reason}' if reason else ''}"
+                    f"{skill.name} ({skill.type_name}) has no server{f': {reason}' if reason else ''}"
                 )
             self.poll()
             yield
 
-    def _achieve(self, skill: RosSkill, client: ActionClient, goal: Message) -> Generator[Any, None, None]:
+    def _achieve_goal(
+        self, skill: RosSkill, client: ActionClient, goal: Message
+    ) -> Generator[Any, None, None]:
         yield from self._wait_for_server(skill, client)
         sent = client.send(goal)
         try:
-            yield from self._follow(skill, client, sent)
+            yield from self._yield_progress(skill, client, sent)
         finally:
             if not sent.is_over:
                 sent.cancel()  # the skill was cancelled, or has exceeded its time limit
@@ -147,35 +152,37 @@ class RosSkills(RosExecutor):
         if sent.status is GoalStatus.UNKNOWN:
             raise SkillFailedError(f"the server of {skill.name} does not know the goal: it was restarted")
         if sent.status is not GoalStatus.SUCCEEDED:
-            reason = sent.reason or value_at(sent.result, skill.error)
+            reason = sent.reason or value_at(sent.result, skill.error_path)
             raise SkillFailedError(f"{skill.name}: {sent.status.name}{f', {reason}' if reason else ''}")
 
-    def _follow(self, skill: RosSkill, client: ActionClient, sent: SentGoal) -> Generator[Any, None, None]:
+    def _yield_progress(
+        self, skill: RosSkill, client: ActionClient, sent: SentGoal
+    ) -> Generator[Any, None, None]:
         """Yield the progress of a goal until its end."""
-        served_us, reported, highest = self.clock.now_us(), None, 0.0
+        last_served_us, shown_feedback, max_amount = self.clock.now_us(), None, 0.0
         while True:
             self.poll()
             if sent.is_over:
                 return
             now_us = self.clock.now_us()
             client.check_server(sent)
-            if client.is_served:
-                served_us = now_us
-            elif now_us - served_us > skill.patience_s * MICROSECONDS:
+            if client.has_server:
+                last_served_us = now_us
+            elif now_us - last_served_us > skill.patience_s * MICROSECONDS:
                 raise SkillFailedError(f"the server of {skill.name} has vanished")
-            if sent.feedback is None or sent.feedback is reported:
+            if sent.feedback is None or sent.feedback is shown_feedback:
                 yield None
                 continue
-            reported = sent.feedback
-            value = value_at(reported, skill.feedback) if skill.feedback else reported
-            number = value if isinstance(value, int | float) and math.isfinite(value) else 0.0
-            highest = max(highest, number)
-            # the number is a remaining amount, such as a distance, which falls to zero; replanning may raise
-            # it
-            progress = 1 - number / highest if highest > 0 else 0.0
-            yield Progress(progress, f"{skill.feedback} {value}".strip())
+            shown_feedback = sent.feedback
+            value = value_at(shown_feedback, skill.feedback_path) if skill.feedback_path else shown_feedback
+            amount = value if isinstance(value, int | float) and math.isfinite(value) else 0.0
+            max_amount = max(max_amount, amount)
+            # the amount remains to be done, such as a distance, and falls to zero; a detour may raise the
+            # amount above that of the start
+            progress = 1 - amount / max_amount if max_amount > 0 else 0.0
+            yield Progress(progress, f"{skill.feedback_path} {value}".strip())
 
-    def _call(self, skill: RosSkill, client: Client, request: Message) -> Generator[Any, None, None]:
+    def _call_service(self, skill: RosSkill, client: Client, request: Message) -> Generator[Any, None, None]:
         yield from self._wait_for_server(skill, client)
         responses: list[Message] = []
         reasons: list[str] = []
@@ -190,29 +197,30 @@ class RosSkills(RosExecutor):
                 yield None
         finally:
             client.forget(number)  # a later response has no receiver
-        if skill.success and value_at(responses[0], skill.success) is not True:
-            reason = value_at(responses[0], skill.error)
-            raise SkillFailedError(f"{skill.name}: {reason or f'{skill.success} is not true'}")
+        if skill.success_path and value_at(responses[0], skill.success_path) is not True:
+            reason = value_at(responses[0], skill.error_path)
+            raise SkillFailedError(f"{skill.name}: {reason or f'{skill.success_path} is not true'}")
 
 
-def _add_skill(name: str, error: Ros2Error) -> Ros2Error:
-    """Add the name of a skill to an error."""
+def _prefix_skill(name: str, error: Ros2Error) -> Ros2Error:
+    """Put the name of a skill before the message of an error."""
     error.message = f"the skill {name}: {error.message}"
     return error
 
 
-def fill(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -> Any:
-    """Return a message with the parameters of a call inserted.
+def fill_template(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -> Any:
+    """Return a template with the arguments of a call in place of its parameters.
 
-    ``$place`` alone becomes the parameter's value with its type, or its entry in the table of that name.
-    Within a longer text it becomes text.
+    A text that is only a parameter, such as ``$place``, becomes the argument, which keeps its type. If a
+    table has the name of the parameter, the text becomes the table's entry for the argument. In a longer
+    text, the argument is inserted as text.
 
-    :raises SkillError: if the call lacks a parameter, or a table an entry.
+    :raises SkillError: if the call lacks an argument, or a table an entry.
     """
     if isinstance(value, Mapping):
-        return {key: fill(inner, call, tables) for key, inner in value.items()}
+        return {key: fill_template(inner, call, tables) for key, inner in value.items()}
     if isinstance(value, list):
-        return [fill(inner, call, tables) for inner in value]
+        return [fill_template(inner, call, tables) for inner in value]
     if not isinstance(value, str):
         return value
     match = _PARAMETER.fullmatch(value)
@@ -239,20 +247,20 @@ def _read_skill(name: str, settings: Any, namespace: str) -> RosSkill:
         )
     is_action = "action" in settings
     check_keys(settings, _ACTION_KEYS if is_action else _SERVICE_KEYS, f"the skill {name}")
-    message = settings.get("goal" if is_action else "request", {})
-    if not isinstance(message, Mapping) and not _PARAMETER.fullmatch(str(message)):
+    template = settings.get("goal" if is_action else "request", {})
+    if not isinstance(template, Mapping) and not _PARAMETER.fullmatch(str(template)):
         raise ConfigError(
-            f"the goal or request of the skill {name} is a mapping, not {message!r}",
-            hint="or a parameter that is one in a table: $place",
+            f"the goal or request of the skill {name} is a mapping, not {template!r}",
+            hint="or a parameter whose table has mappings: $place",
         )
     return RosSkill(
-        kind=str(settings["action" if is_action else "service"]),
+        type_name=str(settings["action" if is_action else "service"]),
         is_action=is_action,
         name=check_topic(f"{namespace}{settings.get('name', '')}"),
-        message=message,
-        feedback=str(settings.get("feedback", "")),
-        success=str(settings.get("success", "")),
-        error=str(settings.get("error", "")),
-        timeout_s=seconds_of(name, "timeout", settings.get("timeout", TIMEOUT_S)),
-        patience_s=seconds_of(name, "patience", settings.get("patience", PATIENCE_S)),
+        template=template,
+        feedback_path=str(settings.get("feedback", "")),
+        success_path=str(settings.get("success", "")),
+        error_path=str(settings.get("error", "")),
+        timeout_s=parse_seconds(name, "timeout", settings.get("timeout", DEFAULT_TIMEOUT_S)),
+        patience_s=parse_seconds(name, "patience", settings.get("patience", DEFAULT_PATIENCE_S)),
     )

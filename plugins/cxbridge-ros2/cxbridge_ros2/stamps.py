@@ -1,4 +1,8 @@
-"""Times in messages: ``builtin_interfaces/msg/Time``, seconds and nanoseconds since the epoch."""
+"""Conversion of times to stamps and back.
+
+A stamp is a ``builtin_interfaces/msg/Time``: seconds and nanoseconds since the epoch. cxbridge has times in
+integer microseconds (``us``); actions compare nanoseconds (``ns``).
+"""
 
 from __future__ import annotations
 
@@ -7,20 +11,20 @@ from typing import Final
 from cxbridge.clock import MICROSECONDS, split_us
 from cxbridge_ros2.messages import Message
 
-NANOSECONDS: Final = 1000  # per microsecond
+NS_PER_US: Final = 1000
 
-_LATEST_US: Final = 2**31 * MICROSECONDS - 1  # the seconds of a stamp are int32
-
-
-def stamp_of(time_us: int) -> Message:
-    """Return a time in microseconds as a stamp, limited to the range of stamps."""
-    seconds, microseconds = split_us(max(0, min(time_us, _LATEST_US)))
-    return {"sec": seconds, "nanosec": microseconds * NANOSECONDS}
+_MAX_STAMP_US: Final = 2**31 * MICROSECONDS - 1  # the seconds of a stamp are int32
 
 
-def microseconds_of(stamp: Message) -> int:
-    return int(stamp["sec"]) * MICROSECONDS + int(stamp["nanosec"]) // NANOSECONDS
+def us_to_stamp(time_us: int) -> Message:
+    """Return a time as a stamp; a time outside the range of stamps becomes the nearest stamp."""
+    seconds, microseconds = split_us(max(0, min(time_us, _MAX_STAMP_US)))
+    return {"sec": seconds, "nanosec": microseconds * NS_PER_US}
 
 
-def nanoseconds_of(stamp: Message) -> int:
+def stamp_to_us(stamp: Message) -> int:
+    return int(stamp["sec"]) * MICROSECONDS + int(stamp["nanosec"]) // NS_PER_US
+
+
+def stamp_to_ns(stamp: Message) -> int:
     return int(stamp["sec"]) * 1_000_000_000 + int(stamp["nanosec"])

@@ -25,7 +25,7 @@ from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.interfaces.definitions import ACTIONS, definitions_of
 from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import parse_type
-from cxbridge_ros2.stamps import NANOSECONDS
+from cxbridge_ros2.stamps import NS_PER_US
 
 METADATA: Final = "cxbridge"  # prefix of the run's keys in the bag's metadata
 
@@ -74,7 +74,7 @@ class BagRun(Run):
         self, convert: Converter, connection: Connection, message: Message, time_ns: int
     ) -> Iterator[Event]:
         try:
-            yield from convert(connection.topic, message, time_ns // NANOSECONDS)
+            yield from convert(connection.topic, message, time_ns // NS_PER_US)
         except (KeyError, TypeError, ValueError) as error:
             kind = connection.msgtype
             self.note(f"{connection.topic} at {time_ns} ns: not a message of the known {kind}: {error}")
@@ -164,7 +164,7 @@ class BagRun(Run):
         try:
             name = parse_type(connection.msgtype)
             if connection.msgdef.data:
-                self._definitions.embed(connection.msgtype, connection.msgdef.data)
+                self._definitions.add_definition(connection.msgtype, connection.msgdef.data)
             self._definitions.fields(name)
         except CxbridgeError as error:
             self.note(f"{connection.topic}: {error.message}")

@@ -19,11 +19,11 @@ from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.trace.codec import decoder, dump
 from cxbridge.trace.formats.base import StoredFile
 from cxbridge_ros2.actions import STATUS_TYPE, GoalStatus
-from cxbridge_ros2.frames import FROM_ROS, TRANSFORMS
+from cxbridge_ros2.frames import ROS_ID_PREFIX, TF_MESSAGE_TYPE
 from cxbridge_ros2.hub.protocol import MessageKind
 from cxbridge_ros2.interfaces.definitions import field_names, type_of
 from cxbridge_ros2.messages import Message
-from cxbridge_ros2.rosout import LOG_TYPE, level_of
+from cxbridge_ros2.rosout import LOG_TYPE, find_level
 
 EVENTS: Final = "/cxbridge/events"  # topic with all events of a run, each as JSON with its kind
 
@@ -67,7 +67,7 @@ class Converters:
         self._last_number = 0
         self._by_type: dict[str, Converter] = {
             LOG_TYPE: _log,
-            TRANSFORMS: self._transforms,
+            TF_MESSAGE_TYPE: self._transforms,
             STATUS_TYPE: self._status,
             _TREE: _tree,
             **dict.fromkeys(_HUBS, self._hub),
@@ -151,7 +151,7 @@ class Converters:
                 "translation": tuple(transform["translation"].values()),
                 "rotation": tuple(transform["rotation"].values()),
             }
-            yield InterfaceWrite(time_us, f"TransformInterface::{FROM_ROS}{child}", values)
+            yield InterfaceWrite(time_us, f"TransformInterface::{ROS_ID_PREFIX}{child}", values)
 
 
 class _Goal(msgspec.Struct):
@@ -165,7 +165,7 @@ class _Goal(msgspec.Struct):
 
 
 def _log(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
-    yield LogLine(time_us, level_of(message["level"]), message["name"], message["msg"])
+    yield LogLine(time_us, find_level(message["level"]), message["name"], message["msg"])
 
 
 def _tree(_topic: str, message: Message, time_us: int) -> Iterator[Event]:

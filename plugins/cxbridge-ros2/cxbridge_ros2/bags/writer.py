@@ -25,16 +25,16 @@ from cxbridge.trace.sourcing import SourceNamer
 from cxbridge_ros2.bags.reader import METADATA
 from cxbridge_ros2.bags.topics import EVENTS, FILES, SOURCES, TEXT, file_message, record_message
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.frames import TRANSFORMS, transform_message
+from cxbridge_ros2.frames import TF_MESSAGE_TYPE, encode_transform
 from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.rosout import LOG_TYPE, log_message
-from cxbridge_ros2.stamps import NANOSECONDS
+from cxbridge_ros2.stamps import NS_PER_US
 
 _VERSION: Final = 9  # version of rosbag2's metadata
 _TRANSFORM: Final = "TransformInterface::"
 # Later times may overflow the signed 64-bit nanoseconds of a bag.
-_LATEST_US: Final = 2**62 // NANOSECONDS
+_LATEST_US: Final = 2**62 // NS_PER_US
 
 
 class BagWriter(RunWriter):
@@ -72,8 +72,8 @@ class BagWriter(RunWriter):
             self._write("/rosout", LOG_TYPE, event.time_us, log_message(event, event.component))
         elif isinstance(event, InterfaceWrite) and event.uid.startswith(_TRANSFORM):
             topic = "/tf_static" if event.values.get("static_transform") else "/tf"
-            transform = transform_message(event.values, event.time_us)
-            self._write(topic, TRANSFORMS, event.time_us, {"transforms": [transform]})
+            transform = encode_transform(event.values, event.time_us)
+            self._write(topic, TF_MESSAGE_TYPE, event.time_us, {"transforms": [transform]})
 
     def attach(self, attachment: Attachment) -> None:
         self._write(
@@ -105,7 +105,7 @@ class BagWriter(RunWriter):
                 self._connections[topic] = self._bag.add_connection(
                     topic, message_type, typestore=self._definitions.store
                 )
-            self._bag.write(self._connections[topic], self._last_us * NANOSECONDS, data)
+            self._bag.write(self._connections[topic], self._last_us * NS_PER_US, data)
 
 
 @contextmanager

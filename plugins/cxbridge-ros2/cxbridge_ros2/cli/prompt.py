@@ -28,9 +28,9 @@ class Prompt(Closing):
     """Joins the domain and carries out commands."""
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
-        node_settings = NodeSettings.of(settings, Path(), "the terminal")
+        node_settings = NodeSettings.parse(settings, Path(), "the terminal")
         self._node = node_settings.join(
-            "cxbridge_terminal", node_settings.definitions(TYPES), _report, EVERYTHING
+            "cxbridge_terminal", node_settings.load_definitions(TYPES), _report, EVERYTHING
         )
         self._terminal = Terminal(
             ExpertClient(self._node, RealClock(), node_settings.namespace),

@@ -13,8 +13,8 @@ from cxbridge.run.components.component import Component
 from cxbridge_ros2.experts.definitions import TYPES
 from cxbridge_ros2.experts.planner import PlanServer
 from cxbridge_ros2.experts.server import SECTION, ExpertServer, ExpertSettings
-from cxbridge_ros2.problem_expert import problem_expert
-from cxbridge_ros2.settings import located
+from cxbridge_ros2.problem_expert import shared_problem_expert
+from cxbridge_ros2.settings import locate_errors
 
 if TYPE_CHECKING:
     from cxbridge.executive.planning import PlanningService
@@ -28,8 +28,8 @@ class Ros2Experts(Component):
     description = "The world model for clients of PlanSys2"
 
     def __init__(self, context: Run) -> None:
-        settings = ExpertSettings.of(context.config, context.paths.confdir)
-        with located(context.config, SECTION):
+        settings = ExpertSettings.parse(context.config, context.paths.confdir)
+        with locate_errors(context.config, SECTION):
             if not context.spec:
                 raise ConfigError(
                     "the experts need an executive", hint="name a spec, or leave ros2/experts out"
@@ -43,7 +43,7 @@ class Ros2Experts(Component):
         log = context.bus.logger("Ros2Experts")
         self._node = settings.node.join(
             f"cxbridge_experts_{context.name}".rstrip("_"),
-            settings.node.definitions(TYPES),
+            settings.node.load_definitions(TYPES),
             log.warn,
             context.rights,
         )
@@ -52,7 +52,7 @@ class Ros2Experts(Component):
                 settings,
                 namespace,
                 self._node,
-                problem_expert(context),
+                shared_problem_expert(context),
                 PlanServer(planning, lambda: _make_planning_service(planning)),
                 log,
             )

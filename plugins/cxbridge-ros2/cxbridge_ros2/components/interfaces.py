@@ -11,7 +11,7 @@ from cxbridge_ros2.interfaces.definitions import definitions_of
 from cxbridge_ros2.interfaces.settings import SECTION, WRITE, TopicSettings, topic_settings
 from cxbridge_ros2.interfaces.topics import PublishedInterfaces, WrittenInterface, check_mapping
 from cxbridge_ros2.node import Node
-from cxbridge_ros2.settings import NodeSettings, located
+from cxbridge_ros2.settings import NodeSettings, locate_errors
 
 
 class Ros2Interfaces(Component):
@@ -46,16 +46,16 @@ class Ros2Interfaces(Component):
         for topic in topics:
             for schema in schemas[topic.key] if topic.type is None else ():
                 texts.update(definitions_of(schema))
-        definitions = settings.definitions(texts)
+        definitions = settings.load_definitions(texts)
         for topic in topics:
-            with located(context.config, f"{SECTION}/{topic.key}"):
+            with locate_errors(context.config, f"{SECTION}/{topic.key}"):
                 for schema in schemas[topic.key]:
                     check_mapping(topic, schema, definitions)
         node = settings.join(name, definitions, self._log.warn, context.rights)
         self._nodes.append(node)
         # written interfaces first: they are left out of the published ones
         for topic in sorted(topics, key=lambda topic: topic.direction != WRITE):
-            with located(context.config, f"{SECTION}/{topic.key}"):
+            with locate_errors(context.config, f"{SECTION}/{topic.key}"):
                 self._begin(topic, node)
 
     def _types(self, topic: TopicSettings) -> list[str]:
@@ -63,7 +63,7 @@ class Ros2Interfaces(Component):
         registry, glob = self._context.registry, topic.pattern.type_glob
         matching_types = [name for name in registry.names() if fnmatchcase(name, glob)]
         if not matching_types:
-            with located(self._context.config, f"{SECTION}/{topic.key}"):
+            with locate_errors(self._context.config, f"{SECTION}/{topic.key}"):
                 registry.schema(glob)  # raises the error with the known types
         return matching_types
 

@@ -35,7 +35,7 @@ class Ros2Performers(Component):
     def _serve(self, key: str, settings: PerformerSettings) -> None:
         context = self._context
         log = context.bus.logger(f"performer {key}")
-        node = settings.node.join(settings.name, settings.node.definitions(), log.warn, context.rights)
+        node = settings.node.join(settings.name, settings.node.load_definitions(), log.warn, context.rights)
         self._nodes.append(node)
         performer = HubPerformer(settings, self._skills, node, context.clock, log)
         self._performers.append(performer)

@@ -11,7 +11,7 @@ from cxbridge.skiller.calls import CallOutcome, SkillerCall
 from cxbridge_ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
 from cxbridge_ros2.interfaces.definitions import ACTIONS, EXEC_SKILL
 from cxbridge_ros2.names import check_topic
-from cxbridge_ros2.settings import located, node_settings, typed
+from cxbridge_ros2.settings import locate_errors, read_node_section, typed_setting
 
 _SECTION = "/ros2/skiller"
 _COMPONENT = "the Skiller for ROS 2"
@@ -25,20 +25,22 @@ class Ros2Skiller(Component):
 
     def __init__(self, context: Run) -> None:
         self._board = context.board
-        values, settings = node_settings(
+        values, settings = read_node_section(
             context.config, _SECTION, ("action", "skiller"), context.paths.confdir, _COMPONENT
         )
-        with located(context.config, _SECTION):
-            self._skiller = typed(values, "skiller", "Skiller", _COMPONENT)
-            action = check_topic(settings.namespace + typed(values, "action", "/skiller/execute", _COMPONENT))
+        with locate_errors(context.config, _SECTION):
+            self._skiller = typed_setting(values, "skiller", "Skiller", _COMPONENT)
+            action = check_topic(
+                settings.namespace + typed_setting(values, "action", "/skiller/execute", _COMPONENT)
+            )
             self._node = settings.join(
                 f"cxbridge_skiller_{context.name}",
-                settings.definitions(ACTIONS),
+                settings.load_definitions(ACTIONS),
                 context.bus.logger("Ros2Skiller").warn,
                 context.rights,
             )
-        needs = context.rights.of_message(*EXEC_SKILL_MESSAGE)
-        self._server = ActionServer(self._node, action, EXEC_SKILL, self._execute, context.clock, needs=needs)
+        right = context.rights.of_message(*EXEC_SKILL_MESSAGE)
+        self._server = ActionServer(self._node, action, EXEC_SKILL, self._execute, context.clock, right=right)
 
     def loop(self) -> None:
         self._node.poll()

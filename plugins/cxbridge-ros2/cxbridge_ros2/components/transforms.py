@@ -11,10 +11,10 @@ from cxbridge.rights import right_of_frame
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.space.tf import TransformPublisher
-from cxbridge_ros2.frames import FROM_ROS, TRANSFORMS, FrameSender, stamped_transform
+from cxbridge_ros2.frames import ROS_ID_PREFIX, TF_MESSAGE_TYPE, FrameSender, decode_transform
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.qos import PROFILES
-from cxbridge_ros2.settings import located, node_settings, typed
+from cxbridge_ros2.settings import locate_errors, read_node_section, typed_setting
 
 _SECTION: Final = "/ros2/tf"
 MAX_FRAMES: Final = 500  # limit of frames: a stranger may send any number of names
@@ -33,25 +33,27 @@ class Ros2Transforms(Component):
 
     def __init__(self, context: Run) -> None:
         self._board, self._log = context.board, context.bus.logger("Ros2Transforms")
-        values, settings = node_settings(context.config, _SECTION, _KEYS, context.paths.confdir, _COMPONENT)
-        with located(context.config, _SECTION):
-            is_publishing = typed(values, "publish", default=False, component=_COMPONENT)
+        values, settings = read_node_section(
+            context.config, _SECTION, _KEYS, context.paths.confdir, _COMPONENT
+        )
+        with locate_errors(context.config, _SECTION):
+            is_publishing = typed_setting(values, "publish", default=False, component=_COMPONENT)
         frames = values.get("frames", _ALL)
         self._selected = None if frames == _ALL else frozenset(map(str, frames))
         self._publishers: dict[str, TransformPublisher] = {}
         self._refused: set[str] = set()
         self._node = node = settings.join(
-            f"cxbridge_tf_{context.name}", settings.definitions(), self._log.warn, context.rights
+            f"cxbridge_tf_{context.name}", settings.load_definitions(), self._log.warn, context.rights
         )
         for topic, profile, static in _TOPICS:
-            receive, needs = partial(self._receive, static=static), right_of_frame("ros2-tf", topic)
-            node.subscribe(topic, TRANSFORMS, receive, PROFILES[profile], needs=needs)
+            receive, right = partial(self._receive, static=static), right_of_frame("ros2-tf", topic)
+            node.subscribe(topic, TF_MESSAGE_TYPE, receive, PROFILES[profile], right=right)
         self._sender = FrameSender(node, context.board) if is_publishing else None
 
     def loop(self) -> None:
         self._node.poll()
         if self._sender is not None:
-            self._sender.loop()
+            self._sender.publish_changes()
 
     def _receive(self, message: Message, *, static: bool) -> None:
         for transform in message["transforms"]:
@@ -60,7 +62,7 @@ class Ros2Transforms(Component):
             if child in self._refused or (self._selected is not None and child not in self._selected):
                 continue
             try:
-                self._publisher(child).send(stamped_transform(transform), static=static)
+                self._publisher(child).send(decode_transform(transform), static=static)
             except CxbridgeError as error:
                 self._refuse(child, error.message)
 
@@ -68,7 +70,7 @@ class Ros2Transforms(Component):
         if child not in self._publishers:
             if len(self._publishers) >= MAX_FRAMES:
                 raise InterfaceError(f"there are {MAX_FRAMES} frames already")
-            publisher = TransformPublisher(self._board, f"{FROM_ROS}{child}", owner="ROS 2")
+            publisher = TransformPublisher(self._board, f"{ROS_ID_PREFIX}{child}", owner="ROS 2")
             self._publishers[child] = publisher
         return self._publishers[child]
 

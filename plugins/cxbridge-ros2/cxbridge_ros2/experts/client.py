@@ -50,9 +50,9 @@ class ExpertClient:
         """
         name = self.namespace + service
         if name not in self._clients:  # kept, since the discovery of a server takes a while
-            self._clients[name] = self.node.client(name, SERVICES[service])
+            self._clients[name] = self.node.create_client(name, SERVICES[service])
         client = self._clients[name]
-        if not self.wait(lambda: client.is_served, self._patience_s):
+        if not self.wait(lambda: client.has_server, self._patience_s):
             raise Ros2Error(f"{name} has no server", hint="see 'ros2 service list', the domain and the reach")
         responses: list[Message] = []
         reasons: list[str] = []

@@ -68,15 +68,15 @@ def execute(client: ExpertClient, items: Sequence[Item]) -> Iterator[str]:
     """
     name = client.namespace + _ACTION
     with ActionClient(client.node, name, EXECUTE_PLAN) as executor:
-        if not client.wait(lambda: executor.is_served, PATIENCE_S):
-            raise Ros2Error(f"{name} has no server", hint=executor.why_unserved() or None)
+        if not client.wait(lambda: executor.has_server, PATIENCE_S):
+            raise Ros2Error(f"{name} has no server", hint=executor.missing_server_reason() or None)
         sent = executor.send({"plan": {"items": items}})
         states: dict[str, int] = {}
         try:
             while not sent.is_over:
                 has_changed = client.wait(lambda: sent.is_over or _has_changes(sent, states), PATIENCE_S)
                 executor.check_server(sent)
-                if not has_changed and not executor.is_served:
+                if not has_changed and not executor.has_server:
                     raise Ros2Error(f"the executor of {name} has vanished")
                 yield from _changes(_infos(sent.feedback), states)
         finally:

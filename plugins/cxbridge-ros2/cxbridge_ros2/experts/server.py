@@ -24,7 +24,7 @@ from cxbridge_ros2.names import check_topic
 from cxbridge_ros2.node import Node, SendResponse
 from cxbridge_ros2.problem_expert import ProblemExpertFeature
 from cxbridge_ros2.qos import QosProfile
-from cxbridge_ros2.settings import NodeSettings, as_list, located, node_settings
+from cxbridge_ros2.settings import NodeSettings, locate_errors, read_node_section, to_list
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
@@ -52,15 +52,15 @@ class ExpertSettings(Struct, frozen=True):
     node: NodeSettings
 
     @classmethod
-    def of(cls, config: Configuration, folder: Path) -> ExpertSettings:
+    def parse(cls, config: Configuration, folder: Path) -> ExpertSettings:
         """Read the settings.
 
         :param folder: the base of relative paths.
         :raises CxbridgeError: if a setting is invalid; with file and line.
         """
-        values, node = node_settings(config, SECTION, ("serve",), folder, _COMPONENT)
-        names = [str(name) for name in as_list(values.get("serve", _ALL))]
-        with located(config, SECTION):
+        values, node = read_node_section(config, SECTION, ("serve",), folder, _COMPONENT)
+        names = [str(name) for name in to_list(values.get("serve", _ALL))]
+        with locate_errors(config, SECTION):
             for name in names:
                 if name not in (_ALL, *NODES):
                     raise ConfigError(
@@ -107,9 +107,9 @@ class ExpertServer(Closing):
         if self._has_topics:
             latched = QosProfile(durability="transient_local", depth=TOPIC_DEPTH)
             topic, kind = UPDATE
-            self._updates = node.publisher(namespace + topic, kind, QosProfile(depth=TOPIC_DEPTH))
+            self._updates = node.create_publisher(namespace + topic, kind, QosProfile(depth=TOPIC_DEPTH))
             topic, kind = KNOWLEDGE
-            self._knowledge = node.publisher(namespace + topic, kind, latched)
+            self._knowledge = node.create_publisher(namespace + topic, kind, latched)
 
     def _serve(self, expert: str, name: str, kind: str) -> None:
         service_name = name.rpartition("/")[2]
@@ -119,8 +119,8 @@ class ExpertServer(Closing):
         else:
             service = _SERVICES[expert][service_name]
             access, work = "change" if service.changes else "read", partial(self._answer, name, service)
-        needs = right_of_frame("ros2-experts", access)
-        self._node.serve_later(check_topic(name), kind, work, needs=needs, refuse=_make_refusal)
+        right = right_of_frame("ros2-experts", access)
+        self._node.serve_later(check_topic(name), kind, work, right=right, make_refusal=_make_refusal)
 
     def _answer(self, name: str, service: ExpertService, request: Message, reply: SendResponse) -> None:
         env = self._feature.env
@@ -128,7 +128,7 @@ class ExpertServer(Closing):
             reply({"exist": False} if "/exist_" in name else {"success": False, "error_info": INACTIVE})
             return
         with env.lock:
-            response = answer(service, self._feature.expert(env), self._codec, request)
+            response = answer(service, self._feature.make_expert(env), self._codec, request)
         if service.changes:
             outcome = "done" if response["success"] else response["error_info"]
             self._log.info(f"{name}: {outcome}")
@@ -145,7 +145,7 @@ class ExpertServer(Closing):
 
     def _publish(self, env: ClipsEnvironment) -> None:
         with env.lock:  # the message is a snapshot: rules may fire while it is sent
-            message = knowledge_message(self._feature.expert(env))
+            message = knowledge_message(self._feature.make_expert(env))
         self._updates.publish(_EMPTY_MESSAGE)
         self._knowledge.publish(message)
 

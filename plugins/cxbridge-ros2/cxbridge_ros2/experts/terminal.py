@@ -126,8 +126,8 @@ class Terminal:
 
         :param line: the typed text; its last word may be incomplete.
         """
-        *typed, incomplete = line.split(" ")
-        complete = [word for word in typed if word]
+        *typed_setting, incomplete = line.split(" ")
+        complete = [word for word in typed_setting if word]
         commands = (command.split() for command in self.commands)
         words = {
             command[len(complete)]
@@ -266,7 +266,7 @@ class Terminal:
             states[heartbeat.node] = (heartbeat.action, heartbeat.state)
 
         topic = self._client.namespace + PROTOCOL.heartbeat_topic
-        end = self._client.node.subscribe(topic, PROTOCOL.heartbeat_type, take_heartbeat, needs=Right.LOOK)
+        end = self._client.node.subscribe(topic, PROTOCOL.heartbeat_type, take_heartbeat, right=Right.LOOK)
         self._client.wait(lambda: False, LISTENING_S)
         end()
         for node, (action, state) in sorted(states.items()):

@@ -19,7 +19,7 @@ from cxbridge.errors import ConfigError, SkillError
 from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge.skiller.board import Progress, SkillCall, SkillFailedError, Steps
 from cxbridge.skiller.board.executor import ExecutorContext
-from cxbridge_ros2.executor import TIMEOUT_S, RosExecutor, seconds_of
+from cxbridge_ros2.executor import DEFAULT_TIMEOUT_S, RosExecutor, parse_seconds
 from cxbridge_ros2.hub.hub import Hub
 from cxbridge_ros2.hub.protocol import (
     ActionKey,
@@ -29,8 +29,8 @@ from cxbridge_ros2.hub.protocol import (
     MessageKind,
     PerformerState,
 )
-from cxbridge_ros2.settings import as_list, check_keys, nested
-from cxbridge_ros2.skills import fill
+from cxbridge_ros2.settings import check_keys, nest_settings, to_list
+from cxbridge_ros2.skills import fill_template
 
 RETRY_S: Final = 1.0  # seconds between REQUESTs without a response, as in PlanSys2
 
@@ -57,7 +57,7 @@ class HubSkill(Struct, frozen=True):
     patience_s: float
 
     @classmethod
-    def of(cls, name: str, settings: Any, protocol: HubProtocol) -> HubSkill:
+    def parse(cls, name: str, settings: Any, protocol: HubProtocol) -> HubSkill:
         """Read the settings of a skill."""
         if not isinstance(settings, Mapping):
             raise ConfigError(f"the skill {name} has settings, not {settings!r}", hint="e.g. {timeout: 60}")
@@ -66,10 +66,10 @@ class HubSkill(Struct, frozen=True):
         arguments = settings.get("arguments")
         return cls(
             action=str(settings.get("action", name)),
-            arguments=None if arguments is None else as_list(arguments),
+            arguments=None if arguments is None else to_list(arguments),
             mapped=str(settings["mapped"]) if "mapped" in settings else None,
-            timeout_s=seconds_of(name, "timeout", settings.get("timeout", TIMEOUT_S)),
-            patience_s=seconds_of(name, "patience", settings.get("patience", protocol.patience_s)),
+            timeout_s=parse_seconds(name, "timeout", settings.get("timeout", DEFAULT_TIMEOUT_S)),
+            patience_s=parse_seconds(name, "patience", settings.get("patience", protocol.patience_s)),
         )
 
     def arguments_for(self, call: SkillCall) -> tuple[str, ...]:
@@ -80,7 +80,7 @@ class HubSkill(Struct, frozen=True):
         if self.arguments is None:
             values = [value for name, value in call.parameters.items() if name != MAPPED_ACTION]
         else:
-            values = [fill(argument, call, {}) for argument in self.arguments]
+            values = [fill_template(argument, call, {}) for argument in self.arguments]
         for value in values:
             if isinstance(value, list | Mapping):
                 raise SkillError(f"{call.skill}: {value!r} is no argument of an action")
@@ -127,7 +127,7 @@ class HubSkills(RosExecutor):
             raise ConfigError(f"{type(self).__name__} has no setting 'agent-id': its messages name no robot")
         self._agent_id = self.setting("agent-id", "")
         self._skills = {
-            name: HubSkill.of(name, settings, self.protocol)
+            name: HubSkill.parse(name, settings, self.protocol)
             for name, settings in _configured_skills(self.settings).items()
         }
         if not self._skills:
@@ -142,7 +142,7 @@ class HubSkills(RosExecutor):
 
     @classmethod
     def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:
-        return tuple(_configured_skills(nested(settings)))
+        return tuple(_configured_skills(nest_settings(settings)))
 
     @property
     def topic(self) -> str:
@@ -161,7 +161,9 @@ class HubSkills(RosExecutor):
     def execute(self, call: SkillCall) -> Steps:
         skill = self._skills[call.skill]
         key = ActionKey(skill.action, skill.arguments_for(call), self._agent_id)
-        mapped = str(call.get(MAPPED_ACTION, "") if skill.mapped is None else fill(skill.mapped, call, {}))
+        mapped = str(
+            call.get(MAPPED_ACTION, "") if skill.mapped is None else fill_template(skill.mapped, call, {})
+        )
         request = HubMessage(MessageKind.REQUEST, call.name or self._name, key, mapped)
         steps = self._perform(skill, _OpenRequest(request))
         return (yield from self.limit_time(skill.timeout_s, f"{key} on {self.topic}", steps))
@@ -305,4 +307,4 @@ class HubSkills(RosExecutor):
 def _configured_skills(settings: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the settings of each skill; a list names skills without settings."""
     skills = settings.get("skills", {})
-    return skills if isinstance(skills, Mapping) else {str(name): {} for name in as_list(skills)}
+    return skills if isinstance(skills, Mapping) else {str(name): {} for name in to_list(skills)}

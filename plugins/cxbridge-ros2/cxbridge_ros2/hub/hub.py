@@ -36,24 +36,24 @@ class Hub(Closing):
         self.topic = f"{namespace}{protocol.topic}"
         self._heartbeat_topic = f"{namespace}{protocol.heartbeat_topic}"
         self._heartbeats: Publisher | None = None
-        self._messages = node.publisher(self.topic, protocol.message_type, _QOS)
-        self._closers = [
+        self._messages = node.create_publisher(self.topic, protocol.message_type, _QOS)
+        self._close_functions = [
             node.subscribe(
                 self.topic,
                 protocol.message_type,
                 lambda fields: on_message(protocol.decode(fields)),
                 _QOS,
-                needs=right_of_frame("ros2-performers", "word"),
+                right=right_of_frame("ros2-performers", "word"),
             )
         ]
         if on_heartbeat is not None:
-            self._closers.append(
+            self._close_functions.append(
                 node.subscribe(
                     self._heartbeat_topic,
                     protocol.heartbeat_type,
                     lambda fields: on_heartbeat(protocol.decode_heartbeat(fields)),
                     _QOS,
-                    needs=Right.LOOK,
+                    right=Right.LOOK,
                 )
             )
 
@@ -66,13 +66,13 @@ class Hub(Closing):
         :param now_us: microseconds since the epoch.
         """
         if self._heartbeats is None:  # only performers have heartbeats
-            self._heartbeats = self._node.publisher(
+            self._heartbeats = self._node.create_publisher(
                 self._heartbeat_topic, self._protocol.heartbeat_type, _QOS
             )
         self._heartbeats.publish(self._protocol.encode_heartbeat(heartbeat, now_us))
 
     def close(self) -> None:
-        for end in self._closers:
+        for end in self._close_functions:
             end()
         self._messages.close()
         if self._heartbeats is not None:

@@ -35,7 +35,7 @@ from cxbridge_ros2.hub.protocol import (
     PerformerState,
 )
 from cxbridge_ros2.node import Node
-from cxbridge_ros2.settings import NodeSettings, as_list, check_keys
+from cxbridge_ros2.settings import NodeSettings, check_keys, to_list
 
 # Limit of the seconds from RESPONSE to CONFIRM or REJECT; then the executor is free again.
 RESERVE_S: Final = 2.0
@@ -62,14 +62,14 @@ class ServedAction(Struct, frozen=True):
     call: str = ""
 
     @classmethod
-    def of(cls, action: str, settings: Any, protocol: HubProtocol) -> ServedAction:
+    def parse(cls, action: str, settings: Any, protocol: HubProtocol) -> ServedAction:
         """Read the settings of an action."""
         if not isinstance(settings, Mapping):
             raise ConfigError(
                 f"the action {action} has settings, not {settings!r}", hint="e.g. {parameters: [to]}"
             )
         check_keys(settings, _ACTION_KEYS, f"the action {action}")
-        names, call = as_list(settings.get("parameters", [])), str(settings.get("call", ""))
+        names, call = to_list(settings.get("parameters", [])), str(settings.get("call", ""))
         if call == _MAPPED and not protocol.has_agents:
             raise ConfigError(
                 f"the action {action} cannot call '{_MAPPED}': {protocol.name} has no mapped actions"
@@ -226,15 +226,15 @@ class HubPerformer(Closing):
             self._pending_requests[key] = message, until_us
             self._answer(key)
             return
-        is_ours = self._nodes.get(message.node) == key.action
+        is_cxbridge_key = self._nodes.get(message.node) == key.action
         job = self._jobs.get(key)
         if message.kind == MessageKind.CONFIRM:
             self._pending_requests.pop(key, None)
-            if is_ours and (job is None or job.master is None):
+            if is_cxbridge_key and (job is None or job.master is None):
                 self._begin(job or self._make_job(message))
             elif job is not None:
                 job.repeat_us = 0
-        elif not is_ours or job is None:
+        elif not is_cxbridge_key or job is None:
             return
         elif message.kind in (MessageKind.REJECT, MessageKind.CANCEL) and job.master is None:
             del self._jobs[key]
@@ -270,7 +270,7 @@ class HubPerformer(Closing):
         node = next(node for node, name in self._nodes.items() if name == action.action)
         call: SkillCall | str
         try:
-            call = action.call_of(request, self._protocol.arguments_of(request.key), self._agent)
+            call = action.call_of(request, self._protocol.intended_arguments(request.key), self._agent)
         except CxbridgeError as error:
             call = error.message  # reported to the caller after CONFIRM
         return _Job(request, node, call)
@@ -341,6 +341,6 @@ class HubPerformer(Closing):
         """Publish the FINISH of a job, in the protocol's form if the caller has cancelled it."""
         request = job.request
         finish = HubMessage(MessageKind.FINISH, job.node, request.key, request.mapped, **fields)
-        message = self._protocol.after_cancel(finish) if job.is_cancelled else finish
+        message = self._protocol.cancel_reply(finish) if job.is_cancelled else finish
         if message is not None:
             self._hub.publish(message)

@@ -145,12 +145,12 @@ class HubProtocol(ABC):
     def decode_heartbeat(self, fields: Message) -> Heartbeat: ...
 
     @abstractmethod
-    def after_cancel(self, finish: HubMessage) -> HubMessage | None:
+    def cancel_reply(self, finish: HubMessage) -> HubMessage | None:
         """Return the performer's last message after CANCEL, or None for no message, as in the original.
 
         :param finish: the last message without CANCEL.
         """
 
     @abstractmethod
-    def arguments_of(self, key: ActionKey) -> tuple[str, ...]:
+    def intended_arguments(self, key: ActionKey) -> tuple[str, ...]:
         """Return the intended arguments: the original callers send a placeholder for no argument."""

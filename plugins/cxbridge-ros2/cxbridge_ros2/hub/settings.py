@@ -14,12 +14,12 @@ from cxbridge_ros2.plansys2 import PlanSys2Protocol
 from cxbridge_ros2.settings import (
     NODE_KEYS,
     NodeSettings,
-    as_list,
     check_keys,
-    located,
-    nested,
-    section_values,
-    typed,
+    locate_errors,
+    nest_settings,
+    read_section,
+    to_list,
+    typed_setting,
 )
 from cxbridge_ros2.skill_execution import SkillExecutionProtocol
 
@@ -47,8 +47,8 @@ def performer_settings(
     performers = {}
     for key in config.keys(SECTION):
         section = f"{SECTION}/{key}"
-        with located(config, section):
-            values = nested(section_values(config, section))
+        with locate_errors(config, section):
+            values = nest_settings(read_section(config, section))
             performers[key] = _performer(f"the performer {key}", values, agents, folder)
     return performers
 
@@ -57,7 +57,7 @@ def _performer(
     component: str, values: Mapping[str, Any], agents: Sequence[str], folder: Path
 ) -> PerformerSettings:
     check_keys(values, _KEYS, component)
-    protocol_name = typed(values, "protocol", "", component)
+    protocol_name = typed_setting(values, "protocol", "", component)
     if protocol_name not in PROTOCOLS:
         hint = did_you_mean(protocol_name, PROTOCOLS, f"there are: {', '.join(PROTOCOLS)}")
         raise ConfigError(f"{component} has no protocol '{protocol_name}'", hint=hint)
@@ -72,7 +72,7 @@ def _performer(
         raise ConfigError(f"{component} has no setting 'agent-id': messages of {protocol_name} name no robot")
     actions = values.get("actions", [])
     if not isinstance(actions, Mapping):  # a list of names, without settings for each
-        actions = {str(name): {} for name in as_list(actions)}
+        actions = {str(name): {} for name in to_list(actions)}
     if not actions:
         raise ConfigError(f"{component} has no actions", hint="name them: actions: [move]")
     return PerformerSettings(
@@ -80,6 +80,6 @@ def _performer(
         agent=agent,
         agent_id=str(values.get("agent-id", "")),
         name=str(values.get("name", f"cxbridge_{agent}")),
-        actions=tuple(ServedAction.of(name, settings, protocol) for name, settings in actions.items()),
-        node=NodeSettings.of(values, folder, component),
+        actions=tuple(ServedAction.parse(name, settings, protocol) for name, settings in actions.items()),
+        node=NodeSettings.parse(values, folder, component),
     )

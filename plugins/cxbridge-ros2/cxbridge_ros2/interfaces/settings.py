@@ -13,8 +13,16 @@ from cxbridge.blackboard.patterns import Pattern
 from cxbridge.errors import ConfigError
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.names import check_topic
-from cxbridge_ros2.qos import QosProfile, profile
-from cxbridge_ros2.settings import NODE_KEYS, NodeSettings, check_keys, located, nested, section_values, typed
+from cxbridge_ros2.qos import QosProfile, find_profile
+from cxbridge_ros2.settings import (
+    NODE_KEYS,
+    NodeSettings,
+    check_keys,
+    locate_errors,
+    nest_settings,
+    read_section,
+    typed_setting,
+)
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
@@ -65,31 +73,31 @@ def topic_settings(config: Configuration, folder: Path) -> list[TopicSettings]:
     """
     topics = []
     for key in config.keys(SECTION):
-        with located(config, section := f"{SECTION}/{key}"):
-            topics.append(_settings(key, section_values(config, section), folder))
+        with locate_errors(config, section := f"{SECTION}/{key}"):
+            topics.append(_settings(key, read_section(config, section), folder))
     return topics
 
 
 def _settings(key: str, values_by_path: Mapping[str, Any], folder: Path) -> TopicSettings:
-    component, values = f"the topic {key}", nested(values_by_path)
+    component, values = f"the topic {key}", nest_settings(values_by_path)
     check_keys(values, _KEYS, component)
-    pattern = Pattern.parse(typed(values, "interface", "", component))
-    direction = typed(values, "direction", PUBLISH, component)
+    pattern = Pattern.parse(typed_setting(values, "interface", "", component))
+    direction = typed_setting(values, "direction", PUBLISH, component)
     if direction not in (PUBLISH, WRITE):
         hint = did_you_mean(direction, (PUBLISH, WRITE), f"use {PUBLISH} or {WRITE}")
         raise ConfigError(f"{component} has no direction '{direction}'", hint=hint)
-    topic, kind = typed(values, "topic", "", component), typed(values, "type", "", component)
+    topic, kind = typed_setting(values, "topic", "", component), typed_setting(values, "type", "", component)
     if _GLOB.search(f"{pattern.type_glob}{pattern.id_glob}") and (topic or kind or direction == WRITE):
         hint = "several interfaces can only be published, each to a separate topic"
         raise ConfigError(f"{component} is for one interface: write TYPE::ID", hint=hint)
-    messages = typed(values, "messages", default=False, component=component)
+    messages = typed_setting(values, "messages", default=False, component=component)
     if kind and messages:
         raise ConfigError(f"{component}: messages have topics only where no type is set")
     if not kind and (useless := [name for name in _MAPPING_KEYS if name in values]):
         raise ConfigError(
             f"{component}: '{useless[0]}' goes with a type", hint="e.g. sensor_msgs/msg/BatteryState"
         )
-    fields: dict[str, Any] = typed(values, "fields", {}, component)
+    fields: dict[str, Any] = typed_setting(values, "fields", {}, component)
     if kind and not fields:
         hint = "e.g. fields: {voltage: voltage}: the interface's field, the message's"
         raise ConfigError(f"{component} needs fields", hint=hint)
@@ -107,8 +115,8 @@ def _settings(key: str, values_by_path: Mapping[str, Any], folder: Path) -> Topi
         type=kind or None,
         fields={str(name): str(path) for name, path in fields.items()},
         constants=constants,
-        stamp=typed(values, "stamp", "", component),
-        qos=profile(typed(values, "qos", "default", component)),
+        stamp=typed_setting(values, "stamp", "", component),
+        qos=find_profile(typed_setting(values, "qos", "default", component)),
         messages=messages,
-        node=NodeSettings.of(values, folder, component),
+        node=NodeSettings.parse(values, folder, component),
     )

@@ -28,7 +28,7 @@ from cxbridge_ros2.interfaces.settings import WRITE, TopicSettings
 from cxbridge_ros2.messages import Message, value_at
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.node import Node, Publisher
-from cxbridge_ros2.stamps import stamp_of
+from cxbridge_ros2.stamps import us_to_stamp
 
 OWNER: Final = "ROS 2"
 
@@ -67,7 +67,7 @@ class PublishedInterfaces(Closing):
         self._board = board
         self._publish: dict[str, Callable[[InterfaceChange], None]] = {}
         self._publishers: list[Publisher] = []
-        self._closers: list[Callable[[], None]] = []
+        self._close_functions: list[Callable[[], None]] = []
         self._topics: set[str] = set()
         self._refused: set[str] = set()
         self._feed = Feed(board, OWNER)
@@ -103,7 +103,7 @@ class PublishedInterfaces(Closing):
         if topic in self._topics:
             raise ConfigError(f"another interface has the topic {topic}")
         self._topics.add(topic)
-        publisher = self._node.publisher(topic, settings.type or type_of(interface_type), settings.qos)
+        publisher = self._node.create_publisher(topic, settings.type or type_of(interface_type), settings.qos)
         self._publishers.append(publisher)
         paths, stamp = _paths(settings, schema), TIME if settings.type is None else settings.stamp
         if settings.messages:
@@ -116,7 +116,7 @@ class PublishedInterfaces(Closing):
             for field, path in paths.items():
                 _put(message, path, _to_ros(change.values[field]))
             if stamp:
-                _put(message, stamp, stamp_of(change.time_us))
+                _put(message, stamp, us_to_stamp(change.time_us))
             publisher.publish(message)
 
         self._publish[uid] = publish
@@ -127,9 +127,9 @@ class PublishedInterfaces(Closing):
         for schema in instance.SCHEMA.messages:
             send = partial(self._send, instance, schema.name, field_names(schema.fields))
             kind = type_of(instance.type, schema.name)
-            needs = self._node.rights.of_message(instance.type, schema.name)
+            right = self._node.rights.of_message(instance.type, schema.name)
             message_topic = f"{topic}/{schema.name.removesuffix(_SUFFIX)}"
-            self._closers.append(self._node.subscribe(message_topic, kind, send, needs=needs))
+            self._close_functions.append(self._node.subscribe(message_topic, kind, send, right=right))
 
     def _send(self, instance: Interface, name: str, names: Mapping[str, str], message: Message) -> None:
         try:
@@ -141,7 +141,7 @@ class PublishedInterfaces(Closing):
             self._log.warn(f"{instance.uid} did not get a {name}: {error.message}")
 
     def close(self) -> None:
-        for end in self._closers:
+        for end in self._close_functions:
             end()
         for publisher in self._publishers:
             publisher.close()
@@ -168,14 +168,14 @@ class WrittenInterface(Closing):
         try:
             for message in schema.messages if settings.messages else ():
                 kind = type_of(interface_type, message.name)
-                publisher = node.publisher(f"{topic}/{message.name.removesuffix(_SUFFIX)}", kind)
+                publisher = node.create_publisher(f"{topic}/{message.name.removesuffix(_SUFFIX)}", kind)
                 self._publishers[message.name] = publisher, field_names(message.fields)
             self._close_subscription = node.subscribe(
                 topic,
                 settings.type or type_of(interface_type),
                 self._write_message,
                 settings.qos,
-                needs=right_of_frame("ros2-interfaces", WRITE),
+                right=right_of_frame("ros2-interfaces", WRITE),
             )
         except Exception:
             self._instance.close()

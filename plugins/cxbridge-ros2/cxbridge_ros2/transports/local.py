@@ -21,8 +21,8 @@ from cxbridge_ros2.node import (
     FailureCallback,
     MessageCallback,
     Node,
+    ProblemCallback,
     Publisher,
-    Report,
     RequestHandler,
 )
 from cxbridge_ros2.qos import PROFILES, QosProfile
@@ -60,7 +60,7 @@ class LocalGraph:
     def nodes(self) -> tuple[str, ...]:
         return tuple(node.name for node in self._nodes)
 
-    def join(self, name: str, report: Report | None = None) -> LocalNode:
+    def join(self, name: str, report: ProblemCallback | None = None) -> LocalNode:
         node = LocalNode(self, name, report)
         self._nodes.append(node)
         return node
@@ -88,7 +88,7 @@ class LocalGraph:
 class LocalNode(Node):
     """A node of this process."""
 
-    def __init__(self, graph: LocalGraph, name: str, report: Report | None = None) -> None:
+    def __init__(self, graph: LocalGraph, name: str, report: ProblemCallback | None = None) -> None:
         super().__init__(report)
         self.name = name
         self.graph = graph
@@ -101,10 +101,12 @@ class LocalNode(Node):
 
     def _service_type(self, service_type: str) -> TypeName:
         kind = parse_type(service_type, "srv")
-        self.graph.codec.encode(kind.derived("Request"), {})
+        self.graph.codec.encode(kind.derive("Request"), {})
         return kind
 
-    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+    def create_publisher(
+        self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
+    ) -> Publisher:
         graph, kind = self.graph, self._topic_type(message_type)
         check_topic(topic)
 
@@ -145,7 +147,7 @@ class LocalNode(Node):
 
         self.queue.append(deliver)
 
-    def client(self, service: str, service_type: str) -> Client:
+    def create_client(self, service: str, service_type: str) -> Client:
         return _LocalClient(self, check_topic(service), self._service_type(service_type))
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
@@ -176,10 +178,13 @@ class _LocalClient(Client):
         self._node, self._service, self._kind = node, service, kind
 
     def call(
-        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None = None
+        self,
+        request: Mapping[str, Any],
+        on_response: MessageCallback,
+        on_failure: FailureCallback | None = None,
     ) -> int:
         """Send a request; without a server it is lost, as on a network."""
-        number = self._add_request(done, failed)
+        number = self._register_request(on_response, on_failure)
         sent = self._transfer("Request", request)
         server = self._server
         if server is not None:
@@ -188,7 +193,7 @@ class _LocalClient(Client):
 
     def _transfer(self, part: str, message: Mapping[str, Any]) -> Message:
         """Return a message as the other node receives it."""
-        codec, kind = self._node.graph.codec, self._kind.derived(part)
+        codec, kind = self._node.graph.codec, self._kind.derive(part)
         return codec.decode(kind, codec.encode(kind, message))
 
     def _handle(self, server: _Server, request: Message, number: int) -> None:
@@ -198,9 +203,9 @@ class _LocalClient(Client):
         server.handler(request, reply)
 
     def _finish(self, number: int, response: Message) -> None:
-        if number in self._pending:
-            done, _failed = self._pending.pop(number)
-            done(response)
+        if number in self._pending_callbacks:
+            on_response, _failed = self._pending_callbacks.pop(number)
+            on_response(response)
 
     @property
     def _server(self) -> _Server | None:
@@ -208,8 +213,8 @@ class _LocalClient(Client):
         return None if server is None or server.kind != self._kind else server
 
     @property
-    def servers(self) -> frozenset[int]:
+    def server_numbers(self) -> frozenset[int]:
         return frozenset() if self._server is None else frozenset({self._server.number})
 
     def close(self) -> None:
-        self._pending.clear()
+        self._pending_callbacks.clear()

@@ -47,7 +47,7 @@ def mismatch(
     :param their_type: the DDS type of the other endpoint.
     :param their_hash: the other endpoint's hash of the type; an empty hash is unknown, as in Humble.
     """
-    if their_type != our_type.dds:
+    if their_type != our_type.dds_name:
         return (
             f"{name}: a {peer} there has the type {ros_type(their_type)}, here it is {public_type(our_type)}"
         )
@@ -59,7 +59,7 @@ def mismatch(
     )
 
 
-def why_unserved(name: str, kind: TypeName, served: Mapping[str, str], alone_in: str) -> str:
+def missing_server_reason(name: str, kind: TypeName, served: Mapping[str, str], alone_in: str) -> str:
     """Return why a service or an action has no server; empty if unknown.
 
     :param kind: the type of our client.

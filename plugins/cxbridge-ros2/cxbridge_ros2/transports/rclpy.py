@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.messages import PLACEHOLDER, Codec, Message
+from cxbridge_ros2.messages import EMPTY_MESSAGE_FIELD, Codec, Message
 from cxbridge_ros2.names import TypeName, check_topic, parse_type
 from cxbridge_ros2.node import (
     Client,
@@ -22,8 +22,8 @@ from cxbridge_ros2.node import (
     FailureCallback,
     MessageCallback,
     Node,
+    ProblemCallback,
     Publisher,
-    Report,
     RequestHandler,
 )
 from cxbridge_ros2.qos import PROFILES, QosProfile
@@ -53,7 +53,7 @@ class RclpyNode(Node):
         name: str,
         definitions: Definitions,
         domain: int | None = None,
-        report: Report | None = None,
+        report: ProblemCallback | None = None,
     ) -> None:
         super().__init__(report)
         self.name = name
@@ -89,7 +89,9 @@ class RclpyNode(Node):
 
     # --- the interface of a node --------------------------------------------------------------------------
 
-    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+    def create_publisher(
+        self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
+    ) -> Publisher:
         name = parse_type(message_type)
         rcl_publisher = self._node.create_publisher(
             self._message_class(name), check_topic(topic), self._qos(qos)
@@ -107,7 +109,7 @@ class RclpyNode(Node):
 
         def take(data: bytes) -> None:
             self._received += 1
-            message = self._decode_or_complain(topic, partial(self._codec.decode, name, data))
+            message = self._try_decode(topic, partial(self._codec.decode, name, data))
             if message is not None:
                 callback(message)
 
@@ -116,13 +118,13 @@ class RclpyNode(Node):
         )
         return self._make_closer("subscription", rcl_subscription)
 
-    def client(self, service: str, service_type: str) -> Client:
+    def create_client(self, service: str, service_type: str) -> Client:
         name = parse_type(service_type, "srv")
         kind = self._service_class(name)
         rcl_client = self._node.create_client(
             kind, check_topic(service), qos_profile=self._qos(PROFILES["services_default"])
         )
-        request, response = name.derived("Request"), name.derived("Response")
+        request, response = name.derive("Request"), name.derive("Response")
 
         def encode(message: Mapping[str, Any]) -> Any:
             return self._to_object(kind.Request, request, message)
@@ -142,7 +144,7 @@ class RclpyNode(Node):
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
         name = parse_type(service_type, "srv")
         kind = self._service_class(name)
-        request, response = name.derived("Request"), name.derived("Response")
+        request, response = name.derive("Request"), name.derive("Response")
 
         def take(message: Any, _response: object) -> _Response:
             self._received += 1
@@ -198,15 +200,15 @@ class RclpyNode(Node):
 
     def _service_class(self, name: TypeName) -> Any:
         """Return the Python class of a service."""
-        self._definitions.fields(name.derived("Request"))  # raises the error about an unknown type
+        self._definitions.fields(name.derive("Request"))  # raises the error about an unknown type
         service_class = _python_class(name)
-        self._check_fields(name.derived("Request"), service_class.Request)
-        self._check_fields(name.derived("Response"), service_class.Response)
+        self._check_fields(name.derive("Request"), service_class.Request)
+        self._check_fields(name.derive("Response"), service_class.Response)
         return service_class
 
     def _check_fields(self, name: TypeName, sourced_class: Any) -> None:
         """Check that the sourced type equals our definition, since CDR does not reveal a difference."""
-        ours = [field for field, _ in self._definitions.fields(name) if field != PLACEHOLDER]
+        ours = [field for field, _ in self._definitions.fields(name) if field != EMPTY_MESSAGE_FIELD]
         theirs = list(sourced_class.get_fields_and_field_types())
         if ours != theirs:
             hint = "name no older package in 'packages'"
@@ -228,7 +230,7 @@ class RclpyNode(Node):
         )
 
 
-def join(name: str, definitions: Definitions, domain: Domain, report: Report | None) -> RclpyNode:
+def join(name: str, definitions: Definitions, domain: Domain, report: ProblemCallback | None) -> RclpyNode:
     return RclpyNode(name, definitions, domain.number, report)
 
 
@@ -249,15 +251,15 @@ class _Client(Client):
     def call(
         self,
         request: Mapping[str, Any],
-        done: MessageCallback,
-        failed: FailureCallback | None = None,  # noqa: ARG002 - rclpy reports no failures
+        on_response: MessageCallback,
+        on_failure: FailureCallback | None = None,  # noqa: ARG002 - rclpy reports no failures
     ) -> int:
         number = next(self._numbers)
         self._futures[number] = future = self._client.call_async(self._encode(request))
 
         def finish(response: Any) -> None:
             if self._futures.pop(number, None) is not None:
-                done(self._decode(response.result()))
+                on_response(self._decode(response.result()))
 
         future.add_done_callback(finish)
         return number
@@ -268,7 +270,7 @@ class _Client(Client):
             self._client.remove_pending_request(future)
 
     @property
-    def servers(self) -> frozenset[int]:
+    def server_numbers(self) -> frozenset[int]:
         return self._servers()
 
     def close(self) -> None:

@@ -58,7 +58,7 @@ class Bridge:
                 send(socket, {**done, "status": sent.status})
 
     def advertise(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
-        self._publishers[op["topic"]] = self._node.publisher(op["topic"], op["type"], DEEP)
+        self._publishers[op["topic"]] = self._node.create_publisher(op["topic"], op["type"], DEEP)
 
     def publish(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
         self._publishers[op["topic"]].publish(op["msg"])
@@ -86,12 +86,12 @@ class Bridge:
     def call_service(self, socket: ServerConnection, op: dict[str, Any]) -> None:
         client = self._clients.get(op["service"])
         if client is None:
-            client = self._clients[op["service"]] = self._node.client(op["service"], op["type"])
+            client = self._clients[op["service"]] = self._node.create_client(op["service"], op["type"])
         head = {"op": "service_response", "id": op["id"], "service": op["service"]}
         if op["service"] == "/nobody":
             send(socket, {**head, "result": False, "values": "Service /nobody does not exist"})
             return
-        while not client.is_served:
+        while not client.has_server:
             self._node.poll(0.05)
         client.call(op["args"], lambda each: send(socket, {**head, "values": each, "result": True}))
 
@@ -113,7 +113,7 @@ class Bridge:
         client = self._actions.get(op["action"])
         if client is None:
             client = self._actions[op["action"]] = ActionClient(self._node, op["action"], op["action_type"])
-        while not client.is_served:
+        while not client.has_server:
             self._node.poll(0.05)
         self._goals[op["id"]] = (socket, op, client.send(op["args"]), [None])
 

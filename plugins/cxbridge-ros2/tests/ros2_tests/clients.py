@@ -8,7 +8,7 @@ from cxbridge.closing import Closing
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, SHUTDOWN, LifecycleState
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Client, Node
-from cxbridge_ros2.parameters import Value, message_of, value_of
+from cxbridge_ros2.parameters import ParameterValue, decode_value, encode_value
 
 
 class LifecycleClient(Closing):
@@ -18,13 +18,13 @@ class LifecycleClient(Closing):
     """
 
     def __init__(self, node: Node, target: str) -> None:
-        self._change = node.client(f"{target}/change_state", "lifecycle_msgs/srv/ChangeState")
-        self._state = node.client(f"{target}/get_state", "lifecycle_msgs/srv/GetState")
+        self._change = node.create_client(f"{target}/change_state", "lifecycle_msgs/srv/ChangeState")
+        self._state = node.create_client(f"{target}/get_state", "lifecycle_msgs/srv/GetState")
 
     @property
-    def is_served(self) -> bool:
+    def has_server(self) -> bool:
         """Whether the node runs, and is managed."""
-        return self._change.is_served and self._state.is_served
+        return self._change.has_server and self._state.has_server
 
     def state(self, done: Callable[[LifecycleState], None]) -> None:
         """Ask for the state; ``done`` gets it."""
@@ -56,31 +56,31 @@ class ParameterClient(Closing):
     def __init__(self, node: Node, target: str) -> None:
         def client(service: str) -> Client:
             kind = "".join(word.capitalize() for word in service.split("_"))
-            return node.client(f"{target}/{service}", f"rcl_interfaces/srv/{kind}")
+            return node.create_client(f"{target}/{service}", f"rcl_interfaces/srv/{kind}")
 
         self._get, self._set, self._list = map(
             client, ("get_parameters", "set_parameters", "list_parameters")
         )
 
     @property
-    def is_served(self) -> bool:
+    def has_server(self) -> bool:
         """Whether the node runs, and answers."""
-        return all(each.is_served for each in (self._get, self._set, self._list))
+        return all(each.has_server for each in (self._get, self._set, self._list))
 
-    def get(self, names: Sequence[str], done: Callable[[Mapping[str, Value]], None]) -> None:
+    def get(self, names: Sequence[str], done: Callable[[Mapping[str, ParameterValue]], None]) -> None:
         """Ask for values; ``done`` gets them by name, and none of all when one of them is not known."""
 
         def take(response: Message) -> None:
-            done(dict(zip(names, map(value_of, response["values"]), strict=False)))
+            done(dict(zip(names, map(decode_value, response["values"]), strict=False)))
 
         self._get.call({"names": list(names)}, take)
 
-    def set(self, values: Mapping[str, Value], done: Callable[[Mapping[str, str]], None]) -> None:
+    def set(self, values: Mapping[str, ParameterValue], done: Callable[[Mapping[str, str]], None]) -> None:
         """Set values, one after the other; ``done`` gets why each is refused, empty where it is not.
 
         :raises Ros2Error: see :func:`type_of`.
         """
-        wanted = [{"name": name, "value": message_of(value)} for name, value in values.items()]
+        wanted = [{"name": name, "value": encode_value(value)} for name, value in values.items()]
 
         def take(response: Message) -> None:
             reasons = [

@@ -87,7 +87,7 @@ class Side:
         self.performers: list[HubPerformer] = []
         self.nodes: list[Node] = []
         for each in performer_settings(config, [agent.name for agent in settings.agents], Path()).values():
-            node = each.node.join(each.name, each.node.definitions(), self.lines.append, EVERYTHING)
+            node = each.node.join(each.name, each.node.load_definitions(), self.lines.append, EVERYTHING)
             self.nodes.append(node)
             log = self.bus.logger("performer")
             self.performers.append(HubPerformer(each, lambda: self.service.local_calls, node, clock, log))
@@ -179,7 +179,9 @@ class EtherNode(Node):
         self.queue: deque[Callable[[], None]] = deque()
         self._ether = ether
 
-    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+    def create_publisher(
+        self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
+    ) -> Publisher:
         return Publisher(partial(self._ether.send, topic), lambda: 1, lambda: None)
 
     def _subscribe(
@@ -189,7 +191,7 @@ class EtherNode(Node):
         self._ether.readers.append(entry)
         return lambda: self._ether.readers.remove(entry)
 
-    def client(self, service: str, service_type: str) -> Client:
+    def create_client(self, service: str, service_type: str) -> Client:
         raise NotImplementedError
 
     def _serve_later(self, service: str, service_type: str, answer: RequestHandler) -> Callable[[], None]:

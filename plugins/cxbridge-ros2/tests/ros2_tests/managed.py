@@ -7,7 +7,7 @@ from cxbridge.events import EventBus, LogLine
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, Lifecycle
 from cxbridge_ros2.parameters import Parameter, Parameters
-from cxbridge_ros2.rosout import Rosout
+from cxbridge_ros2.rosout import RosoutPublisher
 from cxbridge_ros2.transports.dds import DdsNode
 
 
@@ -15,7 +15,7 @@ def main() -> None:
     clock = RealClock()
     node = DdsNode("managed", Definitions(distribution="iron", environment={}))
     bus = EventBus(clock)
-    bus.subscribe(Rosout(node, "managed"), LogLine)
+    bus.subscribe(RosoutPublisher(node, "managed"), LogLine)
     declared = {
         "speed": Parameter(1.5),
         "names": Parameter(["a", "b"]),

@@ -28,21 +28,21 @@ def count(goal: ServedGoal) -> Execution:
 
 
 class Fibonacci(ActionServer):
-    def respond(self, served: ServedGoal) -> GoalResponse:
-        return super().respond(served) if served.goal["order"] >= 0 else GoalResponse.REJECT
+    def decide(self, served: ServedGoal) -> GoalResponse:
+        return super().decide(served) if served.goal["order"] >= 0 else GoalResponse.REJECT
 
 
 def node_of(transport: str = "dds", url: str = "") -> Node:
     """Make the peer's node."""
     settings = {"transport": transport, **({"url": url} if url else {})}
     types = Definitions([PACKAGES], environment={})
-    return NodeSettings.of(settings, Path(), "peer").join("peer", types, None, EVERYTHING)
+    return NodeSettings.parse(settings, Path(), "peer").join("peer", types, None, EVERYTHING)
 
 
 def main() -> None:
     node = node_of(*sys.argv[1:])
     many = QosProfile(depth=100)
-    back = node.publisher("/back", "std_msgs/msg/String", many)
+    back = node.create_publisher("/back", "std_msgs/msg/String", many)
     node.subscribe("/there", "std_msgs/msg/String", back.publish, many)
     node.serve("/add", "example_interfaces/srv/AddTwoInts", lambda each: {"sum": each["a"] + each["b"]})
     server = Fibonacci(node, "/fibonacci", "example_interfaces/action/Fibonacci", count, RealClock())

@@ -19,7 +19,7 @@ from cxbridge.events import LogLine
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, LifecycleState
 from cxbridge_ros2.node import Node
-from cxbridge_ros2.rosout import listen
+from cxbridge_ros2.rosout import subscribe_log
 from cxbridge_ros2.transports.dds import DdsNode
 from ros2_tests.clients import LifecycleClient, ParameterClient
 from ros2_tests.experts.agents import FAST
@@ -46,7 +46,7 @@ def node(domain: int) -> Iterator[Node]:
 def test_a_daemon_is_paused_and_resumed(node: Node, domain: int, tmp_path: Path):
     with a_daemon(tmp_path, domain) as daemon:
         client = LifecycleClient(node, "/robot")
-        until(node, lambda: client.is_served)
+        until(node, lambda: client.has_server)
 
         def change(name: str) -> Any:
             return answer(node, lambda done: client.change(name, done))
@@ -65,7 +65,7 @@ def test_what_others_do_with_it_is_told(node: Node, domain: int, tmp_path: Path)
         moves: list[str] = []
         topic, kind = "/robot/transition_event", "lifecycle_msgs/msg/TransitionEvent"
         node.subscribe(topic, kind, lambda each: moves.append(each["goal_state"]["label"]))
-        until(node, lambda: client.is_served)
+        until(node, lambda: client.has_server)
         until(node, lambda: not node.poll(0.5))
         assert command(daemon.board, "Pause", 10)
         until(node, lambda: "inactive" in moves)
@@ -87,20 +87,20 @@ def test_its_components_are_in_the_diagnostics(node: Node, domain: int, tmp_path
 def test_a_daemon_is_ended(node: Node, domain: int, tmp_path: Path):
     with a_daemon(tmp_path, domain) as daemon:
         client = LifecycleClient(node, "/robot")
-        until(node, lambda: client.is_served)
+        until(node, lambda: client.has_server)
         client.change(SHUTDOWN, lambda _done: None)
         # when its last words are lost, DDS takes it for gone after ten seconds
-        until(node, lambda: daemon.state == "FINALIZED" or not client.is_served)
+        until(node, lambda: daemon.state == "FINALIZED" or not client.has_server)
 
 
 def test_its_log_and_its_parameters(node: Node, domain: int, tmp_path: Path):
     with a_daemon(tmp_path, domain, ", log: debug"):
         lines: list[LogLine] = []
-        listen(node, lines.append)
+        subscribe_log(node, lines.append)
         until(node, lambda: lines)
         assert {line.component.partition(".")[0] for line in lines} == {"robot"}
         parameters = ParameterClient(node, "/robot")
-        until(node, lambda: parameters.is_served)
+        until(node, lambda: parameters.has_server)
         assert answer(node, lambda done: parameters.get(["use_sim_time"], done)) == {"use_sim_time": False}
         (reason,) = answer(node, lambda done: parameters.set({"spec": "other"}, done)).values()
         assert reason == "the parameter 'spec' is read-only"

@@ -57,7 +57,7 @@ def test_all_hashes_are_those_of_rosidl():
 @pytest.mark.parametrize("distribution", DISTRIBUTIONS)
 def test_each_distribution_has_the_types_of_an_action(distribution: str):
     known = Definitions([PACKAGES], distribution, environment={})
-    assert known.has_hashes == (distribution != "humble")
+    assert known.has_type_hashes == (distribution != "humble")
     fields = known.fields(parse_type("example_interfaces/action/Fibonacci_SendGoal_Request"))
     assert [name for name, _ in fields] == ["goal_id", "goal"]
     assert known.fields(parse_type("action_msgs/srv/CancelGoal_Response"))
@@ -129,7 +129,7 @@ def test_a_broken_definition_is_one_error(tmp_path: Path, file: str):
 def test_a_type_that_there_is_not_has_a_hint():
     with pytest.raises(Ros2Error, match="did you mean geometry_msgs/msg/PoseStamped"):
         definitions().fields(parse_type("geometry_msgs/msg/PoseStampd"))
-    with pytest.raises(Ros2Error, match="no name of a ROS 2 type"):
+    with pytest.raises(Ros2Error, match="not the name of a ROS 2 type"):
         parse_type("PoseStamped")
     with pytest.raises(Ros2Error, match="no such folder"):
         Definitions([Path("/nowhere")], environment={})
@@ -141,7 +141,7 @@ def test_names_on_the_wire():
     name = parse_type("nav2_msgs/NavigateToPose", "action")
     assert name == TypeName("nav2_msgs", "action", "NavigateToPose")
     assert (
-        name.derived("SendGoal").derived("Request").dds
+        name.derive("SendGoal").derive("Request").dds_name
         == "nav2_msgs::action::dds_::NavigateToPose_SendGoal_Request_"
     )
 

@@ -156,7 +156,7 @@ def test_a_daemon_survives_what_others_send(domain: int, tmp_path: Path, seed: i
         until(node, lambda: outcome or daemon.loop.loops > loops + 30)
         assert not outcome, "\n".join(lines)
         client = ParameterClient(node, "/victim")
-        until(node, lambda: client.is_served)
+        until(node, lambda: client.has_server)
         assert answer(node, lambda done: client.get(["spec"], done)) is not None
         assert not outcome
         said = "\n".join(lines)
@@ -191,24 +191,22 @@ def test_skills_survive_what_servers_answer(domain: int):
         def answers(name: TypeName) -> RequestHandler:
             def answer(_request: Message, reply: SendResponse) -> None:
                 if enemy.random.random() < 0.8:
-                    reply(enemy.message(name.derived("Response")))
+                    reply(enemy.message(name.derive("Response")))
 
             return answer
 
-        feedback = node.publisher("/goto/_action/feedback", f"{action}_FeedbackMessage")
-        status = node.publisher(
+        feedback = node.create_publisher("/goto/_action/feedback", f"{action}_FeedbackMessage")
+        status = node.create_publisher(
             "/goto/_action/status", "action_msgs/msg/GoalStatusArray", PROFILES["action_status"]
         )
         goals: list[bytes] = []
 
         def accept(request: Message, reply: SendResponse) -> None:
             goals.append(request["goal_id"]["uuid"])
-            reply({**enemy.message(kind.derived("SendGoal").derived("Response")), "accepted": True})
+            reply({**enemy.message(kind.derive("SendGoal").derive("Response")), "accepted": True})
 
         node.serve_later("/goto/_action/send_goal", f"{action}_SendGoal", accept)
-        node.serve_later(
-            "/goto/_action/get_result", f"{action}_GetResult", answers(kind.derived("GetResult"))
-        )
+        node.serve_later("/goto/_action/get_result", f"{action}_GetResult", answers(kind.derive("GetResult")))
         cancel = "action_msgs/srv/CancelGoal"
         node.serve_later("/goto/_action/cancel_goal", cancel, answers(parse_type(cancel, "srv")))
         beep = "std_srvs/srv/Trigger"
@@ -227,7 +225,7 @@ def test_skills_survive_what_servers_answer(domain: int):
                         "status": enemy.random.randrange(-128, 128),
                     }
                     status.publish({"status_list": [state]})
-                    drawn = dict(enemy.message(kind.derived("FeedbackMessage")))
+                    drawn = dict(enemy.message(kind.derive("FeedbackMessage")))
                     feedback.publish({**drawn, "goal_id": {"uuid": each}})
                 assert time.monotonic() < until_s, side.lines
             goals.clear()
@@ -259,16 +257,16 @@ def test_a_broken_response_is_reported_and_ends_no_loop(domain: int, cares: bool
     ):
         node._codec = BrokenCodec(types)
         node.serve("/beep", trigger, lambda _request: {"success": True, "message": "beep"})
-        client = victim.client("/beep", trigger)
+        client = victim.create_client("/beep", trigger)
         until_s = time.monotonic() + 30
 
         def pass_until(done: Callable[[], object]) -> None:
             while not done():
                 node.poll(0.01)
                 victim.poll(0.01)
-                assert time.monotonic() < until_s, client.why_unserved()
+                assert time.monotonic() < until_s, client.missing_server_reason()
 
-        pass_until(lambda: client.servers)
+        pass_until(lambda: client.server_numbers)
         client.call({}, got.append, lost.append if cares else None)
         pass_until(lambda: told)
         victim.poll(0.1)

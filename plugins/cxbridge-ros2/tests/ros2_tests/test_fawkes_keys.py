@@ -11,8 +11,8 @@ from cxbridge.errors import ConfigError
 from cxbridge.run.agent import Run
 from cxbridge.run.components.table import needed_components
 from cxbridge.run.options import RunOptions
-from cxbridge_ros2.fawkes_keys import FAWKES_KEYS, has_ours
-from cxbridge_ros2.settings import NODE_KEYS, node_settings, section_values
+from cxbridge_ros2.fawkes_keys import FAWKES_KEYS, has_cxbridge_keys
+from cxbridge_ros2.settings import NODE_KEYS, read_node_section, read_section
 from tests.run.mini import write_scenario
 from tests.support import ROBOTINO_DIR
 
@@ -52,9 +52,9 @@ def test_a_run_with_it_starts_and_joins_no_domain(tmp_path: Path):
 def test_ours_beside_them_are_read(tree: str, tmp_path: Path):
     config = configuration(tmp_path, ROBOT)
     config.set(f"{tree}/domain", 7)
-    assert has_ours(config, tree)
-    assert section_values(config, tree) == {"domain": 7}
-    _, settings = node_settings(config, tree, (), tmp_path, "settings")
+    assert has_cxbridge_keys(config, tree)
+    assert read_section(config, tree) == {"domain": 7}
+    _, settings = read_node_section(config, tree, (), tmp_path, "settings")
     assert settings.domain == 7
 
 
@@ -62,7 +62,7 @@ def test_ours_beside_them_are_read(tree: str, tmp_path: Path):
 def test_a_misspelt_one_is_a_mistake_of_that_line(tree: str, tmp_path: Path):
     config = configuration(tmp_path, f"{ROBOT}---\nros2: {{{tree.removeprefix('/ros2/')}: {{domian: 7}}}}\n")
     with pytest.raises(ConfigError, match="has no setting 'domian'") as caught:
-        node_settings(config, tree, (), tmp_path, "settings")
+        read_node_section(config, tree, (), tmp_path, "settings")
     assert caught.value.line == len(ROBOT.splitlines()) + 2
 
 
@@ -75,4 +75,6 @@ def test_no_file_of_a_robot_has_settings_of_ours():
     assert ROBOTINO_DIR is not None
     files = [each for each in ROBOTINO_DIR.glob("cfg/**/*.yaml") if "\nros2:" in each.read_text()]
     assert files
-    assert not [(path, tree) for path in files for tree in TREES if has_ours(Configuration.load(path), tree)]
+    assert not [
+        (path, tree) for path in files for tree in TREES if has_cxbridge_keys(Configuration.load(path), tree)
+    ]

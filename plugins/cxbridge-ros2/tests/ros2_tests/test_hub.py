@@ -394,7 +394,7 @@ WRONG_CALLERS = {
     "an agent": (", skills: [move], agent-id: r7", "its messages name no robot"),
     "mapped": (", skills: {move: {mapped: x}}", "the skill move has no setting 'mapped'"),
     "a time": (", skills: {move: {timeout: no}}", "is a number of seconds"),
-    "a namespace": (", skills: [move], namespace: robot1", "is no whole name"),
+    "a namespace": (", skills: [move], namespace: robot1", "is not an absolute name"),
 }
 
 

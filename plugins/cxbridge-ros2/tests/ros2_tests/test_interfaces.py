@@ -123,7 +123,7 @@ def test_a_topic_of_another_type(tmp_path: Path, domain: int, node: Node):
 
 
 def test_what_comes_is_written(tmp_path: Path, domain: int, node: Node):
-    state = node.publisher("/battery", "sensor_msgs/msg/BatteryState")
+    state = node.create_publisher("/battery", "sensor_msgs/msg/BatteryState")
     topics = (
         "    battery: {interface: 'BatteryInterface::Robot', direction: write, topic: /battery, DOMAIN,\n"
         "      type: sensor_msgs/msg/BatteryState, fields: {absolute_soc: percentage}}\n"
@@ -193,7 +193,7 @@ def test_each_interface_there_is_goes_from_board_to_board(tmp_path: Path, domain
 
 def test_messages_go_to_the_writer(tmp_path: Path, domain: int, node: Node):
     topic = topic_of("SpeechSynthInterface", "Speech")
-    says = node.publisher(f"{topic}/Say", type_of("SpeechSynthInterface", "SayMessage"))
+    says = node.create_publisher(f"{topic}/Say", type_of("SpeechSynthInterface", "SayMessage"))
     with a_run(
         tmp_path, domain, "    s: {interface: 'SpeechSynthInterface', messages: true, DOMAIN}\n"
     ) as run:
@@ -234,7 +234,7 @@ def test_messages_come_from_the_readers(tmp_path: Path, domain: int, node: Node)
         ("{interface: 'BatteryInterface::R', direction: both}", "no direction 'both'"),
         ("{interface: 'BatteryInterface::*', direction: write}", "is for one interface"),
         ("{interface: 'BatteryInterface::*', topic: /a}", "is for one interface"),
-        ("{interface: 'BatteryInterface::R', topic: a}", "'a' is no whole name"),
+        ("{interface: 'BatteryInterface::R', topic: a}", "'a' is not an absolute name"),
         ("{interface: 'BatteryInterface::R', fields: {voltage: v}}", "'fields' goes with a type"),
         ("{interface: 'BatteryInterface::R', type: std_msgs/msg/String}", "needs fields"),
         (
@@ -264,7 +264,7 @@ def test_a_run_whose_clients_may_only_look_is_not_written(tmp_path: Path, domain
     with a_run(tmp_path, domain, f"{topics}cxbridge: {{remote-control: false}}\n") as run:
         run.bus.subscribe(lambda line: lines.append(str(line)), LogLine)
         battery = run.board.open_for_reading("BatteryInterface", "Robot")
-        publisher = node.publisher(BATTERY, type_of("BatteryInterface"))
+        publisher = node.create_publisher(BATTERY, type_of("BatteryInterface"))
         turn_until(run, node, publisher.count_subscriptions)
         publisher.publish({"current": 7})
         turn_until(run, node, lambda: any(f"refused: {BATTERY}: cxbridge/remote" in line for line in lines))
@@ -285,7 +285,7 @@ def a_skiller(folder: Path, domain: int) -> Iterator[Daemon]:
 
 
 def play(node: Node, client: ActionClient, text: str, *, steal: bool = False) -> SentGoal:
-    until(node, lambda: client.is_served)
+    until(node, lambda: client.has_server)
     sent = client.send({"skill_string": text, "steal": steal})
     until(node, lambda: sent.is_over)
     return sent

@@ -18,8 +18,8 @@ from cxbridge.events import LogLine
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, SHUTDOWN, LifecycleState
 from cxbridge_ros2.node import Node
-from cxbridge_ros2.parameters import EVENTS, message_of, type_of, value_of
-from cxbridge_ros2.rosout import listen
+from cxbridge_ros2.parameters import EVENTS_TOPIC, decode_value, encode_value, parameter_type
+from cxbridge_ros2.rosout import subscribe_log
 from cxbridge_ros2.transports.dds import DdsNode
 from ros2_tests.clients import LifecycleClient, ParameterClient
 from ros2_tests.conftest import HERE, forked, needs_ros, started, with_ros
@@ -55,14 +55,14 @@ def answer(node: Node, ask: Callable[[Callable[[Any], None]], object]) -> Any:
 @pytest.fixture
 def parameters(node: Node, managed: str) -> ParameterClient:
     client = ParameterClient(node, "/managed")
-    until(node, lambda: client.is_served)
+    until(node, lambda: client.has_server)
     return client
 
 
 @pytest.fixture
 def lifecycle(node: Node, managed: str) -> LifecycleClient:
     client = LifecycleClient(node, "/managed")
-    until(node, lambda: client.is_served)
+    until(node, lambda: client.has_server)
     return client
 
 
@@ -75,7 +75,7 @@ def test_values(node: Node, parameters: ParameterClient):
 
 def test_what_is_set_is_set_and_told(node: Node, parameters: ParameterClient):
     told: list[Any] = []
-    node.subscribe(EVENTS, "rcl_interfaces/msg/ParameterEvent", told.append)
+    node.subscribe(EVENTS_TOPIC, "rcl_interfaces/msg/ParameterEvent", told.append)
     reasons = answer(node, lambda done: parameters.set({"speed": 2.5, "limits.low": -1}, done))
     assert reasons == {"speed": "", "limits.low": ""}
     assert answer(node, lambda done: parameters.get(["speed", "limits.low"], done)) == {
@@ -134,8 +134,8 @@ def test_a_node_is_led_through_its_life(node: Node, lifecycle: LifecycleClient, 
 
 
 def test_the_graph_of_transitions_is_that_of_ros(node: Node, managed: str, lifecycle: LifecycleClient):
-    client = node.client("/managed/get_transition_graph", "lifecycle_msgs/srv/GetAvailableTransitions")
-    until(node, lambda: client.is_served)
+    client = node.create_client("/managed/get_transition_graph", "lifecycle_msgs/srv/GetAvailableTransitions")
+    until(node, lambda: client.has_server)
     response = answer(node, lambda done: client.call({}, done))
     found = {
         (
@@ -149,8 +149,8 @@ def test_the_graph_of_transitions_is_that_of_ros(node: Node, managed: str, lifec
     assert len(found) == 7 + 6 * 3
     assert (1, "configure", "unconfigured", "configuring") in found
     assert (61, "transition_failure", "errorprocessing", "finalized") in found
-    states = node.client("/managed/get_available_states", "lifecycle_msgs/srv/GetAvailableStates")
-    until(node, lambda: states.is_served)
+    states = node.create_client("/managed/get_available_states", "lifecycle_msgs/srv/GetAvailableStates")
+    until(node, lambda: states.has_server)
     response = answer(node, lambda done: states.call({}, done))
     assert {(each["id"], each["label"]) for each in response["available_states"]} == {
         (int(state), state.name.lower()) for state in LifecycleState
@@ -160,7 +160,7 @@ def test_the_graph_of_transitions_is_that_of_ros(node: Node, managed: str, lifec
 def test_a_log_line_comes_to_those_who_listen_later_too(node: Node, lifecycle: LifecycleClient):
     answer(node, lambda done: lifecycle.change(CONFIGURE, done))
     lines: list[LogLine] = []
-    listen(node, lines.append)
+    subscribe_log(node, lines.append)
     until(node, lambda: any(line.text == "configured" for line in lines))
     (line,) = (line for line in lines if line.text == "configured")
     assert line.level.value == "W"
@@ -173,13 +173,13 @@ def test_a_log_line_comes_to_those_who_listen_later_too(node: Node, lifecycle: L
     [True, -3, 2**63 - 1, 0.5, "äö", b"\x00\xff", [], [True, False], [1, -2], [0.5], ["a", ""], None],
 )
 def test_a_value_comes_back_as_it_was(value):
-    assert value_of(message_of(value)) == value
+    assert decode_value(encode_value(value)) == value
 
 
 @pytest.mark.parametrize("value", [2**63, [1, "a"], [1, True]])
 def test_what_no_parameter_can_be(value):
     with pytest.raises(Ros2Error):
-        type_of(value)
+        parameter_type(value)
 
 
 @needs_ros

@@ -55,7 +55,7 @@ def a_package(folder: Path, fields: str) -> Path:
 def test_another_type_on_the_topic(join: Join):
     (ours, said), (theirs, they_said) = join(), join()
     ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None)
-    theirs.publisher("/chatter", "std_msgs/msg/Int32")
+    theirs.create_publisher("/chatter", "std_msgs/msg/Int32")
     poll_until(ours, lambda: said)
     poll_until(theirs, lambda: they_said)
     assert said == [
@@ -68,7 +68,7 @@ def test_another_type_on_the_topic(join: Join):
 
 def test_it_is_found_whoever_was_there_first(join: Join):
     (ours, said), (theirs, _) = join(), join()
-    theirs.publisher("/chatter", "std_msgs/msg/Int32")
+    theirs.create_publisher("/chatter", "std_msgs/msg/Int32")
     poll_until(ours, lambda: any(ours._discovery._discovered.values()))
     ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None)
     assert [each.partition(":")[0] for each in said] == ["/chatter"]
@@ -78,7 +78,7 @@ def test_another_definition_of_the_type(join: Join, tmp_path: Path):
     ours, said = join(a_package(tmp_path / "new", "float64 value\nstring unit\n"))
     theirs, _ = join(a_package(tmp_path / "old", "float32 value\nstring unit\n"))
     ours.subscribe("/reading", "demo_msgs/msg/Reading", lambda _message: None)
-    theirs.publisher("/reading", "demo_msgs/msg/Reading")
+    theirs.create_publisher("/reading", "demo_msgs/msg/Reading")
     poll_until(ours, lambda: said)
     (text,) = said
     assert text.startswith(
@@ -97,7 +97,7 @@ def test_quality_of_service_that_does_not_fit(
 ):
     (ours, said), (theirs, they_said) = join(), join()
     ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None, wanted)
-    theirs.publisher("/chatter", "std_msgs/msg/String", offered)
+    theirs.create_publisher("/chatter", "std_msgs/msg/String", offered)
     poll_until(ours, lambda: said)
     poll_until(theirs, lambda: they_said)
     end = f"so no message goes: see its QoS policy {policy}"
@@ -110,9 +110,9 @@ def test_those_that_fit_say_nothing(join: Join):
     got: list[Any] = []
     ours.subscribe("/chatter", "std_msgs/msg/String", got.append, LOSSY)
     ours.serve("/empty", "std_srvs/srv/Empty", lambda _request: {})
-    sends = theirs.publisher("/chatter", "std_msgs/msg/String", LATCHED)
-    client = theirs.client("/empty", "std_srvs/srv/Empty")
-    poll_until(ours, lambda: sends.count_subscriptions() and client.is_served)
+    sends = theirs.create_publisher("/chatter", "std_msgs/msg/String", LATCHED)
+    client = theirs.create_client("/empty", "std_srvs/srv/Empty")
+    poll_until(ours, lambda: sends.count_subscriptions() and client.has_server)
     for node in (ours, theirs):
         node._discovery.update()
     assert said + they_said == []
@@ -120,16 +120,16 @@ def test_those_that_fit_say_nothing(join: Join):
 
 def test_why_nobody_serves(join: Join, domain: int):
     ours, _ = join()
-    client = ours.client("/beep", "std_srvs/srv/Trigger")
+    client = ours.create_client("/beep", "std_srvs/srv/Trigger")
     here = f"the domain {domain + 12} on this host (reach: subnet goes beyond)"
-    assert client.why_unserved() == f"there is no other node in {here}"
+    assert client.missing_server_reason() == f"there is no other node in {here}"
     theirs, _ = join()
     end = theirs.serve("/beeep", "std_srvs/srv/Trigger", lambda _request: {})
-    poll_until(ours, client.why_unserved)
-    poll_until(ours, lambda: client.why_unserved() == "did you mean /beeep?")
+    poll_until(ours, client.missing_server_reason)
+    poll_until(ours, lambda: client.missing_server_reason() == "did you mean /beeep?")
     end()
     theirs.serve("/beep", "std_srvs/srv/SetBool", lambda _request: {})
-    poll_until(ours, lambda: client.why_unserved() == "it is served as std_srvs/srv/SetBool")
+    poll_until(ours, lambda: client.missing_server_reason() == "it is served as std_srvs/srv/SetBool")
 
 
 def test_without_somebody_who_hears_it_is_a_warning(domain: int):
@@ -144,7 +144,7 @@ def test_one_topic_of_a_node_has_several_qualities(join: Join):
     ours, said = join()
     got: list[Any] = []
     ours.subscribe("/chatter", "std_msgs/msg/String", got.append, LOSSY)
-    sends = ours.publisher("/chatter", "std_msgs/msg/String", LATCHED)
+    sends = ours.create_publisher("/chatter", "std_msgs/msg/String", LATCHED)
     sends.publish({"data": "x"})
     poll_until(ours, lambda: got)
     assert (got, said) == ([{"data": "x"}], [])
@@ -185,7 +185,7 @@ def test_without_discovery_nobody_is_found(
 ):
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", reach.upper())
     with DdsNode("near", Definitions(environment={}), domain + 16) as node:
-        says = node.publisher("/chatter", "std_msgs/msg/String")
+        says = node.create_publisher("/chatter", "std_msgs/msg/String")
         command = [sys.executable, "-c", HEARD, str(domain + 16), str(seconds)]
         environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
         with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True, cwd=ROOT) as other:

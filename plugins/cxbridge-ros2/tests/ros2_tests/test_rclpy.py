@@ -67,9 +67,9 @@ def test_without_a_sourced_environment_it_says_what_to_do():
 
 @unsourced
 def test_by_default_it_is_dds():
-    assert NodeSettings.of({}, Path(), "the robot").transport == "dds"
+    assert NodeSettings.parse({}, Path(), "the robot").transport == "dds"
     with pytest.raises(ConfigError, match="'reach' goes with the transport dds, not with rclpy"):
-        NodeSettings.of({"transport": "rclpy", "reach": "subnet"}, Path(), "the robot")
+        NodeSettings.parse({"transport": "rclpy", "reach": "subnet"}, Path(), "the robot")
 
 
 SETTINGS = """

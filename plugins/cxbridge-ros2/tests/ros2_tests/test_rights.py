@@ -27,7 +27,7 @@ from cxbridge_ros2.actions import ActionClient, CancelCode
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.definitions import TYPES
-from cxbridge_ros2.frames import TRANSFORMS
+from cxbridge_ros2.frames import TF_MESSAGE_TYPE
 from cxbridge_ros2.hub.protocol import ActionKey, HubMessage, MessageKind
 from cxbridge_ros2.interfaces.definitions import ACTIONS, definitions_of, type_of
 from cxbridge_ros2.interfaces.definitions import EXEC_SKILL as EXEC_SKILL_ACTION
@@ -90,9 +90,9 @@ class Asking:
 
     def call(self, service: str, kind: str, request: dict[str, Any] | None = None) -> Any:
         """Call a service, and return the response."""
-        client = self.clients.get(service) or self.node.client(service, kind)
+        client = self.clients.get(service) or self.node.create_client(service, kind)
         self.clients[service] = client
-        self.until(lambda: client.is_served)
+        self.until(lambda: client.has_server)
         got: list[Any] = []
         client.call(request or {}, got.append)
         self.until(lambda: got)
@@ -102,7 +102,7 @@ class Asking:
         self, topic: str, kind: str, message: Any, happened: Callable[[], Any], qos: str = "default"
     ) -> bool:
         """Publish until something happens, or the daemon says that it refuses; return whether it happened."""
-        publisher = self.node.publisher(topic, kind, PROFILES[qos])
+        publisher = self.node.create_publisher(topic, kind, PROFILES[qos])
         self.until(publisher.count_subscriptions)
         publisher.publish(message)
         refusal = f"refused: {topic}:"
@@ -156,7 +156,7 @@ def _get_result(ask: Asking) -> bool:
 
 def _execute(ask: Asking) -> bool:
     with ActionClient(ask.node, "/skiller/execute", EXEC_SKILL_ACTION) as client:
-        ask.until(lambda: client.is_served)
+        ask.until(lambda: client.has_server)
         sent = client.send({"skill_string": 'error("evaluated " .. 1 + 1)', "steal": True})
         ask.until(lambda: sent.is_over)
         evaluated = "evaluated 2" in str(sent.result)
@@ -183,7 +183,7 @@ def _transforms(ask: Asking, topic: str) -> bool:
         "transform": {"rotation": {"w": 1.0}},
     }
     there = partial(ask.daemon.board.list, "TransformInterface", f"*{frame}")
-    return ask.publish(topic, TRANSFORMS, {"transforms": [transform]}, there, topic[1:])
+    return ask.publish(topic, TF_MESSAGE_TYPE, {"transforms": [transform]}, there, topic[1:])
 
 
 def _word(ask: Asking) -> bool:

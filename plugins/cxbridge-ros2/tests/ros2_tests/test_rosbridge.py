@@ -100,7 +100,7 @@ def test_a_server_that_is_no_bridge():
 def test_what_was_asked_for_is_asked_for_again(script: Script, node: RosbridgeNode):
     node.subscribe("/a", "std_msgs/msg/String", lambda _: None)
     ended = node.subscribe("/b", "std_msgs/msg/String", lambda _: None)
-    node.publisher("/c", "std_msgs/msg/String")
+    node.create_publisher("/c", "std_msgs/msg/String")
     node.serve("/d", "std_srvs/srv/Trigger", lambda _: {})
     ended()
     poll_until(node, lambda: "unsubscribe" in script.ops())
@@ -113,7 +113,7 @@ def test_what_was_asked_for_is_asked_for_again(script: Script, node: RosbridgeNo
 
 def test_a_loss_is_the_end_of_what_is_under_way(script: Script, node: RosbridgeNode):
     reasons: list[str] = []
-    node.client("/d", "std_srvs/srv/Trigger").call({}, lambda _: None, reasons.append)
+    node.create_client("/d", "std_srvs/srv/Trigger").call({}, lambda _: None, reasons.append)
     client = ActionClient(node, "/count", FIBONACCI)
     sent = client.send({"order": 3})
     poll_until(node, lambda: sent.is_accepted)
@@ -161,4 +161,4 @@ def test_what_a_bridge_should_not_send(script: Script, node: RosbridgeNode, text
 )
 def test_settings_that_do_not_go_together(values: dict[str, Any], message: str):
     with pytest.raises(ConfigError, match=message):
-        NodeSettings.of(values, Path(), "the robot")
+        NodeSettings.parse(values, Path(), "the robot")

@@ -34,7 +34,7 @@ class Simulation:
 
     def __init__(self, domain: int, speed: float = 1.0) -> None:
         self._node = DdsNode("simulation", Definitions(environment={}), domain)
-        self._topic = self._node.publisher("/clock", "rosgraph_msgs/msg/Clock", PROFILES["clock"])
+        self._topic = self._node.create_publisher("/clock", "rosgraph_msgs/msg/Clock", PROFILES["clock"])
         self._pause_s = STEP_S / speed
         self.at_ms = START_S * 1000
         self.runs, self._ended = threading.Event(), threading.Event()

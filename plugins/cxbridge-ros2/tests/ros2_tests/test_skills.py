@@ -21,7 +21,7 @@ from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.skiller.board import SkillCall
 from cxbridge.skiller.board.executor import ExecutorContext
-from cxbridge_ros2.skills import RosSkills, fill
+from cxbridge_ros2.skills import RosSkills, fill_template
 from cxbridge_ros2.transports.dds.domain import _local_configuration
 from ros2_tests.conftest import SETUP, forked, needs_ros, start, stop
 from ros2_tests.peer import PACKAGES
@@ -199,7 +199,10 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"skills/go/action": "a/action/B", "skills/go/name": "/go", "skills/go/goals": 1},
         "the skill go has no setting 'goals'",
     ),
-    "no whole name": ({"skills/go/action": "a/action/B", "skills/go/name": "go"}, "'go' is no whole name"),
+    "no whole name": (
+        {"skills/go/action": "a/action/B", "skills/go/name": "go"},
+        "'go' is not an absolute name",
+    ),
     "a timeout": (
         {"skills/go/action": "a/action/B", "skills/go/name": "/go", "skills/go/timeout": 0},
         "the timeout of the skill go is a number of seconds, not 0",
@@ -235,15 +238,20 @@ def test_parameters_fill_a_message():
     call = SkillCall("go", "robot1", {"x": 1.5, "place": "kitchen", "n": 3})
     tables = {"place": {"kitchen": {"x": 7}}}
     message = {"a": "$x", "b": ["$n", "at $x, ${n}nd"], "c": {"d": "$place"}, "e": 4}
-    assert fill(message, call, tables) == {"a": 1.5, "b": [3, "at 1.5, 3nd"], "c": {"d": {"x": 7}}, "e": 4}
+    assert fill_template(message, call, tables) == {
+        "a": 1.5,
+        "b": [3, "at 1.5, 3nd"],
+        "c": {"d": {"x": 7}},
+        "e": 4,
+    }
     with pytest.raises(SkillError, match="go needs the parameter 'y'"):
-        fill({"a": "$y"}, call, {})
+        fill_template({"a": "$y"}, call, {})
     with pytest.raises(SkillError, match="the table 'place' has no entry 'kitchen'"):
-        fill("$place", call, {"place": {"kitchn": 1}})
+        fill_template("$place", call, {"place": {"kitchn": 1}})
 
 
 def test_a_namespace_comes_before_names():
     made = executor({"namespace": "/robot1", "skills/go/action": "a/action/B", "skills/go/name": "/go"})
     assert made._skills["go"].name == "/robot1/go"
-    with pytest.raises(CxbridgeError, match="is no whole name"):
+    with pytest.raises(CxbridgeError, match="is not an absolute name"):
         executor({"namespace": "robot1", "skills/go/action": "a/action/B", "skills/go/name": "/go"})

@@ -37,8 +37,10 @@ class Sender:
 
     def __init__(self, domain: int) -> None:
         self._node = DdsNode("sends", Definitions(environment={}), domain)
-        self._static = self._node.publisher("/tf_static", "tf2_msgs/msg/TFMessage", PROFILES["tf_static"])
-        self._moving = self._node.publisher("/tf", "tf2_msgs/msg/TFMessage", PROFILES["tf"])
+        self._static = self._node.create_publisher(
+            "/tf_static", "tf2_msgs/msg/TFMessage", PROFILES["tf_static"]
+        )
+        self._moving = self._node.create_publisher("/tf", "tf2_msgs/msg/TFMessage", PROFILES["tf"])
         self._static.publish({"transforms": [transform("base_link", "gripper", 0.5)]})
 
     def poll(self, *more: Any) -> None:

@@ -141,7 +141,7 @@ def test_each_message_comes_back_once_and_in_order(node: Node, peer: str):
     got: list[str] = []
     many = QosProfile(depth=COUNT)
     end = node.subscribe("/back", "std_msgs/msg/String", lambda each: got.append(each["data"]), many)
-    there = node.publisher("/there", "std_msgs/msg/String", many)
+    there = node.create_publisher("/there", "std_msgs/msg/String", many)
     poll_until(node, there.count_subscriptions)
     while not got:  # until the peer has found our subscription
         there.publish({"data": "first"})
@@ -156,8 +156,8 @@ def test_each_message_comes_back_once_and_in_order(node: Node, peer: str):
 
 
 def test_each_call_of_a_service_has_its_answer(node: Node, peer: str):
-    add = node.client("/add", "example_interfaces/srv/AddTwoInts")
-    poll_until(node, lambda: add.is_served)
+    add = node.create_client("/add", "example_interfaces/srv/AddTwoInts")
+    poll_until(node, lambda: add.has_server)
     first: list[object] = []
     while not first:  # a bridge refuses calls of a service that it has not found yet
         refused: list[str] = []
@@ -181,7 +181,7 @@ def _has_more_than(answers: dict[int, int], count: int) -> bool:
 @pytest.fixture(scope="module")
 def count(node: Node, peer: str) -> Iterator[ActionClient]:
     with ActionClient(node, "/fibonacci", FIBONACCI) as client:
-        poll_until(node, lambda: client.is_served)
+        poll_until(node, lambda: client.has_server)
         poll_until(node, lambda: not node.poll(0.5))
         yield client
 
@@ -245,8 +245,8 @@ def test_a_goal_that_is_over_is_not_cancelled(node: Node, count: ActionClient):
         pytest.skip("a rosbridge reports nothing about goals that are over")
     sent = play(node, count.send({"order": 2}))
     sent.cancel()
-    poll_until(node, lambda: sent.refused_cancel)
-    assert sent.refused_cancel in (CancelCode.GOAL_TERMINATED, CancelCode.REJECTED)
+    poll_until(node, lambda: sent.cancel_refusal)
+    assert sent.cancel_refusal in (CancelCode.GOAL_TERMINATED, CancelCode.REJECTED)
 
 
 def test_many_goals_at_once_each_have_their_result(node: Node, count: ActionClient):
@@ -261,7 +261,7 @@ def test_services_work_with_the_types_of_each_distribution(domain: int, distribu
     types = Definitions([PACKAGES], distribution, environment={})
     with DdsNode("server", types, domain + 5) as node:
         node.serve("/sum", "example_interfaces/srv/AddTwoInts", lambda each: {"sum": each["a"] + each["b"]})
-        client = node.client("/sum", "example_interfaces/srv/AddTwoInts")
+        client = node.create_client("/sum", "example_interfaces/srv/AddTwoInts")
         got: list[object] = []
         client.call({"a": 1, "b": 2}, got.append)
         poll_until(node, lambda: got)
@@ -272,7 +272,7 @@ def test_services_work_with_the_types_of_each_distribution(domain: int, distribu
 def test_a_subscription_that_has_ended_wakes_nobody(node: Node):
     got: list[object] = []
     end = node.subscribe("/mine", "std_msgs/msg/String", got.append)
-    mine = node.publisher("/mine", "std_msgs/msg/String")
+    mine = node.create_publisher("/mine", "std_msgs/msg/String")
     mine.publish({"data": "one"})
     poll_until(node, lambda: got)
     end()
@@ -299,16 +299,16 @@ def test_requests_and_messages_without_the_right_reach_nobody(node: Node, monkey
 
     kind = "example_interfaces/srv/AddTwoInts"
     ends = [
-        node.serve("/open_service", kind, add, needs=Right.CONTROL),
-        node.serve("/forgotten_service", kind, add, refuse=lambda _request, _reason: {"sum": -1}),
-        node.subscribe("/here", "std_msgs/msg/String", asked.append, needs=Right.CONTROL),
+        node.serve("/open_service", kind, add, right=Right.CONTROL),
+        node.serve("/forgotten_service", kind, add, make_refusal=lambda _request, _reason: {"sum": -1}),
+        node.subscribe("/here", "std_msgs/msg/String", asked.append, right=Right.CONTROL),
         node.subscribe("/here", "std_msgs/msg/String", asked.append),
     ]
     for service, answer in (("/open_service", 3), ("/forgotten_service", -1)):
-        client = node.client(service, kind)
+        client = node.create_client(service, kind)
         got: list[Any] = []
         while not got:
-            poll_until(node, lambda: client.is_served)  # noqa: B023 - it is over before the next one
+            poll_until(node, lambda: client.has_server)  # noqa: B023 - it is over before the next one
             failed: list[str] = []  # a bridge refuses calls of a service that it has not found yet
             client.call({"a": 1, "b": 2}, got.append, failed.append)
             poll_until(node, lambda: got or failed)  # noqa: B023
@@ -316,7 +316,7 @@ def test_requests_and_messages_without_the_right_reach_nobody(node: Node, monkey
         client.close()
     assert [each for each in asked if "a" not in each] == []
     asked.clear()
-    here = node.publisher("/here", "std_msgs/msg/String")
+    here = node.create_publisher("/here", "std_msgs/msg/String")
     poll_until(node, here.count_subscriptions)
     here.publish({"data": "one"})
     poll_until(node, lambda: asked and any(text.startswith("refused: /here: ") for text in refused))
@@ -386,7 +386,7 @@ def test_a_response_waits_until_its_reader_is_found(domain: int):
     service = "example_interfaces/srv/AddTwoInts"
     types = Definitions([PACKAGES], environment={})
     kind = parse_type(service, "srv")
-    request, response = kind.derived("Request"), kind.derived("Response")
+    request, response = kind.derive("Request"), kind.derive("Response")
     qos, whose = PROFILES["services_default"], owner_data("clientid")
     with DdsNode("server", types, domain + 7) as server, DdsNode("asks", types, domain + 7) as asks:
         server.serve("/late", service, lambda each: {"sum": each["a"] + each["b"]})
@@ -411,8 +411,8 @@ def test_a_response_to_a_client_that_is_gone_is_dropped(domain: int):
         replies: list[Callable[[dict[str, Any]], None]] = []
         server.serve_later("/late", service, lambda _request, reply: replies.append(reply))
         with DdsNode("asks", types, domain + 8) as asks:
-            client = asks.client("/late", service)
-            poll_until(asks, lambda: client.is_served)
+            client = asks.create_client("/late", service)
+            poll_until(asks, lambda: client.has_server)
             client.call({"a": 1, "b": 2}, lambda _message: None)
             poll_until(server, lambda: replies)
         poll_until(server, lambda: not server._servers[0]._response_readers.update())
@@ -439,16 +439,16 @@ def test_what_has_ended_is_gone_for_others_and_does_nothing_more(domain: int):
     with DdsNode("server", types, domain + 7) as server, DdsNode("asks", types, domain + 7) as asks:
         replies: list[Callable[[dict[str, Any]], None]] = []
         end = server.serve_later("/ends", service, lambda _request, reply: replies.append(reply))
-        client = asks.client("/ends", service)
-        poll_until(asks, lambda: client.is_served)
+        client = asks.create_client("/ends", service)
+        poll_until(asks, lambda: client.has_server)
         client.call({"a": 1}, lambda _message: None)
         poll_until(server, lambda: replies)
         end()
         end()
         replies[0]({"sum": 1})  # the server has ended: nothing happens
-        poll_until(asks, lambda: not client.is_served)
+        poll_until(asks, lambda: not client.has_server)
         client.close()
-        assert not client.is_served
+        assert not client.has_server
         client.close()
     replies[0]({"sum": 1})
 
@@ -472,9 +472,9 @@ def test_a_cancel_that_came_before_the_goal_was_accepted_is_sent_again(domain: i
         server.serve_later("/slow/_action/get_result", f"{action}_GetResult", lambda _request, _reply: None)
         server.serve("/slow/_action/cancel_goal", "action_msgs/srv/CancelGoal", cancelled)
         with ActionClient(asks, "/slow", action) as client:
-            until(lambda: client.is_served)
+            until(lambda: client.has_server)
             sent = client.send({"order": 1})
             sent.cancel()
-            until(lambda: replies and sent.refused_cancel)
+            until(lambda: replies and sent.cancel_refusal)
             replies[0]({"accepted": True})
-            until(lambda: len(codes) > 1 and sent.refused_cancel is None)
+            until(lambda: len(codes) > 1 and sent.cancel_refusal is None)

@@ -45,8 +45,8 @@ class Server:
         self.reached = False
         self._state = state
         self._goal: bytes = b""
-        self.feedback = self.node.publisher("/count/_action/feedback", f"{ACTION}_FeedbackMessage")
-        self.node.publisher(
+        self.feedback = self.node.create_publisher("/count/_action/feedback", f"{ACTION}_FeedbackMessage")
+        self.node.create_publisher(
             "/count/_action/status", "action_msgs/msg/GoalStatusArray", PROFILES["action_status"]
         )
         services: Mapping[str, tuple[str, Callable[[Message, SendResponse], None]]] = {

@@ -301,11 +301,11 @@ def test_a_url_that_is_none(plain: int):
 
 def test_the_session_settings_a_configuration(plain: int):
     with a_router() as url:
-        settings = NodeSettings.of({"transport": "zenoh", "url": url, "domain": plain}, Path(), "it")
+        settings = NodeSettings.parse({"transport": "zenoh", "url": url, "domain": plain}, Path(), "it")
         with settings.join("test", types(), None, EVERYTHING) as node:
             assert isinstance(node, ZenohNode)
     with pytest.raises(ConfigError, match="'reach' goes with"):
-        NodeSettings.of({"transport": "zenoh", "reach": "subnet"}, Path(), "it")
+        NodeSettings.parse({"transport": "zenoh", "reach": "subnet"}, Path(), "it")
 
 
 def test_a_file_of_the_user_configures_it(plain: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
@@ -347,9 +347,9 @@ def poll_both(two: tuple[Node, Node], condition: Callable[[], Any]) -> None:
 
 def test_who_comes_late_gets_the_last_messages(two: tuple[Node, Node]):
     latched = QosProfile(durability="transient_local", depth=3)
-    publisher = two[0].publisher("/kept", "std_msgs/msg/String", latched)
+    publisher = two[0].create_publisher("/kept", "std_msgs/msg/String", latched)
     marks: list[str] = []
-    mark = two[0].publisher("/mark", "std_msgs/msg/String", QosProfile())
+    mark = two[0].create_publisher("/mark", "std_msgs/msg/String", QosProfile())
     two[1].subscribe("/mark", "std_msgs/msg/String", lambda each: marks.append(each["data"]), QosProfile())
 
     def is_known() -> bool:
@@ -376,10 +376,10 @@ def nobody(what: object) -> None:
 
 def test_a_request_that_is_none_is_an_error(two: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch):
     two[0].serve("/add", "example_interfaces/srv/AddTwoInts", lambda _each: {})
-    client = two[1].client("/add", "example_interfaces/srv/AddTwoInts")
+    client = two[1].create_client("/add", "example_interfaces/srv/AddTwoInts")
     monkeypatch.setattr(client._codec, "encode", lambda *_request: b"none")  # type: ignore[attr-defined]
     reasons: list[str] = []
-    poll_both(two, lambda: client.is_served)
+    poll_both(two, lambda: client.has_server)
     client.call({}, nobody, reasons.append)
     with pytest.warns(Ros2Warning, match="/add: 4 bytes are not a example_interfaces/srv/AddTwoInts_Request"):
         poll_both(two, lambda: reasons)
@@ -389,14 +389,14 @@ def test_a_request_that_is_none_is_an_error(two: tuple[Node, Node], monkeypatch:
 def test_a_request_whose_server_goes_fails(two: tuple[Node, Node]):
     asked: list[Any] = []
     end = two[0].serve_later("/add", "example_interfaces/srv/AddTwoInts", lambda *each: asked.append(each))
-    client = two[1].client("/add", "example_interfaces/srv/AddTwoInts")
-    poll_both(two, lambda: client.is_served)
+    client = two[1].create_client("/add", "example_interfaces/srv/AddTwoInts")
+    poll_both(two, lambda: client.has_server)
     reasons: list[str] = []
     client.call({"a": 1}, nobody, reasons.append)
     poll_both(two, lambda: asked)
     end()
     two[0].close()
-    poll_until(two[1], lambda: reasons and not client.is_served, 60)
+    poll_until(two[1], lambda: reasons and not client.has_server, 60)
     assert "has not answered" in reasons[0]
     asked[0][1]({"sum": 1})  # too late, and no harm
 
@@ -404,8 +404,8 @@ def test_a_request_whose_server_goes_fails(two: tuple[Node, Node]):
 def test_a_forgotten_request_is_answered_to_nobody(two: tuple[Node, Node]):
     asked: list[Any] = []
     two[0].serve_later("/add", "example_interfaces/srv/AddTwoInts", lambda *each: asked.append(each))
-    client = two[1].client("/add", "example_interfaces/srv/AddTwoInts")
-    poll_both(two, lambda: client.is_served)
+    client = two[1].create_client("/add", "example_interfaces/srv/AddTwoInts")
+    poll_both(two, lambda: client.has_server)
     client.forget(client.call({}, nobody, nobody))
     poll_both(two, lambda: asked)
     asked[0][1]({"sum": 1})
@@ -418,7 +418,7 @@ def test_a_poll_waits_and_is_woken(two: tuple[Node, Node]):
     assert not two[0].poll(0.2)
     assert time.monotonic() - begin_s > 0.19
     two[0].subscribe("/x", "std_msgs/msg/String", lambda _each: None)
-    publisher = two[1].publisher("/x", "std_msgs/msg/String")
+    publisher = two[1].create_publisher("/x", "std_msgs/msg/String")
     poll_both(two, publisher.count_subscriptions)
     publisher.publish({"data": "x"})
     assert two[0].poll(60)
@@ -426,18 +426,18 @@ def test_a_poll_waits_and_is_woken(two: tuple[Node, Node]):
 
 def test_a_server_that_is_killed_is_gone_and_another_one_is_there(plain: int):
     with a_router() as url, ZenohNode("test", types(), url, plain) as node:
-        client = node.client("/add", "example_interfaces/srv/AddTwoInts")
+        client = node.create_client("/add", "example_interfaces/srv/AddTwoInts")
         seen = set[int]()
         for _ in range(2):
             with forked("ros2_tests.peer", "zenoh", url):
-                poll_until(node, lambda: client.is_served, 60)
-                assert not seen & client.servers
-                seen |= client.servers
+                poll_until(node, lambda: client.has_server, 60)
+                assert not seen & client.server_numbers
+                seen |= client.server_numbers
                 got: list[Any] = []
                 client.call({"a": 1, "b": 2}, got.append)
                 poll_until(node, lambda: got, 60)  # noqa: B023 - it is over before the next one
                 assert got == [{"sum": 3}]
-            poll_until(node, lambda: not client.is_served, 60)
+            poll_until(node, lambda: not client.has_server, 60)
 
 
 @pytest.mark.parametrize("mode", ["peer", "client"])
@@ -448,10 +448,10 @@ def test_a_router_that_comes_back_is_found(plain: int, mode: str, monkeypatch: p
         node = ZenohNode("test", types(), url, plain)
         got: list[Any] = []
         node.subscribe("/back", "std_msgs/msg/String", got.append)
-        there = node.publisher("/there", "std_msgs/msg/String")
-        add = node.client("/add", "example_interfaces/srv/AddTwoInts")
+        there = node.create_publisher("/there", "std_msgs/msg/String")
+        add = node.create_client("/add", "example_interfaces/srv/AddTwoInts")
     with node, a_router(port), forked("ros2_tests.peer", "zenoh", url):
-        poll_until(node, lambda: add.is_served and there.count_subscriptions(), 60)
+        poll_until(node, lambda: add.has_server and there.count_subscriptions(), 60)
         while not got:
             there.publish({"data": "x"})
             node.poll(0.1)
@@ -463,7 +463,7 @@ def test_a_goal_fails_when_the_robot_is_lost(plain: int, mode: str, monkeypatch:
     with a_router() as url, forked("ros2_tests.peer", "zenoh", url) as robot:
         node = ZenohNode("test", types(), url, plain)
         with ActionClient(node, "/fibonacci", "example_interfaces/action/Fibonacci") as client:
-            poll_until(node, lambda: client.is_served, 60)
+            poll_until(node, lambda: client.has_server, 60)
             sent = client.send({"order": 10**9})
             poll_until(node, lambda: sent.feedback, 60)
             robot.kill()
@@ -482,23 +482,23 @@ def test_nodes_that_do_not_fit_are_reported(plain: int):
         ZenohNode("old", types("humble"), url, plain) as old,
     ):
         ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None)
-        client = ours.client("/beep", "std_srvs/srv/Trigger")
-        old.publisher("/chatter", "std_msgs/msg/String")  # has no hash: no complaint
-        theirs.publisher("/chatter", "std_msgs/msg/Int32")
+        client = ours.create_client("/beep", "std_srvs/srv/Trigger")
+        old.create_publisher("/chatter", "std_msgs/msg/String")  # has no hash: no complaint
+        theirs.create_publisher("/chatter", "std_msgs/msg/Int32")
         poll_until(ours, lambda: said)
         assert said == [
             "/chatter: a publisher there has the type std_msgs/msg/Int32, here it is std_msgs/msg/String"
         ]
         theirs.serve("/beeep", "std_srvs/srv/Trigger", lambda _request: {})
-        poll_until(ours, lambda: client.why_unserved() == "did you mean /beeep?")
+        poll_until(ours, lambda: client.missing_server_reason() == "did you mean /beeep?")
         theirs.serve("/beep", "std_srvs/srv/SetBool", lambda _request: {})
-        poll_until(ours, lambda: client.why_unserved() == "it is served as std_srvs/srv/SetBool")
+        poll_until(ours, lambda: client.missing_server_reason() == "it is served as std_srvs/srv/SetBool")
 
 
 def test_alone_nobody_serves(plain: int):
     with a_router() as url, ZenohNode("ours", types(), url, plain) as ours:
-        client = ours.client("/beep", "std_srvs/srv/Trigger")
-        assert client.why_unserved() == f"there is no other node in the domain {plain}"
+        client = ours.create_client("/beep", "std_srvs/srv/Trigger")
+        assert client.missing_server_reason() == f"there is no other node in the domain {plain}"
 
 
 def test_bytes_that_are_no_message_are_reported(plain: int):
@@ -506,7 +506,7 @@ def test_bytes_that_are_no_message_are_reported(plain: int):
     with a_router() as url, ZenohNode("ours", types(), url, plain, said.append) as ours:
         got: list[object] = []
         ours.subscribe("/chatter", "std_msgs/msg/String", got.append)
-        publisher = ours.publisher("/chatter", "std_msgs/msg/String")
+        publisher = ours.create_publisher("/chatter", "std_msgs/msg/String")
         ours._session.put(f"{plain}/chatter/{CHATTER.dds_type}/{STRING}", b"\0\1\0\0\xff\xff\xff\xff")
         poll_until(ours, lambda: said)
         assert said == ["/chatter: 8 bytes are not a std_msgs/msg/String"]

@@ -121,7 +121,7 @@ class LearningAgent(Closing):
 
     def close(self) -> None:
         """End the training and the run."""
-        if self._client("end_training", "EndTraining").is_served:
+        if self._client("end_training", "EndTraining").has_server:
             self.ask("end_training", "EndTraining")
         self._stack.close()
 
@@ -142,13 +142,13 @@ class LearningAgent(Closing):
         action_type = parse_type(f"{_PACKAGE}/action/{kind}")
         handlers: list[GoalHandler] = []
 
-        def is_served() -> bool:
+        def has_server() -> bool:
             for plugin in self._manager.plugins.values():
                 if isinstance(plugin, GeneratedPlugin) and plugin.kind == action_type:
                     handlers.extend(plugin.handlers(self._env, f"{self._name}/{action}"))
             return bool(handlers)
 
-        self._run_until(is_served, f"the action {self._name}/{action} has no server", _BEGIN_S)
+        self._run_until(has_server, f"the action {self._name}/{action} has no server", _BEGIN_S)
         return handlers[0]
 
     def run_for(self, seconds: float) -> None:
@@ -181,7 +181,7 @@ class LearningAgent(Closing):
 
     def _client(self, service: str, kind: str) -> Client:
         if service not in self._clients:
-            client = self._peer.client(f"{self._name}/{service}", f"{_PACKAGE}/srv/{kind}")
+            client = self._peer.create_client(f"{self._name}/{service}", f"{_PACKAGE}/srv/{kind}")
             self._clients[service] = client
         return self._clients[service]
 
@@ -191,7 +191,7 @@ class LearningAgent(Closing):
     def ask(self, service: str, kind: str, **request: Any) -> Message:
         responses: list[Message] = []
         client = self._client(service, kind)
-        self._run_until(lambda: client.is_served, f"the service {self._name}/{service} has no server")
+        self._run_until(lambda: client.has_server, f"the service {self._name}/{service} has no server")
         client.call(request, responses.append)
         self._graph.settle()
         self._run_until(lambda: bool(responses), f"{self._name}/{service} does not answer")
@@ -200,7 +200,7 @@ class LearningAgent(Closing):
     def _achieve(self, action: str, timeout_message: str, **goal: Any) -> Mapping[str, Any]:
         """Return the result of a goal."""
         handler, sent = self._handlers[action], _Goal(goal)
-        handler.respond(sent)
+        handler.decide(sent)
         handler.begin(sent)
         self._run_until(lambda: sent.result is not None, timeout_message)
         assert sent.result is not None

@@ -23,7 +23,7 @@ from msgspec import Struct
 
 from cxbridge_ros2.names import TypeName
 from cxbridge_ros2.transports.dds.domain import READ_QOS
-from cxbridge_ros2.transports.mismatches import mismatch, why_unserved
+from cxbridge_ros2.transports.mismatches import mismatch, missing_server_reason
 
 if TYPE_CHECKING:
     from cyclonedds.builtin import DcpsEndpoint
@@ -182,8 +182,8 @@ class Discovery:
                 f"{name}: a {own.peer} there {differs}, so no message goes: see its QoS policy {policy}",
             )
 
-    def why_unserved(self, topic: str, request_type: TypeName, network: str) -> str:
-        """Return why a service has no server; see :func:`.mismatches.why_unserved`.
+    def missing_server_reason(self, topic: str, request_type: TypeName, network: str) -> str:
+        """Return why a service has no server; see :func:`.mismatches.missing_server_reason`.
 
         :param topic: the topic of requests.
         :param network: our part of the network.
@@ -194,7 +194,9 @@ class Discovery:
             for endpoint in self._discovered[False].values()
             if endpoint.topic_name.startswith("rq/") and not endpoint.topic_name.endswith(_FURTHER_SERVICES)
         }
-        return why_unserved(_ros_name(topic), request_type, served, "" if self._participants else network)
+        return missing_server_reason(
+            _ros_name(topic), request_type, served, "" if self._participants else network
+        )
 
 
 def _is_alive(sample: Any) -> bool:

@@ -38,9 +38,17 @@ from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.messages import Codec
 from cxbridge_ros2.names import TypeName, check_topic, parse_type
-from cxbridge_ros2.node import Client, Domain, MessageCallback, Node, Publisher, Report, RequestHandler
+from cxbridge_ros2.node import (
+    Client,
+    Domain,
+    MessageCallback,
+    Node,
+    ProblemCallback,
+    Publisher,
+    RequestHandler,
+)
 from cxbridge_ros2.qos import PROFILES, QosProfile
-from cxbridge_ros2.stamps import NANOSECONDS
+from cxbridge_ros2.stamps import NS_PER_US
 from cxbridge_ros2.transports.dds.discovery import Discovery, OwnEndpoint
 from cxbridge_ros2.transports.dds.domain import delete, delete_all, enter, security_problem
 from cxbridge_ros2.transports.dds.services import (
@@ -87,7 +95,7 @@ class DdsNode(Node):
         definitions: Definitions,
         domain: int | None = None,
         reach: str | None = None,
-        report: Report | None = None,
+        report: ProblemCallback | None = None,
     ) -> None:
         super().__init__(report)
         self.name = name
@@ -120,7 +128,9 @@ class DdsNode(Node):
 
     # --- the interface of a node --------------------------------------------------------------------------
 
-    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+    def create_publisher(
+        self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
+    ) -> Publisher:
         name = parse_type(message_type)
         writer = self._writer(f"rt{check_topic(topic)}", name, qos)
         return Publisher(
@@ -135,22 +145,22 @@ class DdsNode(Node):
         name = parse_type(message_type)
 
         def take(sample: Any) -> None:
-            message = self._decode_or_complain(topic, partial(self._codec.decode, name, sample.cdr))
+            message = self._try_decode(topic, partial(self._codec.decode, name, sample.cdr))
             if message is not None:
                 callback(message)
 
         return partial(self._close_reader, self._reader(f"rt{check_topic(topic)}", name, qos, take))
 
-    def client(self, service: str, service_type: str) -> Client:
+    def create_client(self, service: str, service_type: str) -> Client:
         name, user_data = parse_type(service_type, "srv"), owner_data("clientid")
-        request, response = name.derived("Request"), name.derived("Response")
+        request, response = name.derive("Request"), name.derive("Response")
         request_topic, qos = f"rq{check_topic(service)}Request", PROFILES["services_default"]
         writer = self._writer(request_topic, request, qos, user_data)
         client = DdsClient(
             writer,
             partial(self._codec.encode, request),
-            lambda data: self._decode_or_complain(service, partial(self._codec.decode, response, data)),
-            lambda: self._discovery.why_unserved(request_topic, request, self._network),
+            lambda data: self._try_decode(service, partial(self._codec.decode, response, data)),
+            lambda: self._discovery.missing_server_reason(request_topic, request, self._network),
         )
         reader = self._reader(f"rr{service}Reply", response, qos, client.take, user_data)
 
@@ -163,13 +173,13 @@ class DdsNode(Node):
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
         name, user_data = parse_type(service_type, "srv"), owner_data("serviceid")
-        request, response = name.derived("Request"), name.derived("Response")
+        request, response = name.derive("Request"), name.derive("Response")
         qos = PROFILES["services_default"]
         writer = self._writer(f"rr{check_topic(service)}Reply", response, qos, user_data)
         server = DdsServer(
             writer,
             partial(self._codec.encode, response),
-            lambda data: self._decode_or_complain(service, partial(self._codec.decode, request, data)),
+            lambda data: self._try_decode(service, partial(self._codec.decode, request, data)),
             handler,
         )
         reader = self._reader(f"rq{service}Request", request, qos, server.take, user_data)
@@ -189,7 +199,7 @@ class DdsNode(Node):
         unsent_servers = [server for server in self._servers if server.send()]
         if timeout_s > 0:
             wait_s = min(timeout_s, _RETRY_S) if unsent_servers else timeout_s
-            self._waits.wait(int(wait_s * MICROSECONDS) * NANOSECONDS)
+            self._waits.wait(int(wait_s * MICROSECONDS) * NS_PER_US)
         now_s = time.monotonic()
         if now_s - self._discovery_s > _DISCOVERY_PERIOD_S:
             self._discovery_s = now_s
@@ -219,11 +229,11 @@ class DdsNode(Node):
     # --- DDS ----------------------------------------------------------------------------------------------
 
     def _topic(self, topic: str, name: TypeName) -> Topic[Any]:
-        if name.dds not in self._types:
+        if name.dds_name not in self._types:
             self._definitions.fields(name)  # raises the error about an unknown type
-            self._types[name.dds] = _dds_type(name)
+            self._types[name.dds_name] = _dds_type(name)
         try:  # without QoS, since readers and writers of one topic may differ in theirs
-            return Topic(self._participant, topic, self._types[name.dds])
+            return Topic(self._participant, topic, self._types[name.dds_name])
         except DDSException as error:
             raise Ros2Error(f"DDS does not take {topic} as {name}: {error}") from None
 
@@ -281,7 +291,7 @@ class DdsNode(Node):
         return f"the domain {self._number}{host}"
 
     def _hash(self, name: TypeName) -> str:
-        return self._definitions.type_hash(name) if self._definitions.has_hashes else ""
+        return self._definitions.type_hash(name) if self._definitions.has_type_hashes else ""
 
     # --- the graph of ROS -----------------------------------------------------------------------------------
 
@@ -297,7 +307,7 @@ class DdsNode(Node):
 
     def _nodes_in(self, report: bytes) -> Iterable[str]:
         """Return the full names of the nodes in a participant's report."""
-        message = self._decode_or_complain("ros_discovery_info", partial(self._codec.decode, _GRAPH, report))
+        message = self._try_decode("ros_discovery_info", partial(self._codec.decode, _GRAPH, report))
         nodes = () if message is None else message["node_entities_info_seq"]
         return [f"{node['node_namespace'].rstrip('/')}/{node['node_name']}" for node in nodes]
 
@@ -335,13 +345,13 @@ class DdsNode(Node):
         )
 
 
-def join(name: str, definitions: Definitions, domain: Domain, report: Report | None) -> DdsNode:
+def join(name: str, definitions: Definitions, domain: Domain, report: ProblemCallback | None) -> DdsNode:
     return DdsNode(name, definitions, domain.number, domain.reach, report)
 
 
 def _dds_type(name: TypeName) -> Any:
     """Make the class for a type that the wheel needs; samples have their bytes in ``cdr``."""
-    idl_struct: Any = make_idl_struct(name.name, name.dds, {"data": uint8})
+    idl_struct: Any = make_idl_struct(name.name, name.dds_name, {"data": uint8})
     idl_struct.serialize, idl_struct.deserialize = _serialize, classmethod(sample_of)
     return idl_struct
 

@@ -105,15 +105,19 @@ class DdsClient(Client):
     :param writer: writes requests.
     :param encode: encodes a request.
     :param decode: decodes a response.
-    :param why_unserved: returns why there is no server.
+    :param describe_missing_server: returns why there is no server.
     """
 
     def __init__(
-        self, writer: DataWriter[Any], encode: Encode, decode: Decode, why_unserved: Callable[[], str]
+        self,
+        writer: DataWriter[Any],
+        encode: Encode,
+        decode: Decode,
+        missing_server_reason: Callable[[], str],
     ) -> None:
         super().__init__()
         self._writer, self._encode, self._decode = writer, encode, decode
-        self._why_unserved = why_unserved
+        self._describe_missing_server = missing_server_reason
         self._request_readers = _EndpointOwners.readers("serviceid", writer)
         self._introduction = _Introduction(writer)
         self._response_writers: _EndpointOwners | None = None
@@ -126,10 +130,13 @@ class DdsClient(Client):
         self._response_writers, self._end = _EndpointOwners.writers("serviceid", reader), end
 
     def call(
-        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None = None
+        self,
+        request: Mapping[str, Any],
+        on_response: MessageCallback,
+        on_failure: FailureCallback | None = None,
     ) -> int:
         payload = self._encode(request)
-        number = self._add_request(done, failed)
+        number = self._register_request(on_response, on_failure)
         write(self._writer, _with_header(payload, _HEADER.pack(self._id, number)))
         return number
 
@@ -139,17 +146,17 @@ class DdsClient(Client):
         if len(data) < _CDR_HEADER + _HEADER.size:
             return
         client_id, number = _HEADER.unpack_from(data, _CDR_HEADER)
-        if client_id != self._id or number not in self._pending:
+        if client_id != self._id or number not in self._pending_callbacks:
             return
-        done, failed = self._pending.pop(number)
+        on_response, on_failure = self._pending_callbacks.pop(number)
         response = self._decode(_without_header(data))
         if response is not None:
-            done(response)
-        elif failed is not None:
-            failed("the response is broken")
+            on_response(response)
+        elif on_failure is not None:
+            on_failure("the response is broken")
 
     @property
-    def servers(self) -> frozenset[int]:
+    def server_numbers(self) -> frozenset[int]:
         """The servers with both ends found that have also found us."""
         if self._response_writers is None:
             return frozenset()  # the client is closed
@@ -162,8 +169,8 @@ class DdsClient(Client):
             paired = frozenset(readers)  # endpoints without ids cannot be paired
         return self._introduction.filter(paired)
 
-    def why_unserved(self) -> str:
-        return self._why_unserved()
+    def missing_server_reason(self) -> str:
+        return self._describe_missing_server()
 
     def close(self) -> None:
         self._response_writers = None

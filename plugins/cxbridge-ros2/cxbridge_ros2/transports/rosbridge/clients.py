@@ -41,11 +41,14 @@ class ServiceClient(Client):
         self._active_number: int | None = None
 
     def call(
-        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None = None
+        self,
+        request: Mapping[str, Any],
+        on_response: MessageCallback,
+        on_failure: FailureCallback | None = None,
     ) -> int:
         """Send a request after the earlier ones have ended."""
         encoded = self._encode(request)
-        number = self._add_request(done, failed)
+        number = self._register_request(on_response, on_failure)
         self._requests[number] = encoded
         self._send_next()
         return number
@@ -61,18 +64,18 @@ class ServiceClient(Client):
         if self._active_number is not None or not self._requests:
             return
         number = self._active_number = next(iter(self._requests))
-        done, failed = self._pending[number]
+        on_response, on_failure = self._pending_callbacks[number]
 
         def finish(callback: Callable[[Any], None] | None, response: Any) -> None:
-            is_pending = number in self._pending
+            is_pending = number in self._pending_callbacks
             self.forget(number)
             if is_pending and callback is not None:
                 callback(response)
 
-        self._send(self._requests[number], partial(finish, done), partial(finish, failed))
+        self._send(self._requests[number], partial(finish, on_response), partial(finish, on_failure))
 
     @property
-    def servers(self) -> frozenset[int]:
+    def server_numbers(self) -> frozenset[int]:
         """A number that changes with each reconnection."""
         return frozenset({self._connection.connections}) if self._connection.is_up else frozenset()
 
@@ -110,17 +113,17 @@ class RosbridgeAction:
         callbacks.append(callback)
         return lambda: callbacks.remove(callback) if callback in callbacks else None
 
-    def send_goal(self, request: Mapping[str, Any], done: MessageCallback) -> None:
+    def send_goal(self, request: Mapping[str, Any], on_response: MessageCallback) -> None:
         """Send a goal, which counts as accepted at once since the bridge does not report acceptance."""
         accepted = self._send(self, request["goal_id"]["uuid"].hex(), request["goal"])
         # deferred: an action client stores the goal before its response
-        self._defer(lambda: done({"accepted": accepted, "stamp": {"sec": 0, "nanosec": 0}}))
+        self._defer(lambda: on_response({"accepted": accepted, "stamp": {"sec": 0, "nanosec": 0}}))
 
     def get_result(
-        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None
+        self, request: Mapping[str, Any], on_response: MessageCallback, on_failure: FailureCallback | None
     ) -> None:
         """Call ``done`` with the result of a goal, or ``failed`` with a reason."""
-        self._results[request["goal_id"]["uuid"].hex()] = (done, failed)
+        self._results[request["goal_id"]["uuid"].hex()] = (on_response, on_failure)
 
     def cancel(self, goal_id: str, requests: int = _MAX_CANCELS) -> None:
         """Request to cancel a goal, repeatedly until its result arrives.
@@ -146,24 +149,24 @@ class RosbridgeAction:
         """Handle feedback or a result from the bridge."""
         goal_id = str(op.get("id"))
         if op["op"] == "action_feedback":
-            feedback = from_json(self.type.derived("Feedback"), op.get("values"))
+            feedback = from_json(self.type.derive("Feedback"), op.get("values"))
             message = {"goal_id": {"uuid": _uuid(goal_id)}, "feedback": feedback}
             for callback in list(self._callbacks["feedback"]):
                 callback(message)
             return
-        done, failed = self._results.pop(goal_id, (None, None))
-        if done is not None and op.get("result", True):
-            result = from_json(self.type.derived("Result"), op.get("values"))
-            done({"status": base_value("int8", op.get("status", _ABORTED)), "result": result})
-        elif failed is not None:
-            failed(str(op.get("values")))
+        on_response, on_failure = self._results.pop(goal_id, (None, None))
+        if on_response is not None and op.get("result", True):
+            result = from_json(self.type.derive("Result"), op.get("values"))
+            on_response({"status": base_value("int8", op.get("status", _ABORTED)), "result": result})
+        elif on_failure is not None:
+            on_failure(str(op.get("values")))
 
     def fail_all(self, reason: str) -> None:
         """Fail the goals that wait for results, after a lost connection."""
         results, self._results = self._results, {}
-        for _, failed in results.values():
-            if failed is not None:
-                failed(reason)
+        for _, on_failure in results.values():
+            if on_failure is not None:
+                on_failure(reason)
 
 
 class ActionServiceClient(Client):
@@ -174,18 +177,21 @@ class ActionServiceClient(Client):
         self._connection, self._action, self._service = connection, action, service
 
     def call(
-        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None = None
+        self,
+        request: Mapping[str, Any],
+        on_response: MessageCallback,
+        on_failure: FailureCallback | None = None,
     ) -> int:
         if self._service == "send_goal":
-            self._action.send_goal(request, done)
+            self._action.send_goal(request, on_response)
         elif self._service == "get_result":
-            self._action.get_result(request, done, failed)
+            self._action.get_result(request, on_response, on_failure)
         else:  # the bridge does not answer a cancel request
             self._action.cancel(request["goal_info"]["goal_id"]["uuid"].hex())
         return 0
 
     @property
-    def servers(self) -> frozenset[int]:
+    def server_numbers(self) -> frozenset[int]:
         return frozenset({0}) if self._connection.is_up else frozenset()
 
     def close(self) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from rosbags.interfaces import Nodetype
 
 from cxbridge_ros2.definitions import Definitions, FieldType
-from cxbridge_ros2.messages import BYTE_TYPES, PLACEHOLDER, Codec, Message
+from cxbridge_ros2.messages import BYTE_TYPES, EMPTY_MESSAGE_FIELD, Codec, Message
 from cxbridge_ros2.names import TypeName, parse_type
 
 
@@ -36,7 +36,7 @@ class JsonCodec:
         return {
             field: self._read_value(kind, members.get(field))
             for field, kind in fields
-            if field != PLACEHOLDER
+            if field != EMPTY_MESSAGE_FIELD
         }
 
     def _read_value(self, kind: FieldType, value: Any) -> Any:

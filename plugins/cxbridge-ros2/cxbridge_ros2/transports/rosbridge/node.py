@@ -16,8 +16,8 @@ from cxbridge_ros2.node import (
     FailureCallback,
     MessageCallback,
     Node,
+    ProblemCallback,
     Publisher,
-    Report,
     RequestHandler,
 )
 from cxbridge_ros2.qos import PROFILES, QosProfile
@@ -43,7 +43,11 @@ class RosbridgeNode(Node):
     """
 
     def __init__(
-        self, name: str, definitions: Definitions, url: str = DEFAULT_URL, report: Report | None = None
+        self,
+        name: str,
+        definitions: Definitions,
+        url: str = DEFAULT_URL,
+        report: ProblemCallback | None = None,
     ) -> None:
         super().__init__(report)
         self.name = name
@@ -59,7 +63,9 @@ class RosbridgeNode(Node):
 
     # --- the interface of a node --------------------------------------------------------------------------
 
-    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+    def create_publisher(
+        self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
+    ) -> Publisher:
         connection, name = self._connection, parse_type(message_type)
         self._definitions.fields(name)  # raises the error about an unknown type
         op = {"op": "advertise", "topic": check_topic(topic), "type": str(name), "queue_size": qos.depth}
@@ -92,14 +98,14 @@ class RosbridgeNode(Node):
 
         return end
 
-    def client(self, service: str, service_type: str) -> Client:
+    def create_client(self, service: str, service_type: str) -> Client:
         name = parse_type(service_type, "srv")
         if _ACTION in service:
             return ActionServiceClient(
                 self._connection, self._action(service, name), service.rpartition("/")[2]
             )
-        self._definitions.fields(name.derived("Request"))
-        encode = partial(self._codec.to_json, name.derived("Request"))
+        self._definitions.fields(name.derive("Request"))
+        encode = partial(self._codec.to_json, name.derive("Request"))
         return ServiceClient(self._connection, encode, partial(self._call, check_topic(service), name))
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
@@ -108,7 +114,7 @@ class RosbridgeNode(Node):
                 "actions are not served over rosbridge", hint="use the transport dds to serve actions"
             )
         name = parse_type(service_type, "srv")
-        self._definitions.fields(name.derived("Request"))
+        self._definitions.fields(name.derive("Request"))
         self._servers[check_topic(service)] = (name, handler)
         op = {"op": "advertise_service", "service": service, "type": str(name)}
         unadvertise = self._connection.register(op, {"op": "unadvertise_service", "service": service})
@@ -147,11 +153,11 @@ class RosbridgeNode(Node):
         call = self._calls.pop(str(op.get("id")), None)
         if call is None:
             return
-        name, done, failed = call
+        name, on_response, on_failure = call
         if op.get("result", True):
-            done(self._codec.from_json(name.derived("Response"), op.get("values")))
+            on_response(self._codec.from_json(name.derive("Response"), op.get("values")))
         else:
-            failed(str(op.get("values")))
+            on_failure(str(op.get("values")))
 
     def _handle_request(self, op: Operation) -> None:
         server = self._servers.get(op.get("service", ""))
@@ -161,10 +167,10 @@ class RosbridgeNode(Node):
         address = {key: op[key] for key in ("id", "service") if key in op}
 
         def reply(message: Mapping[str, Any]) -> None:
-            values = self._codec.to_json(name.derived("Response"), message)
+            values = self._codec.to_json(name.derive("Response"), message)
             self._connection.send({**address, "op": "service_response", "values": values, "result": True})
 
-        handler(self._codec.from_json(name.derived("Request"), op.get("args")), reply)
+        handler(self._codec.from_json(name.derive("Request"), op.get("args")), reply)
 
     def _handle_status(self, op: Operation) -> None:
         if op.get("level") in ("error", "warning"):
@@ -180,8 +186,8 @@ class RosbridgeNode(Node):
     def _fail_all(self) -> None:
         """Fail the calls and goals of a lost connection: the bridge forgets them."""
         calls, self._calls = self._calls, {}
-        for _, _, failed in calls.values():
-            failed(_LOST)
+        for _, _, on_failure in calls.values():
+            on_failure(_LOST)
         for action in self._actions.values():
             action.fail_all(_LOST)
 
@@ -197,11 +203,16 @@ class RosbridgeNode(Node):
     # --- services and actions -----------------------------------------------------------------------------
 
     def _call(
-        self, service: str, name: TypeName, args: Any, done: MessageCallback, failed: FailureCallback
+        self,
+        service: str,
+        name: TypeName,
+        args: Any,
+        on_response: MessageCallback,
+        on_failure: FailureCallback,
     ) -> None:
         call_id = str(next(self._ids))
         op = {"op": "call_service", "id": call_id, "service": service, "type": str(name), "args": args}
-        self._calls[call_id] = (name, done, failed)
+        self._calls[call_id] = (name, on_response, on_failure)
         if not self._connection.send(op):
             # deferred, since the caller does not expect a callback before its call returns
             failure = {"id": call_id, "result": False, "values": _UNREACHABLE}
@@ -223,10 +234,12 @@ class RosbridgeNode(Node):
         self._deferred_calls.append(call)
 
     def _send_goal(self, action: RosbridgeAction, goal_id: str, goal: Mapping[str, Any]) -> bool:
-        args = self._codec.to_json(action.type.derived("Goal"), goal)
+        args = self._codec.to_json(action.type.derive("Goal"), goal)
         op = {"op": "send_action_goal", "id": goal_id, "action": action.name, "action_type": str(action.type)}
         return self._connection.send({**op, "args": args, "feedback": True})
 
 
-def join(name: str, definitions: Definitions, domain: Domain, report: Report | None) -> RosbridgeNode:
+def join(
+    name: str, definitions: Definitions, domain: Domain, report: ProblemCallback | None
+) -> RosbridgeNode:
     return RosbridgeNode(name, definitions, domain.url or DEFAULT_URL, report)

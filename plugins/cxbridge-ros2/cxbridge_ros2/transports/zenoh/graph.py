@@ -7,7 +7,7 @@ from itertools import count
 from typing import Final
 
 from cxbridge_ros2.names import TypeName
-from cxbridge_ros2.transports.mismatches import public_name, why_unserved
+from cxbridge_ros2.transports.mismatches import missing_server_reason, public_name
 from cxbridge_ros2.transports.zenoh.names import Kind, TypedName, endpoint_in
 
 _MAX_TOKENS: Final = 100_000  # limit of stored tokens: a stranger may send any number
@@ -55,15 +55,17 @@ class RosGraph:
                 topic for endpoint_kind, topic in self._tokens if endpoint_kind == kind and topic.name == name
             ]
 
-    def why_unserved(self, service: TypedName, kind: TypeName, network: str) -> str:
-        """Return why a service has no server; see :func:`.mismatches.why_unserved`."""
+    def missing_server_reason(self, service: TypedName, kind: TypeName, network: str) -> str:
+        """Return why a service has no server; see :func:`.mismatches.missing_server_reason`."""
         with self._lock:
             servers = [topic for endpoint_kind, topic in self._tokens if endpoint_kind == "SS"]
             # our own endpoints are in the table, too: with them alone, there is one session
             # the third part of a token names the session
             sessions = {token.split("/")[2] for tokens in self._tokens.values() for token in tokens}
         served = {public_name(topic.name): topic.dds_type for topic in servers}
-        return why_unserved(public_name(service.name), kind, served, "" if len(sessions) > 1 else network)
+        return missing_server_reason(
+            public_name(service.name), kind, served, "" if len(sessions) > 1 else network
+        )
 
     def endpoints(self, kind: Kind, topic: TypedName) -> frozenset[int]:
         with self._lock:

@@ -127,8 +127,10 @@ def attachment_of(data: bytes) -> MessageAttachment | None:
 
 def typed_name(name: str, kind: TypeName, definitions: Definitions, *, is_service: bool = False) -> TypedName:
     # read the fields first: their errors name the unknown type
-    definitions.fields(kind.derived("Request") if is_service else kind)
-    return TypedName(name, kind.dds, definitions.type_hash(kind) if definitions.has_hashes else NO_HASH)
+    definitions.fields(kind.derive("Request") if is_service else kind)
+    return TypedName(
+        name, kind.dds_name, definitions.type_hash(kind) if definitions.has_type_hashes else NO_HASH
+    )
 
 
 def tokens_of(domain: int) -> str:

@@ -26,8 +26,8 @@ from cxbridge_ros2.node import (
     FailureCallback,
     MessageCallback,
     Node,
+    ProblemCallback,
     Publisher,
-    Report,
     RequestHandler,
 )
 from cxbridge_ros2.qos import PROFILES, QosProfile
@@ -77,7 +77,7 @@ class ZenohNode(Node):
         definitions: Definitions,
         url: str = "",
         domain: int | None = None,
-        report: Report | None = None,
+        report: ProblemCallback | None = None,
     ) -> None:
         super().__init__(report)
         self._definitions = definitions
@@ -87,7 +87,7 @@ class ZenohNode(Node):
         self._name = NodeName(self._domain, str(self._session.zid()), 0, name)
         self._numbers = count(1)
         self._inbox = MessageInbox()
-        self._closers: dict[int, Callable[[], None]] = {}
+        self._close_functions: dict[int, Callable[[], None]] = {}
         self._endpoints: dict[int, tuple[GraphEndpoint, TypeName]] = {}
         self._compared_version = -1
         self._graph = RosGraph()
@@ -100,7 +100,9 @@ class ZenohNode(Node):
 
     # --- the interface of a node --------------------------------------------------------------------------
 
-    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+    def create_publisher(
+        self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
+    ) -> Publisher:
         name = parse_type(message_type)
         endpoint = self._endpoint("MP", topic, name, qos)
         zenoh_publisher = _declare_publisher(self._session, endpoint.topic.key(self._domain), qos)
@@ -128,9 +130,7 @@ class ZenohNode(Node):
 
         def take(sample: zenoh.Sample) -> None:
             if sample.kind == zenoh.SampleKind.PUT:
-                message = self._decode_or_complain(
-                    topic, lambda: self._codec.decode(name, sample.payload.to_bytes())
-                )
+                message = self._try_decode(topic, lambda: self._codec.decode(name, sample.payload.to_bytes()))
                 if message is not None:
                     callback(message)
 
@@ -139,7 +139,7 @@ class ZenohNode(Node):
         zenoh_subscriber = _declare_subscriber(self._session, endpoint.topic.key(self._domain), put, qos)
         return self._announce(endpoint, name, zenoh_subscriber, source)
 
-    def client(self, service: str, service_type: str) -> Client:
+    def create_client(self, service: str, service_type: str) -> Client:
         name = parse_type(service_type, "srv")
         endpoint = self._endpoint("SC", service, name, _SERVICES)
         querier = self._session.declare_querier(
@@ -159,11 +159,11 @@ class ZenohNode(Node):
         name = parse_type(service_type, "srv")
         endpoint = self._endpoint("SS", service, name, _SERVICES)
         key = endpoint.topic.key(self._domain)
-        encode = partial(self._codec.encode, name.derived("Response"))
+        encode = partial(self._codec.encode, name.derive("Response"))
 
         def take(query: zenoh.Query) -> None:
             try:
-                request = self._codec.decode(name.derived("Request"), _bytes_of(query.payload))
+                request = self._codec.decode(name.derive("Request"), _bytes_of(query.payload))
             except Ros2Error as error:  # a client may send any bytes
                 self.complain(f"broken {service}", f"{service}: {error.message}")
                 query.reply_err(str(error))
@@ -190,7 +190,7 @@ class ZenohNode(Node):
         return self._inbox.deliver(timeout_s)
 
     def close(self) -> None:
-        for end in list(self._closers.values()):
+        for end in list(self._close_functions.values()):
             end()
         if not self._session.is_closed():
             self._session.close()
@@ -223,7 +223,7 @@ class ZenohNode(Node):
         token = self._session.liveliness().declare_token(endpoint.token)
 
         def end() -> None:
-            if self._closers.pop(endpoint.number, None) is None:
+            if self._close_functions.pop(endpoint.number, None) is None:
                 return
             del self._endpoints[endpoint.number]
             if source is not None:
@@ -233,7 +233,7 @@ class ZenohNode(Node):
 
         self._endpoints[endpoint.number] = endpoint, name
         self._compare(endpoint, name)
-        self._closers[endpoint.number] = end  # Zenoh ends an endpoint without a reference
+        self._close_functions[endpoint.number] = end  # Zenoh ends an endpoint without a reference
         return end
 
     def _update_graph(self, sample: zenoh.Sample) -> None:
@@ -242,7 +242,7 @@ class ZenohNode(Node):
         update(str(sample.key_expr))
 
 
-def join(name: str, definitions: Definitions, domain: Domain, report: Report | None) -> ZenohNode:
+def join(name: str, definitions: Definitions, domain: Domain, report: ProblemCallback | None) -> ZenohNode:
     return ZenohNode(name, definitions, domain.url, domain.number, report)
 
 
@@ -264,10 +264,13 @@ class _Client(Client):
         self._codec, self._graph, self._gid = codec, graph, endpoint.gid
 
     def call(
-        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None = None
+        self,
+        request: Mapping[str, Any],
+        on_response: MessageCallback,
+        on_failure: FailureCallback | None = None,
     ) -> int:
-        data = self._codec.encode(self._name.derived("Request"), request)
-        number = self._add_request(done, failed)
+        data = self._codec.encode(self._name.derive("Request"), request)
+        number = self._register_request(on_response, on_failure)
         attachment = bytes(MessageAttachment(number, time.time_ns(), self._gid))
         callback: Callback[zenoh.Reply] = Callback(
             lambda reply: self.put((number, reply)), lambda: self.put((number, None))
@@ -282,23 +285,23 @@ class _Client(Client):
     def take(self, numbered_reply: tuple[int, zenoh.Reply | None]) -> None:
         """Handle a response, an error, or the end of responses."""
         number, reply = numbered_reply
-        done, failed = self._pending.pop(number, (None, None))
-        if done is None:
+        on_response, on_failure = self._pending_callbacks.pop(number, (None, None))
+        if on_response is None:
             return  # a second response, or a response to a forgotten request
         try:
-            response = self._codec.decode(self._name.derived("Response"), _payload_of(reply))
+            response = self._codec.decode(self._name.derive("Response"), _payload_of(reply))
         except Ros2Error as error:
-            if failed is not None:
-                failed(str(error))
+            if on_failure is not None:
+                on_failure(str(error))
             return
-        done(response)
+        on_response(response)
 
     @property
-    def servers(self) -> frozenset[int]:
+    def server_numbers(self) -> frozenset[int]:
         return self._graph.endpoints("SS", self._endpoint.topic)
 
-    def why_unserved(self) -> str:
-        return self._graph.why_unserved(
+    def missing_server_reason(self) -> str:
+        return self._graph.missing_server_reason(
             self._endpoint.topic, self._name, f"the domain {self._endpoint.node.domain}"
         )
 

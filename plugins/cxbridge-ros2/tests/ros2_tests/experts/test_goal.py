@@ -82,10 +82,11 @@ def test_a_part_of_it_is_served(domain: int, tmp_path: Path):
     with served(tmp_path, domain, experts=", serve: [domain]"), asking(domain) as client:
         assert client.request(WHOLE["get_domain_name"])["name"] == "tour"
         clients = [
-            client.node.client(name, f"plansys2_msgs/srv/{kind}") for name, kind in NODES["problem"].items()
+            client.node.create_client(name, f"plansys2_msgs/srv/{kind}")
+            for name, kind in NODES["problem"].items()
         ]
         client.wait(lambda: False, 1)
-        assert not any(each.is_served for each in clients)
+        assert not any(each.has_server for each in clients)
 
 
 @pytest.mark.parametrize(

@@ -169,9 +169,9 @@ def test_wrong(client: ExpertClient, name: str, request_: dict[str, Any], messag
 
 
 def test_what_came_with_jazzy(domain: int, tmp_path: Path, experts: ExpertClient):
-    clients = [experts.node.client(name, SERVICES[name]) for name in SINCE_JAZZY]
+    clients = [experts.node.create_client(name, SERVICES[name]) for name in SINCE_JAZZY]
     experts.wait(lambda: False, 1)
-    assert not any(each.is_served for each in clients)
+    assert not any(each.has_server for each in clients)
     with (
         served(tmp_path, domain, experts=", distribution: jazzy, namespace: /jazzy") as _,
         asking(domain, "/jazzy") as client,

@@ -210,7 +210,7 @@ def their_node(package: str, program: str, *parameters: str) -> Iterator[None]:
 def lead(client: ExpertClient, name: str) -> None:
     """Bring a managed node to life."""
     node = LifecycleClient(client.node, name)
-    assert client.wait(lambda: node.is_served, 20)
+    assert client.wait(lambda: node.has_server, 20)
     for change in (CONFIGURE, ACTIVATE):
         assert answer(client.node, partial(node.change, change)) is True
 

@@ -78,9 +78,9 @@ class PddlManager(GoalHandler, Closing):
                     f"{NAME}/{service}",
                     f"{package}/srv/{kind}",
                     self._with_error_responses(handler),
-                    needs=Right.CONTROL,
+                    right=Right.CONTROL,
                 )
-        self._updates = node.publisher(f"{NAME}/instance_update", "std_msgs/msg/String")
+        self._updates = node.create_publisher(f"{NAME}/instance_update", "std_msgs/msg/String")
         self._server = GoalServer(node, f"{NAME}/temp_plan", f"{package}/action/PlanTemporal", self, clock)
 
     def _services(self) -> dict[str, tuple[str, Callable[[Message], Fields]]]:
@@ -241,9 +241,9 @@ class PddlManager(GoalHandler, Closing):
 
     # --- planning -----------------------------------------------------------------------------------------
 
-    def respond(self, served: ServedGoal) -> GoalResponse:
+    def decide(self, served: ServedGoal) -> GoalResponse:
         """Reject a goal while :data:`MAX_WAITING` goals wait."""
-        return super().respond(served) if len(self._waiting) < MAX_WAITING else GoalResponse.REJECT
+        return super().decide(served) if len(self._waiting) < MAX_WAITING else GoalResponse.REJECT
 
     def begin(self, served: ServedGoal) -> None:
         """Queue a goal; planning starts after its sender has received the acceptance."""

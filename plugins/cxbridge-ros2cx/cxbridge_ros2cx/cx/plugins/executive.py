@@ -43,7 +43,9 @@ class ExecutivePlugin(CxPlugin):
         self._times: dict[StockEnvironment, NumberFact] = {}
         self._refreshed: Publisher | None = None
         if self.parameters.get(self.parameter("publish_on_refresh"), default=False):
-            self._refreshed = self.context.ros.node.publisher(self.refreshed_topic, self.refreshed_type)
+            self._refreshed = self.context.ros.node.create_publisher(
+                self.refreshed_topic, self.refreshed_type
+            )
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define the time functions and the rule that retracts the time facts."""

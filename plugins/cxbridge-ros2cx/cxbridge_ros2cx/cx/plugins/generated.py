@@ -73,9 +73,7 @@ class GeneratedPlugin(RosPlugin):
         if kind.kind == "msg":
             self.define_message(env, prefix, kind, "create-message", "destroy-message")
         for section in SECTIONS[kind.kind]:
-            self.define_message(
-                env, f"{prefix}{section.lower()}-", kind.derived(section), "create", "destroy"
-            )
+            self.define_message(env, f"{prefix}{section.lower()}-", kind.derive(section), "create", "destroy")
         for endpoints in self.endpoints:
             endpoints.define(env)
 

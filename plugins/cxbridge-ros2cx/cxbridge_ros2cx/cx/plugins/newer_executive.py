@@ -60,10 +60,10 @@ class NewerExecutivePlugin(ExecutivePlugin):
             ("resume", self._resume),
             ("tick_once", self._tick_once),
         ):
-            node.serve(f"{prefix}/{name}", "std_srvs/srv/Trigger", trigger, needs=Right.CONTROL)
+            node.serve(f"{prefix}/{name}", "std_srvs/srv/Trigger", trigger, right=Right.CONTROL)
         try:  # the types are those of cx_msgs, which a run without a workspace lacks
             for name, command in (("eval", self._eval), ("build", self._build)):
-                node.serve(f"{prefix}/{name}", "cx_msgs/srv/ClipsCommand", command, needs=Right.PROGRAMS)
+                node.serve(f"{prefix}/{name}", "cx_msgs/srv/ClipsCommand", command, right=Right.PROGRAMS)
         except Ros2Error as error:
             self.log.warn(f"eval and build are not offered: {error.message}")
 

@@ -12,7 +12,7 @@ from cxbridge.errors import ClipsError, TransformError
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, show
 from cxbridge.rights import Right
 from cxbridge.space.tf.buffer import TransformBuffer
-from cxbridge_ros2.frames import TRANSFORMS, stamped_transform
+from cxbridge_ros2.frames import TF_MESSAGE_TYPE, decode_transform
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2cx.cx.ros.plugin import Handles, RosPlugin
 from cxbridge_ros2cx.refresh import RefreshTimer
@@ -60,12 +60,12 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         self._lookups: list[_Lookup] = []
         for topic, profile, is_static in _TOPICS:
             receive = partial(self._receive, is_static=is_static)
-            self.ros.node.subscribe(topic, TRANSFORMS, receive, PROFILES[profile], needs=Right.CONTROL)
+            self.ros.node.subscribe(topic, TF_MESSAGE_TYPE, receive, PROFILES[profile], right=Right.CONTROL)
 
     def _receive(self, message: Message, *, is_static: bool) -> None:
         for transform in message["transforms"]:
             try:
-                self._buffer.set_transform(stamped_transform(transform), static=is_static)
+                self._buffer.set_transform(decode_transform(transform), static=is_static)
             except TransformError as error:  # the other frames of the message are valid
                 self.log.warn(f"a frame is left out: {error.message}")
 

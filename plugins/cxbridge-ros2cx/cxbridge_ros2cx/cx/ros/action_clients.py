@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from cxbridge.executive.host.values import TRUE, ExternalAddress, Symbol
 from cxbridge_ros2.actions import ActionClient, GoalObserver, GoalStatus, SentGoal
-from cxbridge_ros2.builtin import CANCEL_GOAL
+from cxbridge_ros2.builtin import CANCEL_GOAL_TYPE
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2cx.cx.ros.plugin import (
     ADDRESS,
@@ -116,7 +116,7 @@ class ActionClients(ClientEndpoints[ClientEndpoint]):
         self._define_handles(env)
 
     def _create_goal(self, text: str) -> ExternalAddress:
-        return self.plugin.messages.create(self.type_of(text, "action").derived("Goal"))
+        return self.plugin.messages.create(self.type_of(text, "action").derive("Goal"))
 
     def _define_templates(self, env: ClipsEnvironment) -> None:
         template, prefix, names = self.plugin.template, self.prefix, self._names
@@ -151,7 +151,7 @@ class ActionClients(ClientEndpoints[ClientEndpoint]):
 
         functions: tuple[Definition, ...] = (
             ("get-goal-id", lambda address: self.id_of(find(address)), "e"),
-            ("get-goal-stamp", lambda address: find(address).stamp, "e"),
+            ("get-goal-stamp", lambda address: find(address).accepted_s, "e"),
             ("get-status", status, "e"),
             ("is-feedback-aware", is_aware, "e"),
             ("is-result-aware", is_aware, "e"),
@@ -182,16 +182,16 @@ class ActionClients(ClientEndpoints[ClientEndpoint]):
 
     def _cancel_accepted_before(self, env: ClipsEnvironment, server: str, seconds: float = 0.0) -> None:
         """Cancel the goals that a server accepted before a time of the epoch; 0 cancels all goals."""
-        done = partial(self.cancel_answered, env, str(server), NO_HANDLE)
-        self.find(env, server).client.cancel_until(float(seconds), done)
+        done = partial(self.assert_cancel_response, env, str(server), NO_HANDLE)
+        self.find(env, server).client.cancel_goals_until(float(seconds), done)
 
-    def cancel_answered(
+    def assert_cancel_response(
         self, env: ClipsEnvironment, server: str, handle: ExternalAddress, response: Message
     ) -> None:
         """Assert a server's response to a cancel request."""
         plugin, prefix = self.plugin, self.prefix
         if self.kind is None:
-            kind = parse_type(CANCEL_GOAL, "srv").derived("Response")
+            kind = parse_type(CANCEL_GOAL_TYPE, "srv").derive("Response")
             address = plugin.messages.take(kind, response)
             slots = {"server": server, "client-goal-handle-ptr": handle, "cancel-response-ptr": address}
             plugin.add_fact(env, f"{prefix}cancel-response", slots)
@@ -219,23 +219,23 @@ class _GoalFacts(GoalObserver):
         if clients.clients.get(self._env, self._server) is not None:  # rules may have destroyed the client
             clients.plugin.add_fact(self._env, f"{clients.prefix}{name}", {"server": self._server, **slots})
 
-    def answered(self, sent: SentGoal) -> None:
+    def on_response(self, sent: SentGoal) -> None:
         if sent.is_accepted:
             self._handle = self._clients.handles.add(sent)
         self._add("goal-response", {"client-goal-handle-ptr": self._handle})
 
-    def feedback(self, sent: SentGoal, feedback: Message) -> None:  # noqa: ARG002
+    def on_feedback(self, sent: SentGoal, feedback: Message) -> None:  # noqa: ARG002
         name = "feedback" if self._clients.kind is None else "goal-feedback"
-        address = self._clients.plugin.messages.take(self._kind.derived("Feedback"), feedback)
+        address = self._clients.plugin.messages.take(self._kind.derive("Feedback"), feedback)
         self._add(name, {"client-goal-handle-ptr": self._handle, "feedback-ptr": address})
 
-    def ended(self, sent: SentGoal) -> None:
-        messages, kind = self._clients.plugin.messages, self._kind.derived("Result")
+    def on_end(self, sent: SentGoal) -> None:
+        messages, kind = self._clients.plugin.messages, self._kind.derive("Result")
         # a goal without a result, e.g. of a server that is gone, has the default result
         address = messages.take(kind, sent.result) if sent.result else messages.create(kind)
         code = Symbol(_CODES.get(sent.status, "UNKNOWN"))
         slots = {"goal-id": self._clients.id_of(sent), "code": code, "result-ptr": address}
         self._add("wrapped-result", slots)
 
-    def cancel_answered(self, sent: SentGoal, response: Message) -> None:  # noqa: ARG002
-        self._clients.cancel_answered(self._env, self._server, self._handle, response)
+    def on_cancel_response(self, sent: SentGoal, response: Message) -> None:  # noqa: ARG002
+        self._clients.assert_cancel_response(self._env, self._server, self._handle, response)

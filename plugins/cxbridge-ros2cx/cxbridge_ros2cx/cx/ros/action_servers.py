@@ -93,7 +93,7 @@ class ActionServers(Endpoints):
             str(self.kind),
             handler,
             self.plugin.context.clock,
-            needs=Right.CONTROL,
+            right=Right.CONTROL,
         )
         fact = self.plugin.add_fact(env, f"{self.prefix}server", {"name": str(server)})
         self._servers[env, server] = _Server(self.kind, goal_server.close, fact, handler)
@@ -105,7 +105,7 @@ class ActionServers(Endpoints):
 
     def _goal(self, address: ExternalAddress) -> Value:
         goal = self.handles.find(address).goal
-        return self.plugin.messages.take(self.kind.derived("Goal"), goal)
+        return self.plugin.messages.take(self.kind.derive("Goal"), goal)
 
     def _has_status(self, *arguments: GoalStatus | ExternalAddress) -> Value:
         """Return whether an active goal has one of the given states; the last argument is its handle."""
@@ -116,7 +116,7 @@ class ActionServers(Endpoints):
 
     def _fields(self, address: ExternalAddress, suffix: str) -> dict[str, object]:
         """Return the fields of a message after a check of its type."""
-        view, kind = self.plugin.messages.find(address), self.kind.derived(suffix)
+        view, kind = self.plugin.messages.find(address), self.kind.derive(suffix)
         if view.kind != kind:
             raise ClipsError(f"a {kind} is wanted, not a {view.kind}")
         return view.fields
@@ -145,7 +145,7 @@ class _Handler(GoalHandler):
     def _call(self, name: str, served: ServedGoal, argument: Value) -> Value:
         """Call a deffunction with a goal and an argument; return None if undefined, 1 if it fails."""
         function, messages = f"{self._prefix}{name}-callback", self._plugin.messages
-        goal = messages.take(self._servers.kind.derived("Goal"), served.goal)
+        goal = messages.take(self._servers.kind.derive("Goal"), served.goal)
         try:
             with self._env.lock:
                 if not self._env.has_deffunction(function):
@@ -157,7 +157,7 @@ class _Handler(GoalHandler):
         finally:
             messages.destroy(goal)  # the deffunction has the message during the call only
 
-    def respond(self, served: ServedGoal) -> GoalResponse:
+    def decide(self, served: ServedGoal) -> GoalResponse:
         """Let the deffunction decide about a goal; without a deffunction, accept and execute."""
         response = self._call("handle-goal", served, _id_text(served))
         if response is None:

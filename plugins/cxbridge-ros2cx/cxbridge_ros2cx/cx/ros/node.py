@@ -80,7 +80,7 @@ class RosNode(Closing):
             return self.graph.join(name, self._log.warn)
         from cxbridge_ros2.settings import NodeSettings  # noqa: PLC0415 - likewise
 
-        settings = NodeSettings.of({}, self._folder, "the node")
+        settings = NodeSettings.parse({}, self._folder, "the node")
         return settings.join(name, self.definitions, self._log.warn, self._rights)
 
     @property

@@ -15,7 +15,7 @@ from cxbridge.executive.host.values import FALSE
 from cxbridge.rights import Right
 from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
 from cxbridge_ros2.parameters import Parameter, Parameters
-from cxbridge_ros2.rosout import Rosout
+from cxbridge_ros2.rosout import RosoutPublisher
 from cxbridge_ros2cx.cx.stock import StockOutput
 from cxbridge_ros2cx.refresh import RefreshTimer
 
@@ -48,8 +48,8 @@ class NodeServices(Closing):
         self._manager, context = manager, manager.context
         self._node, self._name = context.ros.node, context.parameters.name.strip("/")
         self._closers: dict[str, Callable[[], None]] = {}
-        self._rosout = Rosout(self._node, self._name)
-        context.bus.subscribe(self._rosout, *Rosout.events)
+        self._rosout = RosoutPublisher(self._node, self._name)
+        context.bus.subscribe(self._rosout, *RosoutPublisher.events)
         self._bond = Bond.of(manager) if state is LifecycleState.ACTIVE else None
         self._serve()
         if context.is_newer:
@@ -85,7 +85,7 @@ class NodeServices(Closing):
                     f"/{self._name}/{name}",
                     f"{_PACKAGE}/{kind}",
                     self._with_error_responses(handler),
-                    needs=Right.CONTROL,
+                    right=Right.CONTROL,
                 )
             except Ros2Error as error:
                 hint = "name a checkout or workspace with cx_msgs with --ros2cx"
@@ -192,7 +192,7 @@ class Bond(Closing):
 
     def __init__(self, manager: CxManager, period: float) -> None:
         context = manager.context
-        self._topic = context.ros.node.publisher(context.ros.full_name(_BOND), "bond/msg/Status")
+        self._topic = context.ros.node.create_publisher(context.ros.full_name(_BOND), "bond/msg/Status")
         self._timer = RefreshTimer(context.clock, int(period * MICROSECONDS))
         self._status = {
             "id": context.parameters.name.rpartition("/")[2],
@@ -227,9 +227,9 @@ class TopicLogs:
     def __init__(self, manager: CxManager) -> None:
         self._manager, node = manager, manager.context.ros.node
         name = manager.context.parameters.name
-        self._publisher = node.publisher(f"{name}/clips_log", "cx_msgs/msg/Log")
+        self._publisher = node.create_publisher(f"{name}/clips_log", "cx_msgs/msg/Log")
         self.close: Callable[[], None] = node.serve(
-            f"{name}/{_LOGS}", f"{_PACKAGE}/SetTopicLogging", self._set, needs=Right.CONTROL
+            f"{name}/{_LOGS}", f"{_PACKAGE}/SetTopicLogging", self._set, right=Right.CONTROL
         )
         for env in manager.environments:
             if manager.context.parameters.get(f"{env}.log_clips_to_topic", default=False):

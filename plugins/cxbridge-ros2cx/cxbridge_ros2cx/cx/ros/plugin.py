@@ -284,7 +284,7 @@ class ClientEndpoints(Endpoints, Generic[C]):
     def fields(self, client: C, message: ExternalAddress, name: str) -> Mapping[str, Any]:
         """Return the fields of a message after a check of its type."""
         view = self.plugin.messages.find(message)
-        if view.kind != client.kind.derived(self.sent):
+        if view.kind != client.kind.derive(self.sent):
             raise ClipsError(f"the {self.noun} {name} has the type {client.kind}, the message {view.kind}")
         return view.fields
 
@@ -292,7 +292,7 @@ class ClientEndpoints(Endpoints, Generic[C]):
         """Send a message as soon as a server exists."""
         client = self.find(env, name)
         fields = self.fields(client, message, name)
-        if client.client.is_served and not client.waiting:
+        if client.client.has_server and not client.waiting:
             self.call(str(name), client, fields)
             return
         if not client.waiting:
@@ -304,7 +304,7 @@ class ClientEndpoints(Endpoints, Generic[C]):
     def tick(self) -> bool:
         """Send the messages whose servers have appeared; return whether further messages still wait."""
         for name, client in self.clients.items():
-            if client.waiting and client.client.is_served:
+            if client.waiting and client.client.has_server:
                 self.plugin.log.info(f"{self.server} {name} is finally reachable")
                 while client.waiting:
                     self.call(name, client, client.waiting.pop(0))

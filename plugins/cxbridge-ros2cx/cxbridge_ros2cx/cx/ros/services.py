@@ -61,7 +61,7 @@ class ServiceClients(ClientEndpoints[_ServiceClient]):
             plugin.define(
                 env,
                 f"{prefix}create-request",
-                lambda text: plugin.messages.create(self.type_of(text, "srv").derived("Request")),
+                lambda text: plugin.messages.create(self.type_of(text, "srv").derive("Request")),
                 "sy",
             )
             plugin.define(env, f"{prefix}async-send-request", partial(self._send_now, env), "e;sy", "bl")
@@ -80,7 +80,7 @@ class ServiceClients(ClientEndpoints[_ServiceClient]):
             self.plugin.log.warn(f"Already registered to client {service}")
             return
         kind, ros = self.type_of(text, "srv"), self.plugin.ros
-        client = ros.node.client(ros.reach(service, kind), str(kind))
+        client = ros.node.create_client(ros.reach(service, kind), str(kind))
         slots = {"service": str(service)} | self.type_slot(text)
         fact = self.plugin.add_fact(env, f"{self.prefix}client", slots)
         self.clients[env, service] = _ServiceClient(
@@ -99,7 +99,7 @@ class ServiceClients(ClientEndpoints[_ServiceClient]):
     def _is_served(self, client: _ServiceClient) -> bool:
         """Return whether a server exists; in real time, wait for its discovery."""
         until_s = client.created_s + DISCOVERY_S
-        while not client.client.is_served:
+        while not client.client.has_server:
             if self.plugin.context.clock.is_virtual or time.monotonic() >= until_s:
                 return False
             time.sleep(_POLL_S)
@@ -112,7 +112,7 @@ class ServiceClients(ClientEndpoints[_ServiceClient]):
             slots: dict[str, Value] = {"service": name}
             if self._has_numbers:
                 slots["request-id"] = number
-            slots["msg-ptr"] = self.plugin.messages.take(client.kind.derived("Response"), response)
+            slots["msg-ptr"] = self.plugin.messages.take(client.kind.derive("Response"), response)
             if self.clients.get(client.env, name) is not None:  # rules may have destroyed the client
                 self.plugin.add_fact(client.env, f"{self.prefix}response", slots)
 
@@ -146,7 +146,7 @@ class ServiceServers(Endpoints):
         kind = self.type_of(text, "srv")
         handler = partial(self._answer, env, str(service), kind)
         end = self.plugin.ros.node.serve_later(
-            self.plugin.ros.full_name(service), str(kind), handler, needs=Right.CONTROL
+            self.plugin.ros.full_name(service), str(kind), handler, right=Right.CONTROL
         )
         name_slot = "service" if self.kind is None else "name"
         slots = {name_slot: str(service)} | self.type_slot(text)
@@ -159,8 +159,8 @@ class ServiceServers(Endpoints):
         """Call the deffunction for a request at once, and send the response that it filled."""
         function = f"{service if self.kind is None else self.prefix.rstrip('-')}-service-callback"
         messages, log = self.plugin.messages, self.plugin.log
-        request_address = messages.take(kind.derived("Request"), request)
-        response_address = messages.create(kind.derived("Response"))
+        request_address = messages.take(kind.derive("Request"), request)
+        response_address = messages.create(kind.derive("Response"))
         try:
             with env.lock:
                 if env.has_deffunction(function):

@@ -64,7 +64,7 @@ class Topics(Endpoints):
         if previous is not None and self.kind is None:
             self.plugin.log.warn(f"Already publishing to topic {topic}")
             return
-        publisher = self.plugin.ros.node.publisher(self.plugin.ros.full_name(topic), str(kind))
+        publisher = self.plugin.ros.node.create_publisher(self.plugin.ros.full_name(topic), str(kind))
         if previous is not None:  # a generated plug-in of the original replaces its publisher
             previous.close()
         slots = {"topic": str(topic)} | self.type_slot(text)
@@ -90,7 +90,7 @@ class Topics(Endpoints):
             previous.close()
         receive = partial(self._receive, env, str(topic), kind)
         end = self.plugin.ros.node.subscribe(
-            self.plugin.ros.full_name(topic), str(kind), receive, needs=Right.CONTROL
+            self.plugin.ros.full_name(topic), str(kind), receive, right=Right.CONTROL
         )
         slots = {"topic": str(topic)} | self.type_slot(text)
         fact = self.plugin.add_fact(env, f"{self.prefix}subscription", slots)

@@ -153,12 +153,15 @@ FIBONACCI = "example_interfaces/action/Fibonacci"
     ("action", "message"),
     [
         ('(ros-msgs-create-message "no_msgs/msg/No")', "there is no ROS 2 type no_msgs/msg/No"),
-        ('(ros-msgs-create-message "???")', "is no name of a ROS 2 type"),
+        ('(ros-msgs-create-message "???")', "is not the name of a ROS 2 type"),
         (
             '(ros-msgs-publish (ros-msgs-create-message "std_msgs/msg/String") never)',
             "there is no publisher of never",
         ),
-        ('(ros-msgs-create-publisher "bad name" "std_msgs/msg/String")', "is no whole name of a topic"),
+        (
+            '(ros-msgs-create-publisher "bad name" "std_msgs/msg/String")',
+            "is not an absolute name of a topic",
+        ),
         (f'(bind ?m {BOOL}) (ros-msgs-destroy-message ?m) (ros-msgs-get-field ?m "data")', "Invalid pointer"),
         (
             '(ros-msgs-async-send-request (ros-msgs-create-request "std_srvs/srv/SetBool") never)',
@@ -250,7 +253,7 @@ def test_a_definition_that_cannot_be_read_is_an_error_of_the_rule(run, tmp_path,
 
 def test_a_message_of_another_definition_does_not_come(run):
     def peer(node):
-        publisher = node.publisher("/talk", "std_msgs/msg/Int32")
+        publisher = node.create_publisher("/talk", "std_msgs/msg/Int32")
         return lambda _seconds: publisher.publish({"data": 1})
 
     rules = '(defrule listen => (ros-msgs-create-subscription "/talk" "std_msgs/msg/String"))'
@@ -265,7 +268,7 @@ def test_a_plugin_that_rules_use_can_be_unloaded(run):
     """The rule that calls its function is an error at each firing; the node continues."""
 
     def peer(node):
-        client = node.client("/clips_manager/unload_plugin", "cx_msgs/srv/UnloadClipsPlugin")
+        client = node.create_client("/clips_manager/unload_plugin", "cx_msgs/srv/UnloadClipsPlugin")
         left = [{"env_name": "one", "plugin_name": "m"}]
 
         def step(seconds):
@@ -297,7 +300,7 @@ class Server(GoalHandler):
         self.node, self.does, self.at = node, does, None
         self.server = GoalServer(node, "/count", FIBONACCI, self, VirtualClock())
 
-    def respond(self, served):
+    def decide(self, served):
         return GoalResponse.ACCEPT_AND_DEFER if self.does == "waits" else GoalResponse.ACCEPT_AND_EXECUTE
 
     def begin(self, served):

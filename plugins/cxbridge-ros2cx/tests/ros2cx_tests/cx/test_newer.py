@@ -58,7 +58,7 @@ def run(tmp_path, said):
                     name, *command = left.pop(0)
                     kind = "cx_msgs/srv/ClipsCommand" if command else TRIGGER
                     request = dict(zip(("env_name", "command"), command, strict=True)) if command else {}
-                    client = node.client(f"/clips_manager/executive/{name}", kind)
+                    client = node.create_client(f"/clips_manager/executive/{name}", kind)
                     client.call(
                         request, lambda answer: answers.append((answer["success"], answer["message"]))
                     )

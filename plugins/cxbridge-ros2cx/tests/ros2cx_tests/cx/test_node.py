@@ -63,7 +63,7 @@ class Peer:
     def step(self):
         if self.calls:
             service, kind, request = self.calls.pop(0)
-            self.node.client(f"/clips_manager/{service}", kind).call(request, self.answers.append)
+            self.node.create_client(f"/clips_manager/{service}", kind).call(request, self.answers.append)
         elif not self.values:
             self.client.get(["environments", "executive.publish_on_refresh"], self.values.update)
 

@@ -103,7 +103,7 @@ class Turtle:
         self.x, self.y, self.theta = 5.5, 5.5, 0.0
         self.speed, self.turn, self.until, self.last = 0.0, 0.0, 0.0, 0.0
         self.way: list[tuple[float, float]] = []
-        self.pose = node.publisher("/turtle1/pose", "turtlesim/msg/Pose")
+        self.pose = node.create_publisher("/turtle1/pose", "turtlesim/msg/Pose")
         node.subscribe("/turtle1/cmd_vel", "geometry_msgs/msg/Twist", self.command)
 
     def command(self, message):

@@ -47,7 +47,7 @@ def sends(topic, messages):
     """Send strings at times."""
 
     def peer(node):
-        publisher, left = node.publisher(topic, "std_msgs/msg/String"), list(messages)
+        publisher, left = node.create_publisher(topic, "std_msgs/msg/String"), list(messages)
 
         def step(seconds):
             while left and left[0][0] <= seconds:
@@ -85,7 +85,7 @@ def calls(service, begin):
     """Call with true, and with false."""
 
     def peer(node):
-        client, left = node.client(service, "std_srvs/srv/SetBool"), [True, False]
+        client, left = node.create_client(service, "std_srvs/srv/SetBool"), [True, False]
 
         def step(seconds):
             while left and seconds >= begin + 0.7 * (2 - len(left)):
@@ -98,7 +98,7 @@ def calls(service, begin):
 
 def turtle(node):
     """Send the frame of a turtle that turns after 12 s."""
-    publisher = node.publisher("/tf", "tf2_msgs/msg/TFMessage", PROFILES["tf"])
+    publisher = node.create_publisher("/tf", "tf2_msgs/msg/TFMessage", PROFILES["tf"])
 
     def step(seconds):
         turned = seconds > 12
@@ -117,7 +117,7 @@ def transitions(*numbers):
     """Change the state of the node, twice a second."""
 
     def peer(node):
-        client = node.client("/clips_manager/change_state", "lifecycle_msgs/srv/ChangeState")
+        client = node.create_client("/clips_manager/change_state", "lifecycle_msgs/srv/ChangeState")
         left = list(enumerate(numbers))
 
         def step(seconds):
