@@ -1,1 +1,1 @@
-"""ROS 2 without a ROS installation: message definitions, CDR and type hashes; see docs/ros2.md."""
+"""ROS 2 without a ROS installation: nodes, messages, skills, and recordings; see docs/ros2.md."""

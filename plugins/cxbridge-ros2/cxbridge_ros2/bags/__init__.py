@@ -1,1 +1,1 @@
-"""Bags of ROS 2 as recorded runs, and recorded runs as bags."""
+"""Bags, the recordings of ROS 2 (rosbag2), as recorded runs of cxbridge, and the reverse."""

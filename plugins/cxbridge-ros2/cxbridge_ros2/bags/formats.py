@@ -1,4 +1,7 @@
-"""Formats of ROS 2 bags (rosbag2): folders with a metadata.yaml, and their mcap or sqlite3 files."""
+"""Recognises ROS 2 bags (rosbag2), and names their reader and writers.
+
+A bag is a folder with a metadata.yaml and mcap or sqlite3 files. A file of a bag stands for the bag.
+"""
 
 from __future__ import annotations
 
@@ -9,22 +12,22 @@ from typing import Final
 from cxbridge.trace.formats.base import CopyFormat, Format
 from cxbridge.trace.formats.mcap.records import MAGIC
 
-METADATA: Final = "metadata.yaml"  # file whose presence makes a folder a bag
+METADATA_FILE: Final = "metadata.yaml"  # file whose presence makes a folder a bag
 
 _READER: Final = "cxbridge_ros2.bags.reader:BagRun"
-_SQLITE: Final = b"SQLite format 3\0"
-_PROFILE: Final = b"ros2"
+_SQLITE_MAGIC: Final = b"SQLite format 3\0"
+_ROS2_PROFILE: Final = b"ros2"  # the profile in the header of an mcap file that rosbag2 has written
 # Offset of the profile: after the magic bytes, and the opcode and length of the first record.
 _PROFILE_OFFSET: Final = len(MAGIC) + 1 + 8
 
 
-def _is_bag(path: Path, head: bytes) -> bool:
-    # a folder has no first bytes
-    return not head and (path / METADATA).is_file()
+def _is_bag_folder(path: Path, head: bytes) -> bool:
+    # `head` has the first bytes of a file, so that of a folder is empty
+    return not head and (path / METADATA_FILE).is_file()
 
 
-def _is_file_of_bag(path: Path, head: bytes) -> bool:
-    if head.startswith(_SQLITE):
+def _is_bag_file(path: Path, head: bytes) -> bool:
+    if head.startswith(_SQLITE_MAGIC):
         return path.suffix == ".db3"
     if not head.startswith(MAGIC) or path.suffix != ".mcap":
         return False
@@ -32,12 +35,14 @@ def _is_file_of_bag(path: Path, head: bytes) -> bool:
         (size,) = struct.unpack_from("<I", head, _PROFILE_OFFSET)
     except struct.error:
         return False
-    return head[_PROFILE_OFFSET + 4 : _PROFILE_OFFSET + 4 + size] == _PROFILE
+    return head[_PROFILE_OFFSET + 4 : _PROFILE_OFFSET + 4 + size] == _ROS2_PROFILE
 
 
+# The number gives the order of the formats' checks: the files before the folder, both before the formats that
+# recognise any .mcap or .db3.
 FORMATS = (
-    Format("rosbag", 5, recognises=_is_file_of_bag, reader=_READER),
-    Format("rosbag", 6, recognises=_is_bag, reader=_READER),
+    Format("rosbag", 5, recognises=_is_bag_file, reader=_READER),
+    Format("rosbag", 6, recognises=_is_bag_folder, reader=_READER),
 )
 COPIES = (
     CopyFormat("rosbag", 50, "cxbridge_ros2.bags.writer:open_mcap"),

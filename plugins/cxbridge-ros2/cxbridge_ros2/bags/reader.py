@@ -1,6 +1,7 @@
 """Reader of ROS 2 bags as recorded runs.
 
-A bag may be cut or damaged, and its types may be unknown: the reader notes each omission and continues.
+A bag is one that cxbridge has written, with the events of a run, or the recording of a robot. A bag may be
+cut or damaged, and its types may be unknown: the reader notes each omission and continues.
 """
 
 from __future__ import annotations
@@ -19,46 +20,54 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.base import Run, StoredFile
-from cxbridge_ros2.bags.topics import EVENTS, FILES, SOURCES, Converter, Converters, file_of, record_of
+from cxbridge_ros2.bags.topics import (
+    EVENTS_TOPIC,
+    FILES_TOPIC,
+    SOURCES_TOPIC,
+    Converter,
+    ConverterTable,
+    decode_file,
+    decode_record,
+)
 from cxbridge_ros2.bags.unpacking import limit_unpacking
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.interfaces.definitions import ACTIONS, definitions_of
+from cxbridge_ros2.interfaces.definitions import ACTION_DEFINITIONS, generate_definitions
 from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.stamps import NS_PER_US
 
-METADATA: Final = "cxbridge"  # prefix of the run's keys in the bag's metadata
+METADATA_PREFIX: Final = "cxbridge"  # start of the run's keys among the custom metadata of a bag
 
 T = TypeVar("T")
 
 
 class BagRun(Run):
-    """A run in a bag, or a robot's bag, whose log, frames, actions and interfaces become events."""
+    """The events of a run in a bag. Log, frames, actions and interfaces of a robot's bag become events."""
 
     format = "rosbag"
 
     def __init__(self, path: Path, registry: InterfaceRegistry | None = None) -> None:
         super().__init__(path, registry)
-        texts = dict(ACTIONS)
+        texts = dict(ACTION_DEFINITIONS)
         for name in self.registry.names():
-            texts.update(definitions_of(self.registry.schema(name)))
+            texts.update(generate_definitions(self.registry.schema(name)))
         self._definitions = Definitions(texts=texts)
         self._codec = Codec(self._definitions)
 
     def __iter__(self) -> Iterator[Event]:
-        omitted: Counter[str] = Counter()
+        omitted_counts: Counter[str] = Counter()
         with self._open() as bag:
-            has_events = any(connection.topic == EVENTS for connection in bag.connections)
-            all_converters = Converters(self.registry, has_events=has_events)
+            has_events = any(connection.topic == EVENTS_TOPIC for connection in bag.connections)
+            converter_table = ConverterTable(self.registry, has_events=has_events)
             # by topic and type, since a bag may have several connections of a topic
             converters: dict[tuple[str, str], Converter] = {}
             for connection in bag.connections:
-                topic, kind = connection.topic, connection.msgtype
-                converter = all_converters.of(topic, kind)
-                if converter is not None and self._is_known(connection):
-                    converters[topic, kind] = converter
+                topic, type_name = connection.topic, connection.msgtype
+                converter = converter_table.find(topic, type_name)
+                if converter is not None and self._load_type(connection):
+                    converters[topic, type_name] = converter
                 elif connection.msgcount:
-                    omitted[f"{topic} ({kind})"] += connection.msgcount
+                    omitted_counts[f"{topic} ({type_name})"] += connection.msgcount
             for connection, time_ns, data in self._messages(
                 bag, lambda connection: (connection.topic, connection.msgtype) in converters
             ):
@@ -66,8 +75,8 @@ class BagRun(Run):
                 if message is not None:
                     converter = converters[connection.topic, connection.msgtype]
                     yield from self._convert(converter, connection, message, time_ns)
-            if omitted and not has_events:  # otherwise the other topics repeat the events
-                counts = (f"{topic}: {count}" for topic, count in sorted(omitted.items()))
+            if omitted_counts and not has_events:  # beside the events, no topic has more to tell
+                counts = (f"{topic}: {count}" for topic, count in sorted(omitted_counts.items()))
                 self.note(f"left out: {', '.join(counts)}")
 
     def _convert(
@@ -76,8 +85,8 @@ class BagRun(Run):
         try:
             yield from convert(connection.topic, message, time_ns // NS_PER_US)
         except (KeyError, TypeError, ValueError) as error:
-            kind = connection.msgtype
-            self.note(f"{connection.topic} at {time_ns} ns: not a message of the known {kind}: {error}")
+            type_name = connection.msgtype
+            self.note(f"{connection.topic} at {time_ns} ns: not a message of the known {type_name}: {error}")
 
     def _decode(self, connection: Connection, time_ns: int, data: bytes) -> Message | None:
         try:
@@ -89,25 +98,27 @@ class BagRun(Run):
     def metadata(self) -> Mapping[str, str]:
         """Return the metadata of the run that the bag contains, with the ROS distribution."""
         with self._open() as bag:
-            # files of other tools may lack metadata; other storages lack custom data
+            # some storages have no metadata, and some metadata has no custom values
             custom: Mapping[str, Any] = getattr(getattr(bag.storage, "metadata", None), "custom", None) or {}
             metadata = {
-                key.removeprefix(f"{METADATA}."): value
+                key.removeprefix(f"{METADATA_PREFIX}."): value
                 for key, value in custom.items()
-                if key.startswith(f"{METADATA}.")
+                if key.startswith(f"{METADATA_PREFIX}.")
             }
             return {**metadata, "ros_distro": bag.ros_distro} if bag.ros_distro else metadata
 
     def files(self) -> Iterator[StoredFile]:
-        return self._stored(FILES, file_of)
+        return self._parse_topic(FILES_TOPIC, decode_file)
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
-        return self._stored(SOURCES, record_of)
+        return self._parse_topic(SOURCES_TOPIC, decode_record)
 
-    def _stored(self, topic: str, parse: Callable[[Message], T]) -> Iterator[T]:
-        """Yield the contents of a topic's messages."""
+    def _parse_topic(self, topic: str, parse: Callable[[Message], T]) -> Iterator[T]:
+        """Yield the parsed messages of a topic of cxbridge."""
         with self._open() as bag:
-            for connection, time_ns, data in self._messages(bag, lambda each: each.topic == topic):
+            for connection, time_ns, data in self._messages(
+                bag, lambda connection: connection.topic == topic
+            ):
                 message = self._decode(connection, time_ns, data)
                 try:
                     if message is not None:
@@ -121,8 +132,6 @@ class BagRun(Run):
             for connection in sorted(bag.connections, key=lambda connection: connection.topic):
                 yield f"{connection.topic}: {connection.msgcount} x {connection.msgtype}"
 
-    # -- the bag
-
     @contextmanager
     def _open(self) -> Iterator[Reader]:
         try:
@@ -131,7 +140,7 @@ class BagRun(Run):
             bag.open()
         except (ReaderError, OSError) as error:
             raise TraceError(f"an incomplete or damaged bag of ROS 2: {error}", file=self.path) from None
-        except Exception as error:  # noqa: BLE001 - damaged files raise many kinds of errors
+        except Exception as error:  # noqa: BLE001 - damaged files raise many kinds of errors in rosbags
             reason = f"{type(error).__name__}: {error}"
             raise TraceError(
                 f"a damaged bag of ROS 2: {reason}", file=self.path, hint="try: ros2 bag reindex"
@@ -144,11 +153,11 @@ class BagRun(Run):
     def _messages(
         self, bag: Reader, is_selected: Callable[[Connection], bool]
     ) -> Iterator[tuple[Connection, int, bytes]]:
-        """Yield the messages of some connections until the end, or until the bag is damaged."""
+        """Yield the messages of the selected connections, up to the first damage of the bag."""
         connections = [connection for connection in bag.connections if is_selected(connection)]
         if not connections:
-            return  # to rosbags, an empty list means all connections
-        messages = bag.messages([*connections, *_connections_of_files(bag, connections)])
+            return  # rosbags takes an empty list for all connections
+        messages = bag.messages([*connections, *_differing_connections(bag, connections)])
         while True:
             try:
                 item = next(messages)
@@ -159,8 +168,8 @@ class BagRun(Run):
                 return
             yield item
 
-    def _is_known(self, connection: Connection) -> bool:
-        """Register the message type of a topic from the bag; return whether the type is known."""
+    def _load_type(self, connection: Connection) -> bool:
+        """Load the type of a connection, from the bag if possible; return whether the type is known."""
         try:
             name = parse_type(connection.msgtype)
             if connection.msgdef.data:
@@ -172,13 +181,17 @@ class BagRun(Run):
         return True
 
 
-def _connections_of_files(bag: Reader, connections: list[Connection]) -> Iterator[Connection]:
-    """Yield the connections of the bag's files whose QoS differs from the metadata.yaml.
+def _differing_connections(bag: Reader, connections: list[Connection]) -> Iterator[Connection]:
+    """Yield the connections in files of the bag whose QoS differs from that in the metadata.yaml.
 
-    Without them, rosbags leaves out the messages in these files.
+    If rosbags does not get these connections, it leaves out the messages of the files.
     """
+    # only the reader of a folder, which has a metadata.yaml, has the attribute
     for file in getattr(bag.storage, "storages", ()):
-        for connection, in_file in product(connections, file.connections):
-            is_same = (in_file.topic, in_file.msgtype) == (connection.topic, connection.msgtype)
-            if is_same and in_file.ext != connection.ext:
-                yield connection._replace(ext=in_file.ext)
+        for connection, file_connection in product(connections, file.connections):
+            is_same = (file_connection.topic, file_connection.msgtype) == (
+                connection.topic,
+                connection.msgtype,
+            )
+            if is_same and file_connection.ext != connection.ext:
+                yield connection._replace(ext=file_connection.ext)

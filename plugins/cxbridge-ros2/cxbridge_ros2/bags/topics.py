@@ -1,7 +1,8 @@
-"""Conversion of a bag's messages to events of a run, by message type.
+"""Conversion of the messages in a bag to events of a run, by topic and type.
 
-A bag of cxbridge has all events of its run as JSON. A robot's bag has topics only: the status of actions and
-the messages of hubs become skills, /rosout becomes the log, /tf and interface topics become interface writes.
+A bag that cxbridge has written has the events of the run as JSON on topics of cxbridge. A robot's bag has
+other topics: the status of actions and the messages on hubs (the topics on which PlanSys2 and the thesis
+request actions) become skills, /rosout becomes the log, /tf and topics of interfaces become interface writes.
 """
 
 from __future__ import annotations
@@ -21,22 +22,19 @@ from cxbridge.trace.formats.base import StoredFile
 from cxbridge_ros2.actions import STATUS_TYPE, GoalStatus
 from cxbridge_ros2.frames import ROS_ID_PREFIX, TF_MESSAGE_TYPE
 from cxbridge_ros2.hub.protocol import MessageKind
-from cxbridge_ros2.interfaces.definitions import field_names, type_of
+from cxbridge_ros2.interfaces.definitions import ros_field_names, ros_message_type
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.rosout import LOG_TYPE, find_level
 
-EVENTS: Final = "/cxbridge/events"  # topic with all events of a run, each as JSON with its kind
+EVENTS_TOPIC: Final = "/cxbridge/events"  # has all events of a run, each as JSON with its kind
+FILES_TOPIC: Final = "/cxbridge/files"  # has the files attached to a run, each as JSON
+SOURCES_TOPIC: Final = "/cxbridge/sources"  # has a record of each file that the run has read, as JSON
+TEXT_TYPE: Final = "std_msgs/msg/String"
 
-FILES: Final = "/cxbridge/files"  # topic with the files of a run, each as JSON
-
-SOURCES: Final = "/cxbridge/sources"  # topic with the sources of a run, each as JSON
-
-TEXT: Final = "std_msgs/msg/String"
-
-_TREE: Final = "nav2_msgs/msg/BehaviorTreeLog"
-_HUBS: Final = ("plansys2_msgs/msg/ActionExecution", "cx_msgs/msg/SkillExecution")
-_GOAL_EVENT: Final = "_SendGoal_Event"
-_STATUSES: Final = {
+_BEHAVIOR_TREE_TYPE: Final = "nav2_msgs/msg/BehaviorTreeLog"
+_HUB_TYPES: Final = ("plansys2_msgs/msg/ActionExecution", "cx_msgs/msg/SkillExecution")
+_GOAL_EVENT_SUFFIX: Final = "_SendGoal_Event"
+_SKILL_STATUSES: Final = {
     GoalStatus.ACCEPTED: "S_RUNNING",
     GoalStatus.EXECUTING: "S_RUNNING",
     GoalStatus.SUCCEEDED: "S_FINAL",
@@ -44,81 +42,85 @@ _STATUSES: Final = {
     GoalStatus.ABORTED: "S_FAILED",
 }
 _REQUEST_EVENTS: Final = (0, 1)  # REQUEST_SENT, REQUEST_RECEIVED of service_msgs/ServiceEventInfo
-_INTERFACE_SLASHES: Final = 3  # number of slashes in /blackboard/TYPE/ID
-_MAX_GOALS: Final = 1000  # a long recording has any number of goals: the oldest are forgotten
-_MAX_ARGUMENTS: Final = 200  # characters of the arguments in a skill string
+_INTERFACE_SLASH_COUNT: Final = 3  # in /blackboard/TYPE/ID; topics of an interface's messages have more
+_MAX_GOALS: Final = 1000  # a long recording has any number of goals, so the oldest are forgotten
+_MAX_ARGUMENTS_LENGTH: Final = 200  # characters of the arguments in a skill string, which people read
 
 # Converts a message to events; called with the topic, the message, and the time in microseconds.
 Converter = Callable[[str, Message, int], Iterator[Event]]
 
 
-class Converters:
-    """Converters of a bag's messages by type.
+class ConverterTable:
+    """The converters of the messages in a bag.
 
     :param registry: the interface types.
-    :param has_events: whether the bag has all events of its run, so that its other topics only repeat them.
+    :param has_events: whether the bag has the events of a run, which its other topics only repeat.
     """
 
     def __init__(self, registry: InterfaceRegistry, *, has_events: bool) -> None:
         self._registry = registry
-        self._interfaces = {} if has_events else {type_of(name): name for name in registry.names()}
+        self._interface_types = (
+            {} if has_events else {ros_message_type(name): name for name in registry.names()}
+        )
         self.has_events = has_events
         self._goals: dict[bytes, _Goal] = {}
         self._last_number = 0
-        self._by_type: dict[str, Converter] = {
-            LOG_TYPE: _log,
-            TF_MESSAGE_TYPE: self._transforms,
-            STATUS_TYPE: self._status,
-            _TREE: _tree,
-            **dict.fromkeys(_HUBS, self._hub),
+        self._converters_by_type: dict[str, Converter] = {
+            LOG_TYPE: _convert_log,
+            TF_MESSAGE_TYPE: self._convert_transforms,
+            STATUS_TYPE: self._convert_status,
+            _BEHAVIOR_TREE_TYPE: _convert_behavior_tree,
+            **dict.fromkeys(_HUB_TYPES, self._convert_hub_message),
         }
 
-    def of(self, topic: str, message_type: str) -> Converter | None:
-        if topic == EVENTS and message_type == TEXT:
-            return _event
+    def find(self, topic: str, message_type: str) -> Converter | None:
+        """Return the converter for messages of a topic; None if the messages become no events."""
+        if topic == EVENTS_TOPIC and message_type == TEXT_TYPE:
+            return _convert_event
         if self.has_events:
             return None
-        if message_type in self._interfaces and topic.count("/") == _INTERFACE_SLASHES:
-            return self._interface(self._interfaces[message_type])
-        if message_type.endswith(_GOAL_EVENT):
-            return self._goal_request
-        return self._by_type.get(message_type)
+        if message_type in self._interface_types and topic.count("/") == _INTERFACE_SLASH_COUNT:
+            return self._make_interface_converter(self._interface_types[message_type])
+        if message_type.endswith(_GOAL_EVENT_SUFFIX):
+            return self._convert_goal_request
+        return self._converters_by_type.get(message_type)
 
     # -- skills
 
-    def _goal_request(self, topic: str, message: Message, _time_us: int) -> Iterator[Event]:
-        """Keep the content of a goal from a service event."""
+    def _convert_goal_request(self, topic: str, message: Message, _time_us: int) -> Iterator[Event]:
+        """Store the skill string of a goal, from the service event of its request."""
         for request in message["request"]:
             if message["info"]["event_type"] in _REQUEST_EVENTS:
-                goal = self._goal(topic, request["goal_id"]["uuid"])
-                goal.text = _skill_string(goal.name, _flatten(request["goal"]))
-        yield from ()  # a generator like all converters, although a request is no event
+                goal = self._find_goal(topic, request["goal_id"]["uuid"])
+                goal.skill_string = _format_skill_string(goal.name, _flatten_fields(request["goal"]))
+        yield from ()  # makes this function a generator like all converters; a request becomes no event
 
-    def _status(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
+    def _convert_status(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
         for goal_status in message["status_list"]:
-            goal = self._goal(topic, goal_status["goal_info"]["goal_id"]["uuid"])
-            status = _STATUSES.get(goal_status["status"])
-            # each message repeats the status of earlier goals
+            goal = self._find_goal(topic, goal_status["goal_info"]["goal_id"]["uuid"])
+            status = _SKILL_STATUSES.get(goal_status["status"])
+            # each message repeats the statuses of earlier goals
             if status is not None and status != goal.status and goal.status in ("", "S_RUNNING"):
                 goal.status = status
-                yield SkillStatus(time_us, "", goal.action, goal.text, goal.number, status)
+                yield SkillStatus(time_us, "", goal.action, goal.skill_string, goal.number, status)
 
-    def _goal(self, topic: str, uuid: bytes) -> _Goal:
+    def _find_goal(self, topic: str, uuid: bytes) -> _Goal:
         if uuid not in self._goals:
             while len(self._goals) >= _MAX_GOALS:
                 del self._goals[next(iter(self._goals))]
             self._last_number += 1
             action = topic.partition("/_action/")[0]
             name = action.rpartition("/")[2]
-            self._goals[uuid] = _Goal(action, name, _skill_string(name, {}), self._last_number)
+            self._goals[uuid] = _Goal(action, name, _format_skill_string(name, {}), self._last_number)
         return self._goals[uuid]
 
-    def _hub(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
-        # the field of PlanSys2, or that of the thesis
+    def _convert_hub_message(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
+        # PlanSys2 and the thesis have different names for the field
         arguments = message.get("arguments") or message.get("action_parameters") or ()
-        text = message.get("mapped_action") or _skill_string(
+        text = message.get("mapped_action") or _format_skill_string(
             message["action"], {str(number): text for number, text in enumerate(arguments, start=1)}
         )
+        # messages on a hub have no id of the goal: topic, performer and skill string identify the goal
         key = f"{topic} {message['node_id']} {text}".encode()
         if message["type"] == MessageKind.CONFIRM:
             self._last_number += 1
@@ -130,19 +132,19 @@ class Converters:
 
     # -- interfaces
 
-    def _interface(self, interface_type: str) -> Converter:
+    def _make_interface_converter(self, interface_type: str) -> Converter:
         fields = self._registry.schema(interface_type).fields
-        names = field_names(fields)
+        names = ros_field_names(fields)
 
         def convert(topic: str, message: Message, time_us: int) -> Iterator[Event]:
-            values = {field.name: _value(field, message[names[field.name]]) for field in fields}
+            values = {field.name: _to_interface_value(field, message[names[field.name]]) for field in fields}
             yield InterfaceWrite(time_us, f"{interface_type}::{topic.rpartition('/')[2]}", values)
 
         return convert
 
-    def _transforms(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
+    def _convert_transforms(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
         for stamped in message["transforms"]:
-            # old nodes write a leading slash, as in ROS 1
+            # tf of ROS 1 began the names of frames with a slash, and some old nodes still do
             child, transform = stamped["child_frame_id"].lstrip("/"), stamped["transform"]
             values = {
                 "static_transform": topic.endswith("_static"),
@@ -155,20 +157,26 @@ class Converters:
 
 
 class _Goal(msgspec.Struct):
-    """A goal of an action, as far as the bag contains it."""
+    """A goal of an action, or an action on a hub.
+
+    :param action: the name of the action, or of the performer on a hub; stands for the Skiller in events.
+    :param name: the last part of the action's name; stands for the skill.
+    :param skill_string: the skill string in events.
+    :param status: the last reported status; empty before the first.
+    """
 
     action: str
     name: str
-    text: str
+    skill_string: str
     number: int
     status: str = ""
 
 
-def _log(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
+def _convert_log(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
     yield LogLine(time_us, find_level(message["level"]), message["name"], message["msg"])
 
 
-def _tree(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
+def _convert_behavior_tree(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
     for change in message["event_log"]:
         yield LogLine(
             time_us,
@@ -178,71 +186,75 @@ def _tree(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
         )
 
 
-def _event(_topic: str, message: Message, _time_us: int) -> Iterator[Event]:
-    # kinds of later versions are left out
+def _convert_event(_topic: str, message: Message, _time_us: int) -> Iterator[Event]:
+    # events of unknown kinds are left out: a later version of cxbridge may have more kinds
     data = message["data"].encode("utf-8", "surrogatepass")
-    kind = msgspec.json.decode(data, type=_Kind).kind
+    kind = msgspec.json.decode(data, type=_EventKind).kind
     if kind in EVENT_TYPES:
         yield decoder(EVENT_TYPES[kind])(data)
 
 
-class _Kind(msgspec.Struct):
+class _EventKind(msgspec.Struct):
     kind: str
 
 
-class _File(msgspec.Struct):
+class _EncodedFile(msgspec.Struct):
     name: str
     media_type: str
     time_us: int
     data: str
 
 
-def record_message(record: Mapping[str, str]) -> Message:
+def encode_record(record: Mapping[str, str]) -> Message:
     return {"data": dump(record)}
 
 
-def record_of(message: Message) -> Mapping[str, str]:
+def decode_record(message: Message) -> Mapping[str, str]:
     """Return the record in a message.
 
-    :raises ValueError: if the message has none.
+    :raises ValueError: if the message has no record.
     """
     return msgspec.json.decode(message["data"], type=dict[str, str])
 
 
-def file_message(name: str, media_type: str, time_us: int, data: bytes) -> Message:
+def encode_file(name: str, media_type: str, time_us: int, data: bytes) -> Message:
     text = base64.b64encode(data).decode()
-    return {"data": msgspec.json.encode(_File(name, media_type, time_us, text)).decode()}
+    return {"data": msgspec.json.encode(_EncodedFile(name, media_type, time_us, text)).decode()}
 
 
-def file_of(message: Message) -> StoredFile:
+def decode_file(message: Message) -> StoredFile:
     """Return the file in a message.
 
-    :raises ValueError: if the message has none.
+    :raises ValueError: if the message has no file.
     """
-    stored = msgspec.json.decode(message["data"], type=_File)
+    stored = msgspec.json.decode(message["data"], type=_EncodedFile)
     data = base64.b64decode(stored.data, validate=True)
     return StoredFile(stored.name, stored.media_type, len(data), stored.time_us, lambda: data)
 
 
-def _value(field: FieldSchema, value: Any) -> Any:
-    """Return a value in the form of interface writes."""
+def _to_interface_value(field: FieldSchema, value: Any) -> Any:
+    """Return the value of a field as in events of interface writes."""
     if field.enum is not None and not field.is_array:
         return next((item.name for item in field.enum.items if item.value == value), value)
     return tuple(value) if isinstance(value, bytes | list) else value
 
 
-def _flatten(value: Any, path: str = "") -> dict[str, Any]:
-    """Return the values of a message by dotted path, without empty texts and zeros."""
+def _flatten_fields(value: Any, path: str = "") -> dict[str, Any]:
+    """Return the scalars in a message by dotted path, without empty texts and zeros."""
     if isinstance(value, Mapping):
         flat_values: dict[str, Any] = {}
         for name, inner in value.items():
-            flat_values.update(_flatten(inner, f"{path}.{name}" if path else name))
+            flat_values.update(_flatten_fields(inner, f"{path}.{name}" if path else name))
         return flat_values
     is_scalar = isinstance(value, str | bool | int | float)
     return {path: value} if is_scalar and value else {}
 
 
-def _skill_string(name: str, values: Mapping[str, Any]) -> str:
-    """Return a skill string for display; long arguments are cut."""
+def _format_skill_string(name: str, values: Mapping[str, Any]) -> str:
+    """Return a skill string, with long arguments cut."""
     inner = ", ".join(f"{key}={msgspec.json.encode(value).decode()}" for key, value in values.items())
-    return f"{name}{{{inner}}}" if len(inner) < _MAX_ARGUMENTS else f"{name}{{{inner[:_MAX_ARGUMENTS]}...}}"
+    return (
+        f"{name}{{{inner}}}"
+        if len(inner) < _MAX_ARGUMENTS_LENGTH
+        else f"{name}{{{inner[:_MAX_ARGUMENTS_LENGTH]}...}}"
+    )

@@ -1,7 +1,7 @@
-"""Limits the memory of rosbags, whose own functions unpack chunks and messages of any size.
+"""Limits the memory that rosbags uses to unpack chunks and messages.
 
-A small file may expand to more than the memory. rosbags has no hook for a limit, so functions in its modules
-are replaced.
+A small file may expand to more than the memory. Since rosbags has no option for a limit, this module replaces
+functions in the modules of rosbags.
 """
 
 from __future__ import annotations
@@ -18,23 +18,28 @@ from rosbags.rosbag2 import ReaderError
 
 from cxbridge.trace.formats.mcap.records import MAX_RECORD
 
-MAX_BYTES: Final = MAX_RECORD  # limit of an unpacked chunk or message, in bytes
+MAX_UNPACKED_BYTES: Final = MAX_RECORD  # limit of an unpacked chunk or message, in bytes
 
-MAX_EXPANSION: Final = 100  # largest expansion factor of a whole packed file beyond `MAX_BYTES`
+# Limit of the expansion of a packed file. Smaller files may expand to `MAX_UNPACKED_BYTES`.
+MAX_EXPANSION_FACTOR: Final = 100
 
-_READ_BYTES: Final = 1024 * 1024  # bytes per read, so that the limit is checked before memory is used up
+_READ_BYTES: Final = 1024 * 1024  # bytes per read: the size is checked after each
 
 
-def _decompress(make: Callable[[], Any], data: bytes) -> bytes:
-    """Unpack data frame by frame."""
+def _decompress(make_decompressor: Callable[[], Any], data: bytes) -> bytes:
+    """Unpack data that consists of frames.
+
+    :param make_decompressor: makes the decompressor of a frame.
+    :raises ReaderError: if the data is cut, or exceeds the limit.
+    """
     chunks: list[bytes] = []
-    remaining_bytes = MAX_BYTES
+    remaining_bytes = MAX_UNPACKED_BYTES
     while data:
-        frame = make()
-        chunk = bytes(frame.decompress(data, remaining_bytes + 1))
+        frame = make_decompressor()
+        chunk = bytes(frame.decompress(data, remaining_bytes + 1))  # one more byte shows an excess
         remaining_bytes -= len(chunk)
         if remaining_bytes < 0:
-            raise ReaderError(f"a chunk or message of more than {MAX_BYTES} bytes")
+            raise ReaderError(f"a chunk or message of more than {MAX_UNPACKED_BYTES} bytes")
         if not frame.eof and not chunk:
             raise ReaderError("a cut chunk or message")
         chunks.append(chunk)
@@ -42,8 +47,8 @@ def _decompress(make: Callable[[], Any], data: bytes) -> bytes:
     return b"".join(chunks)
 
 
-class _Zstd:
-    """Replacement for the zstd module in rosbags."""
+class _LimitedZstd:
+    """Replaces the zstd module that rosbags has imported; checks sizes before it unpacks."""
 
     def __init__(self, module: Any) -> None:
         self._module = module
@@ -59,24 +64,24 @@ class _Zstd:
 
         :raises ReaderError: if the size exceeds the limits.
         """
-        packed = file.seek(0, io.SEEK_END)
-        limit = max(MAX_BYTES, MAX_EXPANSION * packed)
+        packed_bytes = file.seek(0, io.SEEK_END)
+        max_bytes = max(MAX_UNPACKED_BYTES, MAX_EXPANSION_FACTOR * packed_bytes)
         file.seek(0)
         with self._module.open(file, mode) as unpacked:
             size = 0
             while chunk := unpacked.read(_READ_BYTES):
                 size += len(chunk)
-                if size > limit:
-                    raise ReaderError(f"a packed file of {packed} bytes becomes more than {limit}")
+                if size > max_bytes:
+                    raise ReaderError(f"a packed file of {packed_bytes} bytes becomes more than {max_bytes}")
         file.seek(0)
         return self._module.open(file, mode)
 
 
 @functools.cache
 def limit_unpacking() -> None:
-    """Install the limits in rosbags, for this process."""
+    """Replace the functions in rosbags for the rest of this process. Further calls do nothing."""
     bags: Any = bag_module
     mcap: Any = mcap_module
     for module in (bags, mcap):
-        module.zstd = _Zstd(module.zstd)
+        module.zstd = _LimitedZstd(module.zstd)
     mcap.lz4_decompress = functools.partial(_decompress, lz4.frame.LZ4FrameDecompressor)

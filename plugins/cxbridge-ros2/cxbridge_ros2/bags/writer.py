@@ -1,7 +1,7 @@
-"""Writer of runs as ROS 2 bags, with the exact events and with messages for ROS tools.
+"""Writer of runs as ROS 2 bags.
 
-Each event is JSON on a topic of cxbridge, from which the reader restores the run. Log lines and frames
-are also on /rosout and /tf, where ROS' tools look for them.
+Each event is a message with JSON on a topic of cxbridge, from which the reader restores the run. Log lines
+and frames are also on /rosout and /tf, where the tools of ROS look for them.
 """
 
 from __future__ import annotations
@@ -22,8 +22,15 @@ from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Attachment, RunWriter
 from cxbridge.trace.formats.files import writing
 from cxbridge.trace.sourcing import SourceNamer
-from cxbridge_ros2.bags.reader import METADATA
-from cxbridge_ros2.bags.topics import EVENTS, FILES, SOURCES, TEXT, file_message, record_message
+from cxbridge_ros2.bags.reader import METADATA_PREFIX
+from cxbridge_ros2.bags.topics import (
+    EVENTS_TOPIC,
+    FILES_TOPIC,
+    SOURCES_TOPIC,
+    TEXT_TYPE,
+    encode_file,
+    encode_record,
+)
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.frames import TF_MESSAGE_TYPE, encode_transform
 from cxbridge_ros2.messages import Codec, Message
@@ -31,10 +38,10 @@ from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.rosout import LOG_TYPE, log_message
 from cxbridge_ros2.stamps import NS_PER_US
 
-_VERSION: Final = 9  # version of rosbag2's metadata
-_TRANSFORM: Final = "TransformInterface::"
+_METADATA_VERSION: Final = 9  # version of the metadata.yaml, that of ROS 2 Jazzy
+_TRANSFORM_UID_PREFIX: Final = "TransformInterface::"
 # Later times may overflow the signed 64-bit nanoseconds of a bag.
-_LATEST_US: Final = 2**62 // NS_PER_US
+_MAX_TIME_US: Final = 2**62 // NS_PER_US
 
 
 class BagWriter(RunWriter):
@@ -49,10 +56,10 @@ class BagWriter(RunWriter):
         self._codec = Codec(self._definitions)
         self._connections: dict[str, Connection] = {}
         self._last_us = 0
-        self._sources = SourceNamer()
-        with _writing(path):
-            path.parent.stat()  # fails for a missing parent folder, which the library would create
-            self._bag = Writer(path, version=_VERSION, storage_plugin=storage)
+        self._source_namer = SourceNamer()
+        with _convert_errors(path):
+            path.parent.stat()  # raises the error about a missing parent folder, which rosbags would create
+            self._bag = Writer(path, version=_METADATA_VERSION, storage_plugin=storage)
             self._bag.open()
         self._is_open = True
 
@@ -60,32 +67,34 @@ class BagWriter(RunWriter):
         return level.event_types | {SourceRead}
 
     def write(self, event: Event) -> None:
-        """Write an event, and its message for ROS tools if there is one."""
+        """Write an event, and the message for the tools of ROS if the event has one."""
         if isinstance(event, SourceRead):
-            record, attachment = self._sources.record(event)
+            record, attachment = self._source_namer.record(event)
             if attachment is not None:
                 self.attach(attachment)
-            self._write(SOURCES, TEXT, event.time_us, record_message(record))
+            self._write_message(SOURCES_TOPIC, TEXT_TYPE, event.time_us, encode_record(record))
             return
-        self._write(EVENTS, TEXT, event.time_us, {"data": _text(encode_with_kind(event))})
+        self._write_message(
+            EVENTS_TOPIC, TEXT_TYPE, event.time_us, {"data": _to_ros_text(encode_with_kind(event))}
+        )
         if isinstance(event, LogLine):
-            self._write("/rosout", LOG_TYPE, event.time_us, log_message(event, event.component))
-        elif isinstance(event, InterfaceWrite) and event.uid.startswith(_TRANSFORM):
+            self._write_message("/rosout", LOG_TYPE, event.time_us, log_message(event, event.component))
+        elif isinstance(event, InterfaceWrite) and event.uid.startswith(_TRANSFORM_UID_PREFIX):
             topic = "/tf_static" if event.values.get("static_transform") else "/tf"
             transform = encode_transform(event.values, event.time_us)
-            self._write(topic, TF_MESSAGE_TYPE, event.time_us, {"transforms": [transform]})
+            self._write_message(topic, TF_MESSAGE_TYPE, event.time_us, {"transforms": [transform]})
 
     def attach(self, attachment: Attachment) -> None:
-        self._write(
-            FILES,
-            TEXT,
-            attachment.time_us or self._last_us,
-            file_message(attachment.name, attachment.media_type, attachment.time_us, attachment.data),
+        self._write_message(
+            FILES_TOPIC,
+            TEXT_TYPE,
+            attachment.time_us or self._last_us,  # without a time: after all events so far
+            encode_file(attachment.name, attachment.media_type, attachment.time_us, attachment.data),
         )
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         for key, value in metadata.items():
-            self._bag.set_custom_data(f"{METADATA}.{key}", value)
+            self._bag.set_custom_data(f"{METADATA_PREFIX}.{key}", value)
 
     def flush(self) -> None:
         """Do nothing: a bag is readable only after closing."""
@@ -93,14 +102,14 @@ class BagWriter(RunWriter):
     def close(self) -> None:
         if self._is_open:
             self._is_open = False
-            with _writing(self.path):
+            with _convert_errors(self.path):
                 self._bag.close()
 
-    def _write(self, topic: str, message_type: str, time_us: int, message: Message) -> None:
+    def _write_message(self, topic: str, message_type: str, time_us: int, message: Message) -> None:
         name = parse_type(message_type)
         data = self._codec.encode(name, message)
-        self._last_us = max(0, min(time_us, _LATEST_US))
-        with _writing(self.path):
+        self._last_us = max(0, min(time_us, _MAX_TIME_US))
+        with _convert_errors(self.path):
             if topic not in self._connections:
                 self._connections[topic] = self._bag.add_connection(
                     topic, message_type, typestore=self._definitions.store
@@ -109,8 +118,8 @@ class BagWriter(RunWriter):
 
 
 @contextmanager
-def _writing(path: Path) -> Iterator[None]:
-    """Convert errors of the library and of the operating system to `TraceError`."""
+def _convert_errors(path: Path) -> Iterator[None]:
+    """Convert errors of rosbags and of the operating system to `TraceError`."""
     try:
         with writing(path):
             yield
@@ -126,6 +135,6 @@ def open_sqlite3(path: Path, _registry: InterfaceRegistry) -> BagWriter:
     return BagWriter(path, StoragePlugin.SQLITE3)
 
 
-def _text(data: bytes) -> str:
-    """Return JSON as a string of ROS, which has neither invalid UTF-8 nor NULs."""
+def _to_ros_text(data: bytes) -> str:
+    """Return JSON as a text without invalid UTF-8 and NULs, which ROS strings cannot contain."""
     return data.decode("utf-8", "backslashreplace").replace("\0", "\\u0000")

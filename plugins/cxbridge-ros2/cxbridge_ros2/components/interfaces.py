@@ -7,8 +7,8 @@ from fnmatch import fnmatchcase
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge_ros2.interfaces.definitions import definitions_of
-from cxbridge_ros2.interfaces.settings import SECTION, WRITE, TopicSettings, topic_settings
+from cxbridge_ros2.interfaces.definitions import generate_definitions
+from cxbridge_ros2.interfaces.settings import SECTION, WRITE, TopicSettings, read_topic_settings
 from cxbridge_ros2.interfaces.topics import PublishedInterfaces, WrittenInterface, check_mapping
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.settings import NodeSettings, locate_errors
@@ -28,7 +28,7 @@ class Ros2Interfaces(Component):
         self._published: list[PublishedInterfaces] = []
         # topics with the same node settings share a node
         topics_of_nodes: dict[NodeSettings, list[TopicSettings]] = {}
-        for topic in topic_settings(context.config, context.paths.confdir):
+        for topic in read_topic_settings(context.config, context.paths.confdir):
             topics_of_nodes.setdefault(topic.node, []).append(topic)
         try:
             for number, (settings, topics) in enumerate(topics_of_nodes.items(), start=1):
@@ -44,8 +44,8 @@ class Ros2Interfaces(Component):
         schemas = {topic.key: [*map(registry.schema, self._types(topic))] for topic in topics}
         texts: dict[str, str] = {}
         for topic in topics:
-            for schema in schemas[topic.key] if topic.type is None else ():
-                texts.update(definitions_of(schema))
+            for schema in schemas[topic.key] if topic.type_name is None else ():
+                texts.update(generate_definitions(schema))
         definitions = settings.load_definitions(texts)
         for topic in topics:
             with locate_errors(context.config, f"{SECTION}/{topic.key}"):

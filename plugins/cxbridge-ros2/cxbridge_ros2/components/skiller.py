@@ -9,7 +9,7 @@ from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.skiller.calls import CallOutcome, SkillerCall
 from cxbridge_ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
-from cxbridge_ros2.interfaces.definitions import ACTIONS, EXEC_SKILL
+from cxbridge_ros2.interfaces.definitions import ACTION_DEFINITIONS, EXEC_SKILL_TYPE
 from cxbridge_ros2.names import check_topic
 from cxbridge_ros2.settings import locate_errors, read_node_section, typed_setting
 
@@ -35,12 +35,14 @@ class Ros2Skiller(Component):
             )
             self._node = settings.join(
                 f"cxbridge_skiller_{context.name}",
-                settings.load_definitions(ACTIONS),
+                settings.load_definitions(ACTION_DEFINITIONS),
                 context.bus.logger("Ros2Skiller").warn,
                 context.rights,
             )
         right = context.rights.of_message(*EXEC_SKILL_MESSAGE)
-        self._server = ActionServer(self._node, action, EXEC_SKILL, self._execute, context.clock, right=right)
+        self._server = ActionServer(
+            self._node, action, EXEC_SKILL_TYPE, self._execute, context.clock, right=right
+        )
 
     def loop(self) -> None:
         self._node.poll()

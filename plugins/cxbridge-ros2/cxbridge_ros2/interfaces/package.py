@@ -1,4 +1,4 @@
-"""Two ROS packages for machines with ROS: the definitions, and the program with a launch file.
+"""Writes two ROS packages for machines with ROS: one with definitions, and one that starts this program.
 
 ``cxbridge_msgs`` has a message for each interface, and the action of Skillers. ``cxbridge`` starts the
 installed program: ``ros2 run cxbridge cxbridge ...``, ``ros2 launch cxbridge daemon.launch.py``.
@@ -17,7 +17,7 @@ from cxbridge.errors import Ros2Error
 from cxbridge.file_access import write_file
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.spawning import python_command
-from cxbridge_ros2.interfaces.definitions import ACTIONS, PACKAGE, definitions_of
+from cxbridge_ros2.interfaces.definitions import ACTION_DEFINITIONS, PACKAGE, generate_definitions
 
 _MANIFEST: Final = Template("""<?xml version="1.0"?>
 <package format="3">
@@ -81,49 +81,49 @@ def generate_launch_description():
 
 
 def write_packages(schemas: Iterable[InterfaceSchema], folder: Path) -> list[Path]:
-    """Write both packages into a folder, such as the ``src`` of a workspace; return their folders."""
-    texts = dict(ACTIONS)
+    """Write both packages into a folder, such as the ``src`` of a workspace; return the packages' folders."""
+    texts = dict(ACTION_DEFINITIONS)
     for schema in schemas:
-        texts.update(definitions_of(schema))
-    files = {PACKAGE: _message_files(texts), "cxbridge": _program_files()}
+        texts.update(generate_definitions(schema))
+    files = {PACKAGE: _make_message_files(texts), "cxbridge": _make_program_files()}
     for package, contents in files.items():
         for name, text in contents.items():
-            _write(folder / package / name, text)
-    (folder / "cxbridge/cxbridge").chmod(0o755)
+            _write_package_file(folder / package / name, text)
+    (folder / "cxbridge/cxbridge").chmod(0o755)  # `ros2 run` starts executable files only
     return [folder / package for package in files]
 
 
-def _message_files(texts: Mapping[str, str]) -> dict[str, str]:
+def _make_message_files(texts: Mapping[str, str]) -> dict[str, str]:
     files = {}
-    for kind, text in texts.items():
-        _, folder, name = kind.split("/")
+    for type_name, text in texts.items():
+        _, folder, name = type_name.split("/")
         files[f"{folder}/{name}.{folder}"] = text
     file_list = "\n".join(f'  "{file}"' for file in sorted(files))
-    manifest = _manifest(
+    manifest = _format_manifest(
         PACKAGE, "Interfaces of the blackboard as messages, and the action of Skillers", _MESSAGE_DEPENDS
     )
-    build = _BUILD_MESSAGES.substitute(name=PACKAGE, files=file_list)
-    return {**files, "package.xml": manifest, "CMakeLists.txt": build}
+    build_file = _BUILD_MESSAGES.substitute(name=PACKAGE, files=file_list)
+    return {**files, "package.xml": manifest, "CMakeLists.txt": build_file}
 
 
-def _program_files() -> dict[str, str]:
-    # a script with the path of this Python, since ROS' own Python does not have cxbridge
-    start = f'#!/bin/sh\nexec {shlex.join(python_command("-m", "cxbridge"))} "$@"\n'
+def _make_program_files() -> dict[str, str]:
+    # a script with the path of this Python, since the Python of ROS does not have cxbridge
+    start_script = f'#!/bin/sh\nexec {shlex.join(python_command("-m", "cxbridge"))} "$@"\n'
     return {
-        "package.xml": _manifest("cxbridge", "The CLIPS Executive as a program", _PROGRAM_DEPENDS),
+        "package.xml": _format_manifest("cxbridge", "The CLIPS Executive as a program", _PROGRAM_DEPENDS),
         "CMakeLists.txt": _BUILD_PROGRAM,
-        "cxbridge": start,
+        "cxbridge": start_script,
         "launch/daemon.launch.py": _LAUNCH,
     }
 
 
-def _manifest(name: str, description: str, depends: str) -> str:
+def _format_manifest(name: str, description: str, depends: str) -> str:
     numbers = [number for number in __version__.split(".") if number.isdecimal()]
     version = ".".join((*numbers, "0", "0", "0")[:3])  # ROS requires three numbers
     return _MANIFEST.substitute(name=name, version=version, description=description, depends=depends)
 
 
-def _write(file: Path, text: str) -> None:
+def _write_package_file(file: Path, text: str) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         write_file(file, text)

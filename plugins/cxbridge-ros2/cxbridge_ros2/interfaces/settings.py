@@ -34,38 +34,39 @@ _KEYS: Final = (
     *("interface", "direction", "topic", "type", "fields", "constants", "stamp", "qos", "messages"),
     *NODE_KEYS,
 )
-# Settings that only a message type of the user needs.
-_MAPPING_KEYS: Final = ("fields", "constants", "stamp")
-_GLOB: Final = re.compile(r"[*?\[]")
+# Settings that require a message type: the generated type has the fields of the interface.
+_MESSAGE_TYPE_KEYS: Final = ("fields", "constants", "stamp")
+_GLOB_CHARACTERS: Final = re.compile(r"[*?\[]")
 
 
 class TopicSettings(Struct, frozen=True):
-    """The settings of interfaces and their topics.
+    """The settings of interfaces and their topics. Paths in a message have dots: ``header.stamp``.
 
     :param key: the name in the configuration.
+    :param pattern: matches the interfaces.
     :param direction: ``publish`` to send writes to the topic, ``write`` to write received messages.
     :param topic: the topic; None for ``/blackboard/TYPE/ID``.
-    :param type: the message type; None for the generated type.
-    :param fields: paths in the message by interface field.
+    :param type_name: the message type; None for the generated type.
+    :param paths: the path in the message of each interface field.
     :param constants: values in the message by path.
-    :param stamp: the path of the time in the message; may be empty.
-    :param messages: whether the interface's messages also have topics.
+    :param stamp_path: the path of the time in the message; may be empty.
+    :param has_message_topics: whether the messages of the interface have topics, too.
     """
 
     key: str
     pattern: Pattern
     direction: str
     topic: str | None
-    type: str | None
-    fields: Mapping[str, str]
+    type_name: str | None
+    paths: Mapping[str, str]
     constants: Mapping[str, Any]
-    stamp: str
+    stamp_path: str
     qos: QosProfile
-    messages: bool
+    has_message_topics: bool
     node: NodeSettings
 
 
-def topic_settings(config: Configuration, folder: Path) -> list[TopicSettings]:
+def read_topic_settings(config: Configuration, folder: Path) -> list[TopicSettings]:
     """Return the configured topics.
 
     :param folder: the base of relative paths.
@@ -74,11 +75,11 @@ def topic_settings(config: Configuration, folder: Path) -> list[TopicSettings]:
     topics = []
     for key in config.keys(SECTION):
         with locate_errors(config, section := f"{SECTION}/{key}"):
-            topics.append(_settings(key, read_section(config, section), folder))
+            topics.append(_parse_topic_settings(key, read_section(config, section), folder))
     return topics
 
 
-def _settings(key: str, values_by_path: Mapping[str, Any], folder: Path) -> TopicSettings:
+def _parse_topic_settings(key: str, values_by_path: Mapping[str, Any], folder: Path) -> TopicSettings:
     component, values = f"the topic {key}", nest_settings(values_by_path)
     check_keys(values, _KEYS, component)
     pattern = Pattern.parse(typed_setting(values, "interface", "", component))
@@ -86,22 +87,27 @@ def _settings(key: str, values_by_path: Mapping[str, Any], folder: Path) -> Topi
     if direction not in (PUBLISH, WRITE):
         hint = did_you_mean(direction, (PUBLISH, WRITE), f"use {PUBLISH} or {WRITE}")
         raise ConfigError(f"{component} has no direction '{direction}'", hint=hint)
-    topic, kind = typed_setting(values, "topic", "", component), typed_setting(values, "type", "", component)
-    if _GLOB.search(f"{pattern.type_glob}{pattern.id_glob}") and (topic or kind or direction == WRITE):
+    topic, type_name = (
+        typed_setting(values, "topic", "", component),
+        typed_setting(values, "type", "", component),
+    )
+    if _GLOB_CHARACTERS.search(f"{pattern.type_glob}{pattern.id_glob}") and (
+        topic or type_name or direction == WRITE
+    ):
         hint = "several interfaces can only be published, each to a separate topic"
         raise ConfigError(f"{component} is for one interface: write TYPE::ID", hint=hint)
-    messages = typed_setting(values, "messages", default=False, component=component)
-    if kind and messages:
+    has_message_topics = typed_setting(values, "messages", default=False, component=component)
+    if type_name and has_message_topics:
         raise ConfigError(f"{component}: messages have topics only where no type is set")
-    if not kind and (useless := [name for name in _MAPPING_KEYS if name in values]):
+    if not type_name and (useless := [name for name in _MESSAGE_TYPE_KEYS if name in values]):
         raise ConfigError(
             f"{component}: '{useless[0]}' goes with a type", hint="e.g. sensor_msgs/msg/BatteryState"
         )
     fields: dict[str, Any] = typed_setting(values, "fields", {}, component)
-    if kind and not fields:
+    if type_name and not fields:
         hint = "e.g. fields: {voltage: voltage}: the interface's field, the message's"
         raise ConfigError(f"{component} needs fields", hint=hint)
-    # from the settings by path: a nested mapping of constants is a path in the message
+    # from the settings by path, since a nested mapping of constants stands for a path in the message
     constants = {
         path.removeprefix("constants/").replace("/", "."): value
         for path, value in values_by_path.items()
@@ -112,11 +118,11 @@ def _settings(key: str, values_by_path: Mapping[str, Any], folder: Path) -> Topi
         pattern=pattern,
         direction=direction,
         topic=check_topic(topic) if topic else None,
-        type=kind or None,
-        fields={str(name): str(path) for name, path in fields.items()},
+        type_name=type_name or None,
+        paths={str(name): str(path) for name, path in fields.items()},
         constants=constants,
-        stamp=typed_setting(values, "stamp", "", component),
+        stamp_path=typed_setting(values, "stamp", "", component),
         qos=find_profile(typed_setting(values, "qos", "default", component)),
-        messages=messages,
+        has_message_topics=has_message_topics,
         node=NodeSettings.parse(values, folder, component),
     )

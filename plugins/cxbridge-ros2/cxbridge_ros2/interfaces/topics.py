@@ -1,8 +1,8 @@
-"""Interfaces as topics: publishes writes of the blackboard, or writes received messages to it.
+"""Interfaces as topics: publishes writes of the blackboard, or writes received messages to the blackboard.
 
-An interface has a writer and readers, which send messages to the writer. The writer of a
-published interface is in this system, and nodes of ROS send messages to the writer. A written interface has
-its writer in ROS, and readers in this system send messages there.
+An interface has a writer, and readers, which send messages to the writer. The writer of a published interface
+is on the blackboard, and nodes of ROS send messages to the writer. The writer of a written interface is a
+node of ROS, and readers on the blackboard send messages to that node.
 """
 
 from __future__ import annotations
@@ -23,41 +23,45 @@ from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 from cxbridge.rights import right_of_frame
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.interfaces.definitions import TIME, field_names, type_of
+from cxbridge_ros2.interfaces.definitions import TIME_FIELD, ros_field_names, ros_message_type
 from cxbridge_ros2.interfaces.settings import WRITE, TopicSettings
 from cxbridge_ros2.messages import Message, value_at
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.node import Node, Publisher
 from cxbridge_ros2.stamps import us_to_stamp
 
-OWNER: Final = "ROS 2"
+OWNER: Final = "ROS 2"  # the owner of the opened interfaces, as the blackboard shows
 
-_QUEUE_LIMIT: Final = 100  # messages that wait for the next loop
-_SUFFIX: Final = "Message"  # the end of the names of messages, which topics leave out
+_MAX_QUEUED_MESSAGES: Final = 100  # messages of readers that wait for the next loop
+_MESSAGE_SUFFIX: Final = "Message"  # the end of a message's name, which the name of the topic leaves out
 
 
-def topic_of(interface_type: str, interface_id: str) -> str:
-    """Return the default topic of an interface, ``/blackboard/TYPE/ID``, with other characters as ``_``."""
+def default_topic(interface_type: str, interface_id: str) -> str:
+    """Return the default topic of an interface: ``/blackboard/TYPE/ID``.
+
+    In the id, ``_`` replaces the characters that are invalid in ROS. A part of a name begins with a letter.
+    """
     token = re.sub(r"[^A-Za-z0-9]+", "_", interface_id).strip("_")
     return f"/blackboard/{interface_type}/{token if token[:1].isalpha() else f'id_{token}'}"
 
 
 def check_mapping(settings: TopicSettings, schema: InterfaceSchema, definitions: Definitions) -> None:
-    """Check the configured fields of an interface and its message.
+    """Check that the configured fields exist in an interface and in the message type.
 
     :raises CxbridgeError: if a type or field does not exist.
     """
-    if settings.type is None:
+    if settings.type_name is None:
         return
-    kind = parse_type(settings.type)
-    for path in (*_paths(settings, schema).values(), *settings.constants, *filter(None, [settings.stamp])):
-        definitions.check_path(kind, path)
+    type_name = parse_type(settings.type_name)
+    stamp_paths = filter(None, [settings.stamp_path])
+    for path in (*_message_paths(settings, schema).values(), *settings.constants, *stamp_paths):
+        definitions.check_path(type_name, path)
 
 
 class PublishedInterfaces(Closing):
-    """Publishes existing and future interfaces.
+    """Publishes the existing and future interfaces that match a pattern.
 
-    :param written_uids: interfaces written from ROS, which are not sent back.
+    :param written_uids: the interfaces that are written from ROS, and so are not published.
     """
 
     def __init__(
@@ -65,11 +69,11 @@ class PublishedInterfaces(Closing):
     ) -> None:
         self._settings, self._node, self._log, self._written_uids = settings, node, log, written_uids
         self._board = board
-        self._publish: dict[str, Callable[[InterfaceChange], None]] = {}
+        self._publish_functions: dict[str, Callable[[InterfaceChange], None]] = {}
         self._publishers: list[Publisher] = []
         self._close_functions: list[Callable[[], None]] = []
-        self._topics: set[str] = set()
-        self._refused: set[str] = set()
+        self._used_topics: set[str] = set()
+        self._failed_uids: set[str] = set()
         self._feed = Feed(board, OWNER)
         try:
             for instance in self._feed.follow(settings.pattern.type_glob, settings.pattern.id_glob):
@@ -82,67 +86,75 @@ class PublishedInterfaces(Closing):
         while (change := self._feed.next(Deadline(0))) is not None:
             self._publish_change(change)
         for instance in self._feed.opened:
-            if instance.uid not in self._publish:  # an interface without a write so far
+            # an interface without a write so far has no change, but its topic must exist
+            if instance.uid not in self._publish_functions:
                 self._publish_change(self._feed.now(instance))
 
     def _publish_change(self, change: InterfaceChange) -> None:
-        if change.uid in self._written_uids or change.uid in self._refused:
+        if change.uid in self._written_uids or change.uid in self._failed_uids:
             return
         try:
-            publish = self._publish.get(change.uid) or self._begin(change.uid)
-            if change.kind == "data" and change.time_us:  # no time: the interface was never written
+            publish = self._publish_functions.get(change.uid) or self._start_publishing(change.uid)
+            if change.kind == "data" and change.time_us:  # an interface without a write has the time 0
                 publish(change)
         except CxbridgeError as error:
-            self._refused.add(change.uid)
+            self._failed_uids.add(change.uid)
             self._log.warn(f"{change.uid} is not published any more: {error.message}")
 
-    def _begin(self, uid: str) -> Callable[[InterfaceChange], None]:
+    def _start_publishing(self, uid: str) -> Callable[[InterfaceChange], None]:
         interface_type, _, interface_id = uid.partition("::")
         settings, schema = self._settings, self._board.registry.get(interface_type).SCHEMA
-        topic = f"{settings.node.namespace}{settings.topic or topic_of(interface_type, interface_id)}"
-        if topic in self._topics:
+        topic = f"{settings.node.namespace}{settings.topic or default_topic(interface_type, interface_id)}"
+        if topic in self._used_topics:
             raise ConfigError(f"another interface has the topic {topic}")
-        self._topics.add(topic)
-        publisher = self._node.create_publisher(topic, settings.type or type_of(interface_type), settings.qos)
+        self._used_topics.add(topic)
+        publisher = self._node.create_publisher(
+            topic, settings.type_name or ros_message_type(interface_type), settings.qos
+        )
         self._publishers.append(publisher)
-        paths, stamp = _paths(settings, schema), TIME if settings.type is None else settings.stamp
-        if settings.messages:
-            self._receive_messages(topic, self._feed.open(interface_type, interface_id))
+        paths = _message_paths(settings, schema)
+        stamp_path = TIME_FIELD if settings.type_name is None else settings.stamp_path
+        if settings.has_message_topics:
+            self._subscribe_messages(topic, self._feed.open(interface_type, interface_id))
 
         def publish(change: InterfaceChange) -> None:
             message: Message = {}
             for path, value in settings.constants.items():
-                _put(message, path, value)
+                _set_field(message, path, value)
             for field, path in paths.items():
-                _put(message, path, _to_ros(change.values[field]))
-            if stamp:
-                _put(message, stamp, us_to_stamp(change.time_us))
+                _set_field(message, path, _to_ros(change.values[field]))
+            if stamp_path:
+                _set_field(message, stamp_path, us_to_stamp(change.time_us))
             publisher.publish(message)
 
-        self._publish[uid] = publish
+        self._publish_functions[uid] = publish
         return publish
 
-    def _receive_messages(self, topic: str, instance: Interface) -> None:
-        """Send the messages of an interface's topics to its writer."""
+    def _subscribe_messages(self, topic: str, instance: Interface) -> None:
+        """Subscribe to the topics for messages of an interface, and send the messages to its writer."""
         for schema in instance.SCHEMA.messages:
-            send = partial(self._send, instance, schema.name, field_names(schema.fields))
-            kind = type_of(instance.type, schema.name)
+            enqueue = partial(self._enqueue_message, instance, schema.name, ros_field_names(schema.fields))
+            type_name = ros_message_type(instance.type, schema.name)
             right = self._node.rights.of_message(instance.type, schema.name)
-            message_topic = f"{topic}/{schema.name.removesuffix(_SUFFIX)}"
-            self._close_functions.append(self._node.subscribe(message_topic, kind, send, right=right))
+            message_topic = f"{topic}/{schema.name.removesuffix(_MESSAGE_SUFFIX)}"
+            self._close_functions.append(self._node.subscribe(message_topic, type_name, enqueue, right=right))
 
-    def _send(self, instance: Interface, name: str, names: Mapping[str, str], message: Message) -> None:
+    def _enqueue_message(
+        self, instance: Interface, name: str, names: Mapping[str, str], message: Message
+    ) -> None:
         try:
             interface_message = instance.create_message(name)
             for field, ros_field in names.items():
-                interface_message.set(field, _from_ros(interface_message.field(field), message[ros_field]))
+                interface_message.set(
+                    field, _to_interface_value(interface_message.field(field), message[ros_field])
+                )
             instance.msgq_enqueue(interface_message)
         except CxbridgeError as error:
             self._log.warn(f"{instance.uid} did not get a {name}: {error.message}")
 
     def close(self) -> None:
-        for end in self._close_functions:
-            end()
+        for unsubscribe in self._close_functions:
+            unsubscribe()
         for publisher in self._publishers:
             publisher.close()
         self._feed.close()
@@ -158,21 +170,23 @@ class WrittenInterface(Closing):
         self._settings, self._log = settings, log
         interface_type, interface_id = settings.pattern.type_glob, settings.pattern.id_glob
         self._instance = board.open_for_writing(
-            interface_type, interface_id, owner=OWNER, queue_limit=_QUEUE_LIMIT
+            interface_type, interface_id, owner=OWNER, queue_limit=_MAX_QUEUED_MESSAGES
         )
         schema = self._instance.SCHEMA
-        self._paths = _paths(settings, schema)
-        self._reported: set[str] = set()
-        topic = f"{settings.node.namespace}{settings.topic or topic_of(interface_type, interface_id)}"
+        self._message_paths = _message_paths(settings, schema)
+        self._reported_errors: set[str] = set()
+        topic = f"{settings.node.namespace}{settings.topic or default_topic(interface_type, interface_id)}"
         self._publishers: dict[str, tuple[Publisher, Mapping[str, str]]] = {}
         try:
-            for message in schema.messages if settings.messages else ():
-                kind = type_of(interface_type, message.name)
-                publisher = node.create_publisher(f"{topic}/{message.name.removesuffix(_SUFFIX)}", kind)
-                self._publishers[message.name] = publisher, field_names(message.fields)
+            for message in schema.messages if settings.has_message_topics else ():
+                publisher = node.create_publisher(
+                    f"{topic}/{message.name.removesuffix(_MESSAGE_SUFFIX)}",
+                    ros_message_type(interface_type, message.name),
+                )
+                self._publishers[message.name] = publisher, ros_field_names(message.fields)
             self._close_subscription = node.subscribe(
                 topic,
-                settings.type or type_of(interface_type),
+                settings.type_name or ros_message_type(interface_type),
                 self._write_message,
                 settings.qos,
                 right=right_of_frame("ros2-interfaces", WRITE),
@@ -195,12 +209,15 @@ class WrittenInterface(Closing):
 
     def _write_message(self, message: Message) -> None:
         try:
-            for field, path in self._paths.items():
-                self._instance.set(field, _from_ros(self._instance.field(field), value_at(message, path)))
+            for field, path in self._message_paths.items():
+                self._instance.set(
+                    field, _to_interface_value(self._instance.field(field), value_at(message, path))
+                )
             self._instance.write()
         except CxbridgeError as error:
-            if error.message not in self._reported:  # a topic may have many messages a second
-                self._reported.add(error.message)
+            # once, since a topic may have many messages a second
+            if error.message not in self._reported_errors:
+                self._reported_errors.add(error.message)
                 self._log.warn(f"{self.uid} was not written: {error.message}")
 
     def close(self) -> None:
@@ -210,37 +227,40 @@ class WrittenInterface(Closing):
         self._instance.close()
 
 
-def _paths(settings: TopicSettings, schema: InterfaceSchema) -> Mapping[str, str]:
-    """Return the path in the message of each interface field."""
-    if settings.type is None:
-        return field_names(schema.fields)
-    field_list = [field.name for field in schema.fields]
-    for name in settings.fields:
-        if name not in field_list:
+def _message_paths(settings: TopicSettings, schema: InterfaceSchema) -> Mapping[str, str]:
+    """Return the path in the message of each interface field.
+
+    :raises ConfigError: if the interface lacks a configured field.
+    """
+    if settings.type_name is None:
+        return ros_field_names(schema.fields)
+    interface_fields = [field.name for field in schema.fields]
+    for name in settings.paths:
+        if name not in interface_fields:
             raise ConfigError(
                 f"the topic {settings.key}: {schema.name} has no field '{name}'",
-                hint=did_you_mean(name, field_list, f"it has: {', '.join(field_list)}"),
+                hint=did_you_mean(name, interface_fields, f"it has: {', '.join(interface_fields)}"),
             )
-    return settings.fields
+    return settings.paths
 
 
 def _to_ros(value: Any) -> Any:
-    """Convert a value of an interface for a message."""
+    """Return the value of an interface field as the value of a message field."""
     if isinstance(value, str):
-        return value.encode("utf-8", "replace").decode()  # blocks may have invalid UTF-8
+        return value.encode("utf-8", "replace").decode()  # strings of interfaces may have invalid UTF-8
     if isinstance(value, tuple):
         return [_to_ros(element) for element in value]
     return value.value if isinstance(value, Enum) else value
 
 
-def _from_ros(field: FieldSchema, value: Any) -> Any:
-    """Convert a value of a message for a field of an interface."""
+def _to_interface_value(field: FieldSchema, value: Any) -> Any:
+    """Return the value of a message field as the value of an interface field."""
     if isinstance(value, bytes | list):
         return tuple(value)
     return float(value) if field.type in ("float", "double") and not isinstance(value, str) else value
 
 
-def _put(message: Message, path: str, value: Any) -> None:
+def _set_field(message: Message, path: str, value: Any) -> None:
     *parents, field = path.split(".")
     for parent in parents:
         message = message.setdefault(parent, {})

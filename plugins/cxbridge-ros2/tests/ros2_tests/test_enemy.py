@@ -19,7 +19,7 @@ from rosbags.interfaces import Nodetype
 from cxbridge.clock import RealClock
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge_ros2.definitions import Definitions, FieldType
-from cxbridge_ros2.interfaces.definitions import ACTIONS
+from cxbridge_ros2.interfaces.definitions import ACTION_DEFINITIONS
 from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import TypeName, parse_type
 from cxbridge_ros2.node import RequestHandler, SendResponse
@@ -128,7 +128,7 @@ def test_a_daemon_survives_what_others_send(domain: int, tmp_path: Path, seed: i
     (tmp_path / "talk.py").write_text(TALK)
     file = tmp_path / "daemon.yaml"
     file.write_text(DAEMON.format(domain=where))
-    types = Definitions(environment={}, texts=ACTIONS)
+    types = Definitions(environment={}, texts=ACTION_DEFINITIONS)
     enemy = Enemy(types, seed)
     with (
         running(DaemonOptions(config=file)) as (daemon, lines, outcome),

@@ -25,8 +25,13 @@ from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
 from cxbridge_ros2.actions import ActionClient, GoalStatus, SentGoal
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.interfaces.definitions import ACTIONS, EXEC_SKILL, definitions_of, type_of
-from cxbridge_ros2.interfaces.topics import topic_of
+from cxbridge_ros2.interfaces.definitions import (
+    ACTION_DEFINITIONS,
+    EXEC_SKILL_TYPE,
+    generate_definitions,
+    ros_message_type,
+)
+from cxbridge_ros2.interfaces.topics import default_topic
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.transports.dds import DdsNode
 from ros2_tests.conftest import HERE, has_package, needs_ros, with_ros
@@ -39,9 +44,9 @@ BATTERY = "/blackboard/BatteryInterface/Robot"
 
 
 def texts_of(*names: str) -> dict[str, str]:
-    registry, texts = InterfaceRegistry(), dict(ACTIONS)
+    registry, texts = InterfaceRegistry(), dict(ACTION_DEFINITIONS)
     for name in names:
-        texts.update(definitions_of(registry.schema(name)))
+        texts.update(generate_definitions(registry.schema(name)))
     return texts
 
 
@@ -76,7 +81,7 @@ def turn_until(run: Run, node: Node | None, done: Callable[[], Any], limit_s: fl
 
 def test_each_write_is_published(tmp_path: Path, domain: int, node: Node):
     got: list[Any] = []
-    node.subscribe(BATTERY, type_of("BatteryInterface"), got.append)
+    node.subscribe(BATTERY, ros_message_type("BatteryInterface"), got.append)
     with a_run(tmp_path, domain, "    all: {interface: 'Battery*', DOMAIN}\n") as run:
         battery = run.board.open_for_writing("BatteryInterface", "Robot")
         while not got:  # until the topic has found its subscriber
@@ -192,8 +197,8 @@ def test_each_interface_there_is_goes_from_board_to_board(tmp_path: Path, domain
 
 
 def test_messages_go_to_the_writer(tmp_path: Path, domain: int, node: Node):
-    topic = topic_of("SpeechSynthInterface", "Speech")
-    says = node.create_publisher(f"{topic}/Say", type_of("SpeechSynthInterface", "SayMessage"))
+    topic = default_topic("SpeechSynthInterface", "Speech")
+    says = node.create_publisher(f"{topic}/Say", ros_message_type("SpeechSynthInterface", "SayMessage"))
     with a_run(
         tmp_path, domain, "    s: {interface: 'SpeechSynthInterface', messages: true, DOMAIN}\n"
     ) as run:
@@ -209,8 +214,8 @@ def test_messages_go_to_the_writer(tmp_path: Path, domain: int, node: Node):
 
 def test_messages_come_from_the_readers(tmp_path: Path, domain: int, node: Node):
     got: list[Any] = []
-    topic = topic_of("SpeechSynthInterface", "Speech")
-    node.subscribe(f"{topic}/Say", type_of("SpeechSynthInterface", "SayMessage"), got.append)
+    topic = default_topic("SpeechSynthInterface", "Speech")
+    node.subscribe(f"{topic}/Say", ros_message_type("SpeechSynthInterface", "SayMessage"), got.append)
     settings = (
         "    s: {interface: 'SpeechSynthInterface::Speech', direction: write, messages: true, DOMAIN}\n"
     )
@@ -264,7 +269,7 @@ def test_a_run_whose_clients_may_only_look_is_not_written(tmp_path: Path, domain
     with a_run(tmp_path, domain, f"{topics}cxbridge: {{remote-control: false}}\n") as run:
         run.bus.subscribe(lambda line: lines.append(str(line)), LogLine)
         battery = run.board.open_for_reading("BatteryInterface", "Robot")
-        publisher = node.create_publisher(BATTERY, type_of("BatteryInterface"))
+        publisher = node.create_publisher(BATTERY, ros_message_type("BatteryInterface"))
         turn_until(run, node, publisher.count_subscriptions)
         publisher.publish({"current": 7})
         turn_until(run, node, lambda: any(f"refused: {BATTERY}: cxbridge/remote" in line for line in lines))
@@ -292,7 +297,10 @@ def play(node: Node, client: ActionClient, text: str, *, steal: bool = False) ->
 
 
 def test_a_goal_is_a_skill_string(tmp_path: Path, domain: int, node: Node):
-    with a_skiller(tmp_path, domain) as daemon, ActionClient(node, "/skiller/execute", EXEC_SKILL) as client:
+    with (
+        a_skiller(tmp_path, domain) as daemon,
+        ActionClient(node, "/skiller/execute", EXEC_SKILL_TYPE) as client,
+    ):
         done = play(node, client, 'say{text="hello", wait=true}')
         assert (done.status, done.result) == (GoalStatus.SUCCEEDED, {"success": True, "error": ""})
         assert done.feedback == {"status": "S_RUNNING"}

@@ -29,8 +29,8 @@ from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.definitions import TYPES
 from cxbridge_ros2.frames import TF_MESSAGE_TYPE
 from cxbridge_ros2.hub.protocol import ActionKey, HubMessage, MessageKind
-from cxbridge_ros2.interfaces.definitions import ACTIONS, definitions_of, type_of
-from cxbridge_ros2.interfaces.definitions import EXEC_SKILL as EXEC_SKILL_ACTION
+from cxbridge_ros2.interfaces.definitions import ACTION_DEFINITIONS, generate_definitions, ros_message_type
+from cxbridge_ros2.interfaces.definitions import EXEC_SKILL_TYPE as EXEC_SKILL_ACTION
 from cxbridge_ros2.plansys2 import PlanSys2Protocol
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
@@ -172,7 +172,7 @@ def _write(ask: Asking) -> bool:
         return int(battery.get("current")) == 7
 
     topic = "/blackboard/BatteryInterface/Robot"
-    return ask.publish(topic, type_of("BatteryInterface"), {"current": 7}, is_written)
+    return ask.publish(topic, ros_message_type("BatteryInterface"), {"current": 7}, is_written)
 
 
 def _transforms(ask: Asking, topic: str) -> bool:
@@ -240,9 +240,9 @@ def asking(folder: Path, domain: int, settings: str, endpoint: str) -> Iterator[
     file = folder / "daemon.yaml"
     file.write_text(text)
     registry = InterfaceRegistry()
-    texts = {**ACTIONS, **TYPES}
+    texts = {**ACTION_DEFINITIONS, **TYPES}
     for name in ("BatteryInterface", "SkillerInterface", "SkillerDebugInterface"):
-        texts.update(definitions_of(registry.schema(name)))
+        texts.update(generate_definitions(registry.schema(name)))
     types = Definitions(distribution="iron", environment={}, texts=texts)
     with (
         running(DaemonOptions(config=file)) as (daemon, lines, _),
@@ -282,7 +282,7 @@ def check_messages_as_topics(ask: Asking, highest: Right) -> None:
     ):
         message = f"{name}Message"
         place = f"/blackboard/{interface}/Skiller/{name}"
-        sent = ask.publish(place, type_of(interface, message), {}, lambda each=message: each in came)  # type: ignore[misc]
+        sent = ask.publish(place, ros_message_type(interface, message), {}, lambda each=message: each in came)  # type: ignore[misc]
         assert sent is (ask.daemon.settings.rights.of_message(interface, message) <= highest), name
     ask.daemon.bus.unsubscribe(note)
 

@@ -23,7 +23,7 @@ from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.interfaces.definitions import definitions_of
+from cxbridge_ros2.interfaces.definitions import generate_definitions
 from cxbridge_ros2.messages import Codec
 from cxbridge_ros2.names import parse_type
 from tests.run.mini import write_scenario
@@ -90,7 +90,7 @@ class Bag:
     def __init__(
         self, path: Path, storage: StoragePlugin = StoragePlugin.MCAP, *, packed: bool = False
     ) -> None:
-        texts = definitions_of(InterfaceRegistry().schema("BatteryInterface"))
+        texts = generate_definitions(InterfaceRegistry().schema("BatteryInterface"))
         packages = [Path(__file__).parent.parent / "packages"]
         self.definitions = Definitions(packages, environment={}, texts=texts)
         self.codec = Codec(self.definitions)
