@@ -36,7 +36,7 @@ def test_a_bag_does_not_unpack_beyond_the_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mode: CompressionMode, storage: StoragePlugin
 ):
     """A chunk of 84 kB became 2 GB."""
-    monkeypatch.setattr(unpacking, "MAX_BYTES", MEBIBYTE)
+    monkeypatch.setattr(unpacking, "MAX_UNPACKED_BYTES", MEBIBYTE)
     data = b"\0\1\0\0" + (8 * MEBIBYTE).to_bytes(4, "little") + bytes(8 * MEBIBYTE)
     writer = Writer(tmp_path / "bag", version=9, storage_plugin=storage)
     writer.set_compression(mode, CompressionFormat.ZSTD)
