@@ -19,6 +19,7 @@ from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.cli.main import invoke
 from cxbridge.clock import ScaledClock, VirtualClock
 from cxbridge.config import Configuration
+from cxbridge.daemon.client import request
 from cxbridge.daemon.settings import DaemonSettings
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError
 from cxbridge.events import Event, Level, LogLine
@@ -35,7 +36,7 @@ from cxbridge.run.program.plain_options import make_options
 from cxbridge.run.source import source_of
 from cxbridge.trace.formats.registry import copy_formats, open_run
 from tests.blackboard.samples import SampleRegistry
-from tests.daemon.test_daemon import running
+from tests.daemon.test_daemon import WAIT_S, connected, running
 from tests.plugins import example, forget, install
 from tests.run.mini import AGENT, write_scenario
 from tests.support import ROOT, needs_all_plugins
@@ -354,6 +355,23 @@ def test_its_view(greeter, tmp_path):
     assert view(open_run(tmp_path / "run")) == "<h1>Hello run</h1>"
 
 
+def names_of_options(options):
+    for name, hint in get_type_hints(options, include_extras=True).items():
+        for option in getattr(hint, "__metadata__", ()):
+            if hasattr(option, "param_decls"):
+                said = (option.default, *(option.param_decls or ()), f"--{name.replace('_', '-')}")
+                yield next(text for text in said if str(text).startswith("--"))
+
+
+def names_of_operations(operations):
+    """Yield the names of requests, and the first parts of routes."""
+    for operation in operations:
+        if operation.is_verb:
+            yield f"request {operation.name}"
+        for route in operation.routes:
+            yield "/api" + "/".join(route.path.split("/")[:3])
+
+
 def names_of(plugin):
     """Yield the names by which a user asks for a plug-in: commands, options, features, formats, sections."""
     for hook, rows in plugin.rows.items():
@@ -363,14 +381,9 @@ def names_of(plugin):
             elif hook == "COMMANDS":
                 yield row.name.rpartition(" ")[2]
             elif hook in {"OPTIONS", "TEMPLATES"}:
-                hints = get_type_hints(resolve_name(row.target), include_extras=True)
-                for name, hint in hints.items():
-                    options = [
-                        each for each in getattr(hint, "__metadata__", ()) if hasattr(each, "param_decls")
-                    ]
-                    for option in options:
-                        said = (option.default, *(option.param_decls or ()), f"--{name.replace('_', '-')}")
-                        yield next(text for text in said if str(text).startswith("--"))
+                yield from names_of_options(resolve_name(row.target))
+            elif hook == "OPERATIONS":
+                yield from names_of_operations(resolve_name(row.target).OPERATIONS)
             elif hook == "FORMATS":
                 yield from (copy.name for copy in getattr(resolve_name(row.target), "COPIES", ()))
             if hook == "SETTINGS":
@@ -416,6 +429,17 @@ def test_what_belongs_to_an_absent_plug_in_names_its_package(
     status = invoke([str(places.get(each, each)) for each in arguments])
     assert status == (0 if arguments[-1] == "ROS2" else 2)
     assert f"belongs to the plug-in {package}: " in capsys.readouterr().err
+
+
+def test_a_request_that_belongs_to_an_absent_plug_in_names_its_package(monkeypatch):
+    monkeypatch.setattr(plugins, "installed_plugins", tuple)
+    with (
+        running(settings=(("executive", False),)) as (daemon, _lines, _),
+        connected(daemon) as board,
+        pytest.raises(CxbridgeError, match="this daemon knows no request 'facts'") as caught,
+    ):
+        request(board, "facts", WAIT_S, env="executive")
+    assert "request facts belongs to the plug-in cxbridge-studio: " in str(caught.value.hint)
 
 
 def test_a_report_without_the_plug_in_names_its_package(monkeypatch):

@@ -17,6 +17,7 @@ from cxbridge.executive.host.values import show
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.tree import plain_goal
 from cxbridge.history.truncation import cut
+from cxbridge.plugins import package_hint
 from cxbridge.printing import one_line
 from cxbridge.rights import Right, Rights
 
@@ -222,7 +223,9 @@ class DaemonRequests:
 
         operation = operations().get(verb)
         if operation is None or not operation.is_verb:
-            raise CxbridgeError(f"this daemon knows no request '{verb}'")
+            raise CxbridgeError(
+                f"this daemon knows no request '{verb}'", hint=package_hint(f"request {verb}") or None
+            )
         if operation.right is not Right.LOOK:
             self.context.rights.check(operation.right, verb)
             self._log.info(f"A client asks: {verb} {_loggable(arguments)}")

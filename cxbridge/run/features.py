@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge.skiller.board.service import LocalSkillCalls
 
-_MOTOR_SWITCH = "/clips-motor-switch"
 _PLANNER = "/planner"
 
 
@@ -68,13 +67,6 @@ def _planner(context: Run) -> Feature:
     return PlannerFeature(settings, context.pddl_parser.domain_of, context.make_planning)
 
 
-def _motor_switch(context: Run) -> Feature:
-    from cxbridge.executive.features.motor_switch import MotorSwitchFeature  # noqa: PLC0415
-
-    motor = context.config.get_str(f"{_MOTOR_SWITCH}/interface-id", default="Robotino")
-    return MotorSwitchFeature(context.board, motor)
-
-
 def _skill_board(context: Run) -> Feature:
     from cxbridge.executive.features.skill_board import SkillBoardFeature  # noqa: PLC0415
 
@@ -97,7 +89,6 @@ FEATURES: Final[Table[Callable[[Run], Feature]]] = Table(
     Row("tf", f"{__name__}:_tf"),
     Row("navgraph", f"{__name__}:_navgraph"),
     Row("planner", f"{__name__}:_planner", early=configured(_PLANNER)),
-    Row("motor-switch", f"{__name__}:_motor_switch", early=configured(_MOTOR_SWITCH)),
     Row("skill-board", f"{__name__}:_skill_board", configured("/skill-board")),
 )
 """Features in the order of Fawkes' feature facts. Features that most agents use are made early."""

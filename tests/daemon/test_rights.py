@@ -499,6 +499,7 @@ def test_without_programs_no_text_of_a_request_over_http_is_evaluated(tmp_path):
         assert not marker.exists()
 
 
+@needs_plugin("studio")
 def test_with_programs_an_expression_is_evaluated(tmp_path):
     """So that the attacks above are known to be some."""
     with served(tmp_path) as (daemon, _lines, marker), ExitStack() as stack:

@@ -11,8 +11,15 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
+    from cxbridge.run.agent import Run
 
 _LOG = "ClipsMotorSwitchThread"  # the name of Fawkes' thread, so that logs compare
+
+
+def make_feature(context: Run) -> MotorSwitchFeature:
+    """Return the feature of a run."""
+    interface_id = context.config.get_str("/clips-motor-switch/interface-id", default="Robotino")
+    return MotorSwitchFeature(context.board, interface_id)
 
 
 class MotorSwitchFeature(Feature):
@@ -20,12 +27,12 @@ class MotorSwitchFeature(Feature):
 
     The functions send ``SetMotorState`` to a MotorInterface, in place of Fawkes' ROS service.
 
-    :param interface_id: the value of ``/clips-motor-switch/interface-id``.
+    :param interface_id: the id of the MotorInterface.
     """
 
     name = "motor-switch"
 
-    def __init__(self, board: BlackBoard, interface_id: str = "Robotino") -> None:
+    def __init__(self, board: BlackBoard, interface_id: str) -> None:
         self._board = board
         self._id = interface_id
         self._opened: dict[str, Any] = {}

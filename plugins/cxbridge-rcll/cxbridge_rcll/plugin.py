@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from cxbridge.plugins import Row
+from cxbridge.plugins import Row, configured
 
 API = 1
 
+FEATURES = (
+    Row("motor-switch", "cxbridge_rcll.motor_switch:make_feature", early=configured("/clips-motor-switch")),
+)
 EXPLORED_GAMES = (Row("rcll", "cxbridge_rcll.options:ExploredLeague"),)
 PLAYED_GAMES = (Row("rcll", "cxbridge_rcll.options:PlayedLeague"),)

@@ -22,6 +22,7 @@ OPTIONS = (Row("break", "cxbridge_studio.options:BreakOptions"),)
 OPERATIONS = (
     Row("debugger", "cxbridge_studio.operations.debugger"),
     Row("environments", "cxbridge_studio.operations.environments"),
+    Row("facts", "cxbridge_studio.operations.facts"),
     Row("features", "cxbridge_studio.operations.features"),
     Row("loggers", "cxbridge_studio.operations.loggers"),
     Row("state", "cxbridge_studio.operations.state"),

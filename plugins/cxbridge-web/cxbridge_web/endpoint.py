@@ -12,6 +12,7 @@ from typing import Annotated, Any, Final
 from msgspec import Meta, Struct
 
 from cxbridge.executive.host.facts.copying import FactCopy
+from cxbridge.plugins import package_hint
 from cxbridge.rights import Right, Rights
 from cxbridge_web.host import WebHost
 from cxbridge_web.models import Model, plain
@@ -194,7 +195,16 @@ class Directory:
             raise ApiError(404, "REST API overview not yet implemented\n")
         if component not in self._components:
             raise ApiError(404, f"REST API '{component}' unknown\n")
-        raise ApiError(404, f"REST API '{component}' has no endpoint '{slash}{subpath}'\n")
+        raise ApiError(
+            404, f"REST API '{component}' has no endpoint '{slash}{subpath}'{self._absent_package(path)}\n"
+        )
+
+    def _absent_package(self, path: str) -> str:
+        """Return a colon and the package with a path; empty if the package is unknown or installed."""
+        start = "/".join(path.split("/")[:3])
+        hint = package_hint(f"/api{start}")
+        is_installed = any(endpoint.path.startswith(start) for endpoint in self.endpoints)
+        return f": {hint}" if hint and not is_installed else ""
 
 
 def to_json(value: Any, *, pretty: bool = False) -> bytes:

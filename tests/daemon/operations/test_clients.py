@@ -89,8 +89,14 @@ def test_the_command_line_and_the_monitor_are_among_the_clients():
     ("source", "expected"),
     [
         ("ask_daemon(url, 'env-lost')", ["there is no operation 'env-lost'"]),
-        ("ask_daemon(url, 'agenda', env=env, most=1)", ["agenda has no parameter 'most'"]),
-        ("ask_daemon(url, 'assert', env=env)", ["assert needs 'fact'"]),
+        (
+            "ask_daemon(url, 'component-list', most=1)",
+            ["component-list has no parameter 'most'"],
+        ),
+        (
+            "ask_daemon(url, 'component-change', component=name)",
+            ["component-change needs 'transition'"],
+        ),
         (
             "self._request('component-list' if every else 'component-lis')",
             ["there is no operation 'component-lis'"],

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec import Struct
 
 from cxbridge.daemon.operations.operation import (
     Operation,
@@ -50,35 +51,44 @@ def test_two_operations_of_one_name_are_an_error(tmp_path: Path, monkeypatch: py
 # -- parameters
 
 
+class _Search(Struct):
+    env: str
+    words: str
+    after: int = 0
+    slots: dict[str, str] = {}
+
+
+def _search(_context: OperationContext, _parameters: _Search) -> None:
+    """Find nothing."""
+
+
+SEARCH = Operation("search", Right.LOOK, _Search, _search, (), is_verb=True, at_prompt=True)
+
+
 @pytest.mark.parametrize(
-    ("name", "given", "wrong"),
+    ("given", "wrong", "name"),
     [
-        ("retract", {"env": "e"}, "'index' is missing"),
-        ("retract", {"env": "e", "index": "x"}, "index"),
-        ("modify", {"env": "e", "index": 1, "slots": {"a": 1}}, "slots"),
-        ("facts", {"env": "e", "limit": "all"}, "limit"),
+        ({"env": "e"}, "'words' is missing", "words"),
+        ({"env": "e", "words": "a", "after": "x"}, "after", "after"),
+        ({"env": "e", "words": "a", "slots": {"a": 1}}, "slots", "slots"),
     ],
 )
-def test_parameters_have_types(name: str, given: dict[str, Any], wrong: str) -> None:
+def test_parameters_have_types(given: dict[str, Any], wrong: str, name: str) -> None:
     with pytest.raises(ParameterError, match=wrong) as caught:
-        operations()[name].parse(given)
-    assert caught.value.name in operations()[name].parameters.__struct_fields__
+        SEARCH.parse(given)
+    assert caught.value.name == name
 
 
 def test_a_number_may_be_a_text_where_nobody_is_strict() -> None:
-    retract: Operation[Any] = operations()["retract"]
-    assert retract.parse({"env": "e", "index": "12"}).index == 12
+    values = {"env": "e", "words": "a", "after": "12"}
+    assert SEARCH.parse(values).after == 12
     with pytest.raises(ParameterError):
-        retract.parse({"env": "e", "index": "12"}, strict=True)
+        SEARCH.parse(values, strict=True)
 
 
 def test_words_at_a_prompt_are_parameters_in_their_order() -> None:
-    assert operations()["find-facts"].words("battery 3 1000") == {
-        "words": "battery",
-        "after": "3",
-        "limit": "1000",
-    }
-    assert operations()["assert"].words("(battery (level 3))") == {"fact": "(battery (level 3))"}
+    assert SEARCH.words("battery 3 {}") == {"words": "battery", "after": "3", "slots": "{}"}
+    assert SEARCH.words("battery") == {"words": "battery"}
     assert operations()["where"].words("") == {}
 
 

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.config import Configuration
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
-from cxbridge.executive.features.motor_switch import MotorSwitchFeature
 from cxbridge.executive.features.navgraph import NavGraphFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.robot_memory import RobotMemoryFeature
@@ -41,26 +40,33 @@ a:
 """
 
 
-PLUGINS = tuple(name for name in ("cxbridge_protobuf",) if find_spec(name))
-"""The installed plug-ins with a feature of Fawkes: the tests of all features have it, too."""
+HAS_PROTOBUF = find_spec("cxbridge_protobuf") is not None
+HAS_MOTOR_SWITCH = find_spec("cxbridge_rcll") is not None
+"""Whether the plug-ins with features of Fawkes are installed: the tests of all features have these, too."""
 
-if PLUGINS:
+if HAS_PROTOBUF:
     from protobuf_tests.conftest import PROTOS, _fast_compiler
 
     __all__ = ["_fast_compiler"]
 
 
-def plugin_features(*folders: Path) -> list[Feature]:
+def plugin_features(board: BlackBoard, *folders: Path) -> list[Feature]:
     """Return the features of the installed plug-ins.
 
+    :param board: the blackboard of the features.
     :param folders: of message definitions, besides those of the plug-in's tests.
     """
-    if not PLUGINS:
-        return []
-    from cxbridge_protobuf.feature import ProtobufFeature
-    from cxbridge_protobuf.settings import ProtobufSettings
+    features: list[Feature] = []
+    if HAS_PROTOBUF:
+        from cxbridge_protobuf.feature import ProtobufFeature
+        from cxbridge_protobuf.settings import ProtobufSettings
 
-    return [ProtobufFeature(ProtobufSettings((PROTOS, *folders)) if folders else None)]
+        features.append(ProtobufFeature(ProtobufSettings((PROTOS, *folders)) if folders else None))
+    if HAS_MOTOR_SWITCH:
+        from cxbridge_rcll.motor_switch import MotorSwitchFeature
+
+        features.append(MotorSwitchFeature(board, "Robotino"))
+    return features
 
 
 @pytest.fixture
@@ -91,10 +97,9 @@ def manager(bus, board, log, memory):
         PddlParserFeature(),
         RedefineWarningFeature(),
         RobotMemoryFeature(memory),
-        *plugin_features(),
+        *plugin_features(board),
         TfFeature(board),
         NavGraphFeature(lambda: NavGraph("Empty")),
-        MotorSwitchFeature(board),
     ]
     manager = EnvironmentManager(bus, features)
     yield manager

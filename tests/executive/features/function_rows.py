@@ -219,6 +219,9 @@ OTHERS = {
         None,
         "Environment executive tried to unblock edge hall--moon, which does not exist in graph",
     ),
+}
+
+MOTOR_SWITCH = {
     "motor-enable": Row("(motor-enable)", None),
     "motor-disable": Row("(motor-disable)", None),
 }

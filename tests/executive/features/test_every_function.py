@@ -20,7 +20,6 @@ from cxbridge.executive.executive import ENVIRONMENT, CoreFiles, Executive
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
-from cxbridge.executive.features.motor_switch import MotorSwitchFeature
 from cxbridge.executive.features.navgraph import NavGraphFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.robot_memory import RobotMemoryFeature
@@ -34,14 +33,32 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 from cxbridge.space.tf import StampedTransform, Transform, TransformPublisher
-from tests.executive.features.conftest import CONFIG, PLUGINS, plugin_features
-from tests.executive.features.function_rows import BLACKBOARD, ENDS, HOST, OTHERS, PROTOBUF, TF, TOO_MANY, Row
+from tests.executive.features.conftest import CONFIG, HAS_MOTOR_SWITCH, HAS_PROTOBUF, plugin_features
+from tests.executive.features.function_rows import (
+    BLACKBOARD,
+    ENDS,
+    HOST,
+    MOTOR_SWITCH,
+    OTHERS,
+    PROTOBUF,
+    TF,
+    TOO_MANY,
+    Row,
+)
 from tests.executive.features.robmem_rows import ROBOT_MEMORY
 from tests.support import SHARED, free_port, needs_shared
 
-ROWS: dict[str, Row] = HOST | BLACKBOARD | OTHERS | TF | (PROTOBUF if PLUGINS else {}) | ROBOT_MEMORY
+ROWS: dict[str, Row] = {
+    **HOST,
+    **BLACKBOARD,
+    **OTHERS,
+    **TF,
+    **(PROTOBUF if HAS_PROTOBUF else {}),
+    **(MOTOR_SWITCH if HAS_MOTOR_SWITCH else {}),
+    **ROBOT_MEMORY,
+}
 
-FEATURES = ("blackboard", "robot_memory", "pddl-parser", "tf", "navgraph", "motor-switch")
+FEATURES = ("blackboard", "robot_memory", "pddl-parser", "tf", "navgraph")
 
 WAIT = 30
 
@@ -138,7 +155,7 @@ class World:
         for name in ("hall", "kitchen"):
             graph.add_node(NavGraphNode(name, 0, 0))
         graph.add_edge(NavGraphEdge("hall", "kitchen"))
-        self.added = plugin_features(folder / "msgs")
+        self.added = plugin_features(self.board, folder / "msgs")
         self.manager = EnvironmentManager(
             bus,
             [
@@ -150,7 +167,6 @@ class World:
                 *self.added,
                 TfFeature(self.board),
                 NavGraphFeature(lambda: graph),
-                MotorSwitchFeature(self.board),
                 Spare(),
             ],
         )
@@ -244,7 +260,11 @@ def test_a_call_that_does_not(world, log, name):
 @needs_shared
 def test_there_is_a_row_for_each_function():
     features = json.loads((SHARED / "compat" / "clips-functions.json").read_text())["features"]
-    absent = set() if PLUGINS else {"protobuf"}
+    absent = {
+        feature
+        for feature, is_present in (("protobuf", HAS_PROTOBUF), ("motor-switch", HAS_MOTOR_SWITCH))
+        if not is_present
+    }
     names = {
         function["name"]
         for feature in features

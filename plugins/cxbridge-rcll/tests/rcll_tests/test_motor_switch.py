@@ -4,14 +4,26 @@ from __future__ import annotations
 
 import pytest
 
+from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.events import Level
-from cxbridge.executive.features.motor_switch import MotorSwitchFeature
 from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge_rcll.motor_switch import MotorSwitchFeature
+from tests.executive.conftest import bus, log
+
+__all__ = ["bus", "log"]  # fixtures
+
+
+@pytest.fixture
+def board(bus):
+    board = LocalBlackBoard(InterfaceRegistry(), bus.clock, bus)
+    yield board
+    board.shutdown()
 
 
 @pytest.fixture
 def env(bus, board, log):
-    manager = EnvironmentManager(bus, [MotorSwitchFeature(board)])
+    manager = EnvironmentManager(bus, [MotorSwitchFeature(board, "Robotino")])
     env = manager.create("executive")
     assert manager.request("executive", "motor-switch") == "TRUE"
     yield env

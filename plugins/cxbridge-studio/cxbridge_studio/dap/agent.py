@@ -13,13 +13,13 @@ from cxbridge.clipstext.syntax import rule_lines
 from cxbridge.daemon.operations.operation import OperationContext
 from cxbridge.daemon.operations.table import carry_out
 from cxbridge.events import Event, FactChange, RuleFired
-from cxbridge.executive.host.agenda import activations
 from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, decode, encode
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
 from cxbridge.rights import EVERYTHING
 from cxbridge_studio.dap.expressions import expand_known
 from cxbridge_studio.dap.probes import Probes
 from cxbridge_studio.dap.target import FileLine, Firing, StoppedEnvironment
+from cxbridge_studio.debugger.agenda import activations
 from cxbridge_studio.debugger.debugger import debugger_of
 from cxbridge_studio.debugger.environments import EnvironmentService
 from cxbridge_studio.explain.rules.environment import take_snapshot

@@ -15,10 +15,10 @@ from clips._clips import lib
 
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import Event, SkillStatus
-from cxbridge.executive.host.agenda import activations, next_rule
 from cxbridge.executive.host.capi import CData, callback, decode
 from cxbridge.executive.host.values import FALSE, show
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
+from cxbridge_studio.debugger.agenda import activations, next_rule
 from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop, describe, parse_breakpoint
 from cxbridge_studio.debugger.names import AgentNames
 

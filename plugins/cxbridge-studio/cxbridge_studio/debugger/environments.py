@@ -13,9 +13,7 @@ from typing import TYPE_CHECKING, Final
 from msgspec import Struct
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.agenda import activation_count
 from cxbridge.executive.host.constructs import rule_names, template_names
-from cxbridge.executive.host.facts.editing import count_facts
 from cxbridge.executive.host.loggers import (
     ADDED_LOGGER_PRIORITY,
     DEFAULT_LOGGER,
@@ -26,7 +24,9 @@ from cxbridge.executive.host.loggers import (
 from cxbridge.executive.host.values import FALSE
 from cxbridge.file_access import why_unreadable
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.debugger.agenda import activation_count
 from cxbridge_studio.debugger.evaluating import Evaluation, evaluate
+from cxbridge_studio.debugger.fact_editing import count_facts
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

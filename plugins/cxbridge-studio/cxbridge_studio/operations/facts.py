@@ -18,16 +18,16 @@ from cxbridge.daemon.operations.operation import (
     find_environment,
 )
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.host.agenda import activations
 from cxbridge.executive.host.capi import NULL
-from cxbridge.executive.host.facts.editing import (
+from cxbridge.rights import Right
+from cxbridge_studio.debugger.agenda import activations
+from cxbridge_studio.debugger.fact_editing import (
     assert_text,
     fact_texts,
     find_facts,
     modify_fact,
     retract_fact,
 )
-from cxbridge.rights import Right
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

@@ -36,6 +36,7 @@ def test_rules_have_their_place(there):
     assert client.get("/api/cxbridge/rules?env=nope").status == 404
 
 
+@needs_plugin("studio")
 def test_firings_are_counted_while_somebody_follows(there):
     _, client = there
     with client.open("GET", "/api/cxbridge/events?kinds=rule") as stream:
@@ -53,6 +54,7 @@ def test_firings_are_counted_while_somebody_follows(there):
         assert (rules["mini-low"]["firings"], rules["mini-never"]["firings"]) == (1, 0)
 
 
+@needs_plugin("studio")
 def test_facts_are_asserted_and_retracted_and_what_is_wrong_is_told(there):
     _, client = there
     made = client.ask("POST", "/api/cxbridge/facts", {"fact": '(battery (level 50) (notes "full" x 1.5))'})
@@ -79,6 +81,7 @@ def test_facts_are_asserted_and_retracted_and_what_is_wrong_is_told(there):
         assert (answer.status, message in answer.text) == (status, True), answer.text
 
 
+@needs_plugin("studio")
 def test_the_agenda_of_a_paused_daemon_is_told(there):
     _, client = there
     assert client.ask("POST", "/api/cxbridge/pause").status == 200

@@ -17,7 +17,7 @@ from web_tests.support import serving
 HOST = b"Host: localhost\r\n"
 LAST = HOST + b"Connection: close\r\n"
 JSON = LAST + b"Content-Type: application/json\r\n"
-FACTS = b"POST /api/cxbridge/facts HTTP/1.1\r\n" + JSON
+MESSAGES = b"POST /api/cxbridge/blackboard/SwitchInterface/lamp/messages HTTP/1.1\r\n" + JSON
 ALONE = (("executive", False), ("skiller", "none"))
 
 
@@ -48,7 +48,7 @@ def rest_of(peer):
 
 
 def with_body(body):
-    return FACTS + b"Content-Length: %d\r\n\r\n" % len(body) + body
+    return MESSAGES + b"Content-Length: %d\r\n\r\n" % len(body) + body
 
 
 def get(path, more=b""):
@@ -59,11 +59,11 @@ def get(path, more=b""):
     ("request_bytes", "status"),
     [
         # lengths that cannot be
-        (FACTS + b"Content-Length: 4\r\nContent-Length: 5\r\n\r\nabcde", 400),
-        (FACTS + b"Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n", 400),
-        (FACTS + b"Transfer-Encoding: chunked\r\n\r\nZZ\r\n", 400),
-        (FACTS + b"Content-Length: -4\r\n\r\n", 400),
-        (FACTS + b"Content-Length: " + b"9" * 30 + b"\r\n\r\n", 400),
+        (MESSAGES + b"Content-Length: 4\r\nContent-Length: 5\r\n\r\nabcde", 400),
+        (MESSAGES + b"Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n", 400),
+        (MESSAGES + b"Transfer-Encoding: chunked\r\n\r\nZZ\r\n", 400),
+        (MESSAGES + b"Content-Length: -4\r\n\r\n", 400),
+        (MESSAGES + b"Content-Length: " + b"9" * 30 + b"\r\n\r\n", 400),
         (b"GET / HTTP/1.1\r\n" + LAST + b"Host: evil.example\r\n\r\n", 400),
         (b"GET / HTTP/1.1\r\nHost : localhost\r\n\r\n", 400),
         (b"GET http://evil.example/api/cxbridge/status HTTP/1.1\r\n" + LAST + b"\r\n", 404),
@@ -76,11 +76,14 @@ def get(path, more=b""):
         # much
         (b"GET / HTTP/1.1\r\n" + b"".join(b"X-%d: y\r\n" % number for number in range(10_000)), 400),
         (get(b"/" + b"a" * 60_000), 404),
-        (FACTS + b"Transfer-Encoding: chunked\r\n\r\n1;" + b"x" * 70_000, 400),
-        (FACTS + b"Transfer-Encoding: chunked\r\n\r\n" + (b"10000\r\n" + b"x" * 65536 + b"\r\n") * 17, 413),
-        (with_body(b'{"fact":' + b"[" * 500_000), 400),
-        (with_body(b'{"fact":' + b"9" * 100_000 + b"}"), 400),
-        (with_body(b'{"fact":"(a \\"\\ud800\\")"}'), 400),
+        (MESSAGES + b"Transfer-Encoding: chunked\r\n\r\n1;" + b"x" * 70_000, 400),
+        (
+            MESSAGES + b"Transfer-Encoding: chunked\r\n\r\n" + (b"10000\r\n" + b"x" * 65536 + b"\r\n") * 17,
+            413,
+        ),
+        (with_body(b'{"type":' + b"[" * 500_000), 400),
+        (with_body(b'{"type":' + b"9" * 100_000 + b"}"), 400),
+        (with_body(b'{"type":"(a \\"\\ud800\\")"}'), 400),
         # out of the folder
         (get(b"/../../../../../etc/passwd"), 404),
         (get(b"/%2e%2e/server.py"), 404),
@@ -104,9 +107,9 @@ def test_a_request_that_means_harm_is_answered(served, request_bytes, status):
     assert client.get("/api/cxbridge/status").status == 200
 
 
-TWO = b'{"fact":"(a)"}'
+TWO = b'{"type":"(a)"}'
 CHUNKED = b"e\r\n" + TWO + b"\r\n0\r\n\r\n"
-KEPT = FACTS.replace(b"Connection: close\r\n", b"")
+KEPT = MESSAGES.replace(b"Connection: close\r\n", b"")
 
 
 @pytest.mark.parametrize(
@@ -125,16 +128,16 @@ KEPT = FACTS.replace(b"Connection: close\r\n", b"")
     ids=str,
 )
 def test_what_has_one_length_is_taken_also_byte_by_byte(served, framing):
-    """There is no executive here, and the answer says so: the request was read to its end."""
+    """There is no such interface here, and the answer says so: the request was read to its end."""
     _, client = served
-    for request in (FACTS + framing, *(KEPT + framing + FACTS + framing,)):
+    for request in (MESSAGES + framing, *(KEPT + framing + MESSAGES + framing,)):
         answer = talk(client, request)
-        assert answer.count(b"HTTP/1.1 503 ") == request.count(b"POST "), answer
+        assert answer.count(b"HTTP/1.1 404 ") == request.count(b"POST "), answer
     with connect(client) as peer:
         peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        for byte in FACTS + framing:
+        for byte in MESSAGES + framing:
             peer.sendall(bytes([byte]))
-        assert rest_of(peer).startswith(b"HTTP/1.1 503 ")
+        assert rest_of(peer).startswith(b"HTTP/1.1 404 ")
 
 
 @pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHo", b"GET / HTTP/1.1\r\n" + HOST + b"\r\nGET"])
@@ -150,7 +153,7 @@ def test_a_body_that_does_not_come_is_not_waited_for(monkeypatch, served):
     _, client = served
     monkeypatch.setattr(api, "BODY_TIMEOUT_S", 0.05)
     monkeypatch.setattr(Connection, "patience_s", 0.05)
-    assert talk(client, FACTS + b"Content-Length: 20\r\n\r\n{").startswith(b"HTTP/1.1 408")
+    assert talk(client, MESSAGES + b"Content-Length: 20\r\n\r\n{").startswith(b"HTTP/1.1 408")
 
 
 def test_who_does_not_read_the_answer_is_let_go(monkeypatch, served):

@@ -11,6 +11,7 @@ import pytest
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import ConfigError
 from cxbridge.events import LogLine
+from cxbridge_web.endpoint import ApiError, Directory, Endpoint
 from cxbridge_web.pages import Pages
 from tests.daemon.test_daemon import QUIET, WAIT_S, running, settings
 from tests.run.mini import write_scenario
@@ -109,6 +110,13 @@ def test_paths_that_are_not_there_are_answered_as_fawkes_does():
         ):
             answer = client.get(path)
             assert (answer.status, answer.text) == (404, text)
+
+
+def test_a_path_of_an_absent_plug_in_names_its_package():
+    with pytest.raises(ApiError, match=r"has no endpoint '/facts/1': .* the plug-in cxbridge-studio: "):
+        Directory([Endpoint(method="GET", path="/cxbridge/status", handler=print, summary="")]).find(
+            "DELETE", "/cxbridge/facts/1"
+        )
 
 
 # -- who gets in

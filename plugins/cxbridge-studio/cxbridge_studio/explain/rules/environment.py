@@ -12,7 +12,6 @@ from cxbridge.clipstext.syntax import read
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
-from cxbridge.executive.host.agenda import activations
 from cxbridge.executive.host.capi import NULL, CData, decode, encode
 from cxbridge.executive.host.constructs import defrules
 from cxbridge.executive.host.environment import ClipsEnvironment
@@ -21,6 +20,7 @@ from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION
 from cxbridge.executive.host.values import FactAddress, show
 from cxbridge_studio.agent.condition import patterns
 from cxbridge_studio.agent.rule import dependencies, parse_rule
+from cxbridge_studio.debugger.agenda import activations
 from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Activation, Rulebook, Snapshot
 
 MAX_AGENDA: Final = 1000  # limit of the copied activations

@@ -20,11 +20,11 @@ from cxbridge.clipstext.values import FactRef
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
-from cxbridge.executive.host.agenda import activations
 from cxbridge.executive.host.capi import NULL, encode
 from cxbridge.executive.host.source import check_parser_limits
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import FactAddress, Value, clips_value
+from cxbridge_studio.debugger.agenda import activations
 from cxbridge_studio.explain.rules.diagnosis import Count
 from cxbridge_studio.explain.rules.isolated import IsolatedEnvironment
 from cxbridge_studio.explain.rules.snapshot import FactRow, Snapshot

@@ -8,10 +8,10 @@ from cxbridge.clipstext.values import FactRef, Symbol
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, FactChange
-from cxbridge.executive.host.agenda import activations
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_studio.dap.bindings import bindings
 from cxbridge_studio.dap.expressions import expand
+from cxbridge_studio.debugger.agenda import activations
 from cxbridge_studio.explain.rules.environment import take_snapshot
 
 TEMPLATES = """

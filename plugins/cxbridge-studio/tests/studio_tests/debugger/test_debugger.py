@@ -9,10 +9,11 @@ import pytest
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import EventBus, GoalTransition, RuleFired, SkillStatus
-from cxbridge.executive.host.agenda import activations
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.facts.editing import assert_text, fact_texts, modify_fact, retract_fact
+from cxbridge_studio.debugger.agenda import activations
 from cxbridge_studio.debugger.debugger import Debugger
+from cxbridge_studio.debugger.fact_editing import assert_text, fact_texts, modify_fact, retract_fact
+from tests.hostile.test_clips_files import CRASHING_TEXTS
 
 RULES = """
 (deftemplate count (slot n) (multislot of))
@@ -331,6 +332,14 @@ def test_what_cannot_be_edited_is_one_clear_error(env, debugger):
         debugger.remove(7)
     env.assert_string("(one)")
     assert env.run() == 3  # none of that has done harm
+
+
+@pytest.mark.parametrize("text", CRASHING_TEXTS.values(), ids=CRASHING_TEXTS)
+def test_a_text_of_a_client_does_not_crash_the_parser(env, text):
+    """A fact that was asserted over HTTP ended the daemon."""
+    with pytest.raises(ClipsError, match="CLIPS cannot take this text"):
+        assert_text(env, text)
+    assert env.eval("(+ 1 2)") == 3
 
 
 def test_an_edit_may_make_a_transition_and_does_not_stop(env, debugger):
