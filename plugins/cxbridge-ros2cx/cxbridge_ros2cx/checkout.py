@@ -1,7 +1,7 @@
-"""A checkout of ros2-clips-executive as of 2021, and the folders of its packages.
+"""A checkout of the thesis' executive, ros2-clips-executive (2021), and the folders of its packages.
 
-The original finds files of an installation through ament's index. A checkout without a build has the same
-files in its source folders.
+The executive finds its installed files through the index of ament, the build system of ROS 2. A checkout
+without a build has the same files in its source folders.
 """
 
 from __future__ import annotations
@@ -13,17 +13,20 @@ from msgspec import Struct
 
 from cxbridge.errors import CxbridgeError
 
-# The additions to cxbridge's own core for agents of the ROS 2 executive: skills of several agents, plans.
+# additions to cxbridge's own core for agents of the thesis' executive: skills of several agents, plans
 ROS2CX_CLIPS = Path(__file__).parent / "clips"
 
-# The changes to the original's core, loaded unless the mode is `original`.
+# corrections of the checkout's core, which are loaded unless the mode is `original`
 ROS2CX_SANE_CLIPS = ROS2CX_CLIPS / "sane"
 
-KNOWN_COMMIT = "0abace1"  # commit of all comparisons: branch `idoychev/minor-fixes`, October 2021
+# the commit that cxbridge was compared with: branch `idoychev/minor-fixes`, October 2021
+KNOWN_COMMIT = "0abace1"
 
-# The CLIPS and PDDL files of that commit, each with the start of its SHA-256.
+# the list of that commit's CLIPS and PDDL files: a line has the short digest of a file, then its path
 _KNOWN_FILES = Path(__file__).parent / "known_files.txt"
+_DIGEST_LENGTH = 16  # hexadecimal digits of a digest in that list: enough to notice a change
 
+# folders of a checkout
 _HOST_CLIPS = "cx_clips/src/cx_clips/clips"
 _CORE_CLIPS = "cx_clips_executive/src/cx_clips_executive/clips"
 _BRINGUP = "cx_bringup"
@@ -57,49 +60,50 @@ class Ros2CxCheckout(Struct, frozen=True):
             )
         return checkout
 
-    def compare(self) -> dict[str, list[str]]:
-        """Compare the CLIPS and PDDL files with those of the known commit.
+    def find_changed_files(self) -> dict[str, list[str]]:
+        """Return the CLIPS and PDDL files that are missing or differ from those of the known commit.
 
-        :returns: the missing or different files of each package, or of each agent's folder in a package.
+        :returns: the files by package; the files of a shipped agent by ``PACKAGE/FOLDER``. The list of a
+            package without changes is empty.
         """
-        differences: dict[str, list[str]] = {}
+        changed_files: dict[str, list[str]] = {}
         for line in _KNOWN_FILES.read_text(encoding="ascii").splitlines():
             digest, path = line.split()
-            package, _, inner = path.partition("/")
-            inner = inner.rpartition("/clips/")[2]
-            folder, slash, _name = inner.partition("/")
-            # the shipped agents are in folders of the core's package
+            package, _, inner_path = path.partition("/")
+            inner_path = inner_path.rpartition("/clips/")[2]
+            folder, slash, _name = inner_path.partition("/")
+            # the package of the core also contains the shipped agents, each in a folder
             is_agent = slash and folder.startswith("test-scenario")
-            files = differences.setdefault(f"{package}/{folder}" if is_agent else package, [])
-            if digest_of(self.root / path) != digest:
-                files.append(inner.removeprefix(f"{folder}/") if is_agent else inner)
-        return differences
+            changed = changed_files.setdefault(f"{package}/{folder}" if is_agent else package, [])
+            if short_digest(self.root / path) != digest:
+                changed.append(inner_path.removeprefix(f"{folder}/") if is_agent else inner_path)
+        return changed_files
 
     @property
-    def bringup(self) -> Path:
+    def bringup_folder(self) -> Path:
         """The value of ``@CONFDIR@``: the share folder of the package cx_bringup."""
         return self.root / _BRINGUP
 
     @property
-    def parameters(self) -> Path:
+    def parameter_folder(self) -> Path:
         return self.root / _PARAMETERS
 
     @property
-    def library(self) -> Path:
+    def library_folder(self) -> Path:
         """The folder with utils.clp, time.clp, path.clp and ff-config.clp."""
         return self.root / _HOST_CLIPS
 
     @property
-    def core(self) -> Path:
+    def core_folder(self) -> Path:
         """The folder with the CX core and the shipped agents."""
         return self.root / _CORE_CLIPS
 
 
-def digest_of(file: Path) -> str:
-    """Return the start of a text file's SHA-256; empty if the file is missing."""
+def short_digest(file: Path) -> str:
+    """Return the first digits of a text file's SHA-256; empty if the file is missing."""
     try:
         data = file.read_bytes()
     except OSError:
         return ""
-    # a checkout on Windows may have other line ends
-    return hashlib.sha256(data.replace(b"\r\n", b"\n")).hexdigest()[:16]
+    # Git on Windows writes CRLF at line ends
+    return hashlib.sha256(data.replace(b"\r\n", b"\n")).hexdigest()[:_DIGEST_LENGTH]

@@ -1,8 +1,9 @@
-"""The feature ``config_feature`` of ros2-clips-executive (2021), the original: facts of parameters.
+"""The feature ``config_feature`` of the thesis' executive: parameters as facts ``confval``.
 
-The feature differs from Fawkes' feature ``config``: the facts have the file's order, the type is never UINT,
-and list elements and all values within a list of maps are strings. For the original that includes TRUE and
-FALSE, so with ``feature-request: false`` its init.clp waits forever. Source: ConfigFeature.cpp.
+The feature of ros2-clips-executive (2021) differs from Fawkes' feature ``config``: the facts have the file's
+order, the type is never UINT, and list elements and all values within a list of maps are strings. In the
+thesis' executive that includes TRUE and FALSE, so with ``feature-request: false`` its init.clp waits forever.
+Source: ConfigFeature.cpp.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from cxbridge_ros2cx.parameters import EXECUTIVE_NODE, EXECUTIVE_TREE, YAML_FALS
 CONFIG_FEATURE = "config_feature"
 _SECTION = "ros__parameters"
 _FLOAT = re.compile(r"[+-]?(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?\Z")
-# a list element's position in the path of a value, e.g. /stages/0/name
+# the index of a map within a list, in the path of a value: /stages/0/name
 _INDEX = re.compile(r"/\d+/")
 
 
@@ -30,15 +31,16 @@ class ParametersFeature(Feature):
 
     :param config: the configuration of the run, with the parameters of the executive's node.
     :param folder: the folder of parameter files, for the prefixes of other nodes.
-    :param exact: whether TRUE and FALSE in lists of maps become strings, as in the original.
+    :param repeats_defects: whether TRUE and FALSE in lists of maps become strings, as in the thesis'
+        executive.
     """
 
     name = CONFIG_FEATURE
 
-    def __init__(self, config: Configuration, folder: Path, *, exact: bool = False) -> None:
+    def __init__(self, config: Configuration, folder: Path, *, repeats_defects: bool = False) -> None:
         self._config = config
         self._folder = folder
-        self._exact = exact
+        self._repeats_defects = repeats_defects
 
     def init_context(self, env: ClipsEnvironment) -> None:
         env.call("path-load", "ff-config.clp")
@@ -58,29 +60,32 @@ class ParametersFeature(Feature):
                 log.error(f"Cannot load the parameters of {prefix}: {error}")
                 return
         for parameter in config.walk(tree):
-            # the rules see the paths of the ROS node, whatever tree this run keeps the parameters in
+            # the rules expect the paths of the ROS node, without ros__parameters
             path = f"/{node}{parameter.path[len(tree) :]}".replace(f"/{_SECTION}", "", 1)
-            slots = _slots(parameter, exact=self._exact)
+            slots = _confval_slots(parameter, repeats_defects=self._repeats_defects)
             if slots is not None:
                 env.assert_fact("confval", {"path": path, **slots})
 
 
-def _slots(item: ConfigValue, *, exact: bool) -> dict[str, Value] | None:
-    """Return the slots of a parameter except its path; None if the original omits the parameter."""
-    if item.is_list:
-        if not item.items:
+def _confval_slots(parameter: ConfigValue, *, repeats_defects: bool) -> dict[str, Value] | None:
+    """Return the slots of a parameter except its path; None for an empty list, which gets no fact."""
+    if parameter.is_list:
+        if not parameter.items:
             return None
-        return {"type": Symbol("STRING"), "is-list": TRUE, "list-value": tuple(item.items)}
-    kind = scalar_type(item.text)
-    if kind == "STRING" or (_INDEX.search(item.path) and (exact or kind != "BOOL")):
-        return {"type": Symbol(kind), "value": item.text}
+        return {"type": Symbol("STRING"), "is-list": TRUE, "list-value": tuple(parameter.items)}
+    kind = scalar_type(parameter.text)
+    if kind == "STRING" or (_INDEX.search(parameter.path) and (repeats_defects or kind != "BOOL")):
+        return {"type": Symbol(kind), "value": parameter.text}
     if kind == "BOOL":
-        return {"type": Symbol(kind), "value": TRUE if item.text.lower() in YAML_TRUE else FALSE}
-    return {"type": Symbol(kind), "value": clips_scalar(item.text)}
+        return {"type": Symbol(kind), "value": TRUE if parameter.text.lower() in YAML_TRUE else FALSE}
+    return {"type": Symbol(kind), "value": clips_scalar(parameter.text)}
 
 
 def scalar_type(text: str) -> str:
-    """Return yaml-cpp's type of a scalar: BOOL, INT, FLOAT or STRING. Quotes are ignored."""
+    """Return the type of a scalar for the rules: BOOL, INT, FLOAT or STRING.
+
+    Quotes make no difference: the executives try yaml-cpp's conversions on the text, one after another.
+    """
     if text.lower() in YAML_TRUE | YAML_FALSE:
         return "BOOL"
     if YAML_INTEGER.match(text):

@@ -1,6 +1,7 @@
-"""The executors of ros2-clips-executive (2021), the original: a dummy, which only pretends, and a driver.
+"""The example executors of the thesis' executive, ros2-clips-executive (2021).
 
-Sources: DummyMoveSkill.cpp, MoveSkillNav2.cpp.
+A dummy pretends to execute any skill; a simulated robot drives to waypoints. Sources: DummyMoveSkill.cpp,
+MoveSkillNav2.cpp.
 """
 
 from __future__ import annotations
@@ -12,36 +13,41 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.skiller.board.executor import ExecutorContext, Progress, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
 
-PERIOD_S = 0.5  # seconds between feedback
-_PERIOD_US = round(PERIOD_S * MICROSECONDS)
-FEEDBACKS = 4  # number of feedback messages before the end
+# as in DummyMoveSkill.cpp
+FEEDBACK_PERIOD_S = 0.5
+_FEEDBACK_PERIOD_US = round(FEEDBACK_PERIOD_S * MICROSECONDS)
+FEEDBACK_COUNT = 4  # feedback messages before the end
 
 
 class DummyExecutor(SkillExecutor):
-    """Sends feedback four times, half a second apart, and succeeds. Subclasses set ``skills``."""
+    """Sends feedback four times, half a second apart, and succeeds.
+
+    Subclasses set ``skills``. The settings ``period``, in seconds, and ``feedbacks``, a count, change the
+    defaults.
+    """
 
     known_settings: ClassVar[tuple[str, ...]] = ("period", "feedbacks")
-    period: ClassVar[float] = PERIOD_S  # seconds between feedback, unless configured
+    period: ClassVar[float] = FEEDBACK_PERIOD_S
 
     def execute(self, call: SkillCall) -> Steps:
         self.log.info(f"Executing [{call.skill}] {' '.join(map(str, call.parameters.values()))}")
         period_us = round(self.setting("period", self.period) * MICROSECONDS)
-        feedbacks = self.setting("feedbacks", FEEDBACKS)
+        feedback_count = self.setting("feedbacks", FEEDBACK_COUNT)
         start_us = self.clock.now_us()
-        for number in range(feedbacks):
-            yield Progress(self.progress(number, feedbacks), "running")
+        for number in range(feedback_count):
+            yield Progress(self.feedback_progress(number, feedback_count), "running")
             while self.clock.now_us() < start_us + (number + 1) * period_us:
                 yield None
         return Progress(1.0, "completed")
 
-    def progress(self, number: int, feedbacks: int) -> float:
-        return number / feedbacks
+    def feedback_progress(self, number: int, feedback_count: int) -> float:
+        return number / feedback_count
 
 
-class OriginalDummy(DummyExecutor):
-    """The original's dummy, which multiplies its progress by 0."""
+class ThesisDummyExecutor(DummyExecutor):
+    """The dummy with the defect of the thesis' executive, which multiplies the progress by 0."""
 
-    def progress(self, number: int, feedbacks: int) -> float:  # noqa: ARG002
+    def feedback_progress(self, number: int, feedback_count: int) -> float:  # noqa: ARG002
         return 0.0
 
 
@@ -53,7 +59,7 @@ class MoveExecutor(SkillExecutor):
 
     skills = ("move",)
     speed: ClassVar[float] = 0.22  # metres per second; the default is the speed of a TurtleBot3 Burger
-    # waypoints in metres on the map; as in the original, two names have the same place
+    # coordinates in metres on the map of MoveSkillNav2.cpp, where wp4 and wp5 have the same coordinates
     positions: ClassVar[dict[str, tuple[float, float]]] = {
         "wp_init": (-2.0, -0.4),
         "wp1": (1.76, 0.68),
@@ -84,10 +90,10 @@ class MoveExecutor(SkillExecutor):
                 start[0] + share * (target[0] - start[0]),
                 start[1] + share * (target[1] - start[1]),
             )
-            if self.clock.now_us() < feedback_us + _PERIOD_US:
+            if self.clock.now_us() < feedback_us + _FEEDBACK_PERIOD_US:
                 yield None
                 continue
-            feedback_us += _PERIOD_US
+            feedback_us += _FEEDBACK_PERIOD_US
             remaining = distance - driven
             yield Progress(share, f"Move running: {remaining:.2f} m remaining at {self.speed:g} m/s")
         self.position = target

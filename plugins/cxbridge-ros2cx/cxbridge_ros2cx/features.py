@@ -1,4 +1,8 @@
-"""The features of ros2-clips-executive (2021) by plugin class, as ``cx_params.yaml`` lists them."""
+"""The features of the thesis' executive, ros2-clips-executive (2021).
+
+The parameter file ``cx_params.yaml`` lists features, each with the C++ class of its plugin. Each class has a
+stand-in in Python here.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +34,7 @@ REDEFINE_FEATURE = "redefine_warning_feature"
 
 
 class MockFeature(Feature):
-    """The feature for the tests of the original: resets the environment and asserts ``(b (name NAME))``."""
+    """The feature of the executive's own tests: resets the environment and asserts ``(b (name NAME))``."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -46,39 +50,47 @@ def make_features(
     config: Configuration,
     folder: Path,
     board: BlackBoard,
-    skills: Callable[[], Ros2CxSkills | None],
+    get_skills: Callable[[], Ros2CxSkills | None],
     on_removal: Callable[[], None] = lambda: None,
     make_planning: MakeService | None = None,
 ) -> list[Feature]:
-    """Return the two permanent features and those of the parameter files.
+    """Return ``config_feature``, ``redefine_warning_feature``, and the features that the parameters list.
 
     :param folder: the folder of the parameter files.
-    :param skills: returns the skill board; None before it exists.
+    :param get_skills: returns the skill board; None before the skill board exists.
     :param on_removal: called when an ended skill is removed.
     :param make_planning: returns the planning service of an environment; None for a service with cxbridge's
         planners.
+    :raises ConfigError: if the plugin of an entry is unknown.
     """
-    original = Ros2CxSettings.of(config).original
-    parser, redefine = PddlParserFeature(), RedefineWarningFeature()
-    redefine.name = REDEFINE_FEATURE
+    repeats_defects = Ros2CxSettings.from_config(config).repeats_defects
+    parser, redefine_warning = PddlParserFeature(), RedefineWarningFeature()
+    redefine_warning.name = REDEFINE_FEATURE
 
-    def pddl_parser(name: str) -> Feature:
-        # one parser: the feature plansys2 takes the domain from it, under whatever name it is listed
+    def make_pddl_parser(name: str) -> Feature:
+        # one parser, whatever its name: the feature plansys2 takes the domain from the same object
         parser.name = name
         return parser
 
-    def plansys2(name: str) -> Feature:
+    def make_plansys2(name: str) -> Feature:
         settings = PlannerSettings.from_config(config)
-        return Plansys2Feature(name, settings, parser.domain_of, make_planning, exact=original)
+        return Plansys2Feature(
+            name, settings, parser.domain_of, make_planning, repeats_defects=repeats_defects
+        )
 
     plugins: dict[str, Callable[[str], Feature]] = {
-        "cx::Plansys2Feature": plansys2,
-        "cx::ClipsPddlParserFeature": pddl_parser,
-        "cx::SkillExecutionFeature": partial(SkillExecutionFeature, skills, on_removal, original=original),
-        "cx::BlackboardFeature": partial(Ros2CxBlackboardFeature, board, original=original),
+        "cx::Plansys2Feature": make_plansys2,
+        "cx::ClipsPddlParserFeature": make_pddl_parser,
+        "cx::SkillExecutionFeature": partial(
+            SkillExecutionFeature, get_skills, on_removal, repeats_defects=repeats_defects
+        ),
+        "cx::BlackboardFeature": partial(Ros2CxBlackboardFeature, board, repeats_defects=repeats_defects),
         "cx::MockFeature": MockFeature,
     }
-    features: list[Feature] = [ParametersFeature(config, folder, exact=original), redefine]
+    features: list[Feature] = [
+        ParametersFeature(config, folder, repeats_defects=repeats_defects),
+        redefine_warning,
+    ]
     for entry in entries:
         if entry.plugin not in plugins:
             raise ConfigError(

@@ -1,4 +1,4 @@
-"""Command-line options for agents of the ROS 2 executive."""
+"""Command-line options for agents of the two executives for ROS 2."""
 
 from __future__ import annotations
 
@@ -12,38 +12,39 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import is_readable_file
 from cxbridge.run.options import PluginOptions, RunOptions
 
-_PARAMETERS: Final = (b"ros__parameters", b"environments")
+_FILE_MARKS: Final = (b"ros__parameters", b"environments")  # both are in each parameter file of the node
 _NODE_PACKAGE: Final = "cx_clips_env_manager"
-# folders that may contain the node's package in checkouts, workspaces and installations
-_LEVELS: Final = ("", "*/", "*/*/", "share/", "install/share/", f"install/{_NODE_PACKAGE}/share/")
+# patterns of the folders that contain the node's package in checkouts, workspaces and installations
+_PARENT_PATTERNS: Final = ("", "*/", "*/*/", "share/", "install/share/", f"install/{_NODE_PACKAGE}/share/")
 
 _SUFFIXES: Final = (".yaml", ".yml")
 
 
-def is_todays(options: RunOptions) -> bool:
-    """Return whether the options name an agent of today's executive.
+def is_clips_manager_agent(options: RunOptions) -> bool:
+    """Return whether the options name an agent of the ROS 2 CX, carologistics/clips_executive.
 
-    Such an agent is a parameter file of a node with environments, or a checkout of today's executive.
+    Such an agent is a parameter file of its node ``clips_manager``. A checkout of the ROS 2 CX counts, too,
+    so that the error about the missing parameter file names the right executive.
     """
-    return _names_parameters(options.scenario) or _has_todays_package(options.option("ros2cx"))
+    return _is_clips_manager_file(options.scenario) or _has_clips_manager_package(options.option("ros2cx"))
 
 
-def _has_todays_package(folder: Path | None) -> bool:
-    """Return whether a checkout or workspace has the node of today's executive, not that of 2021."""
-    patterns = (f"{level}{_NODE_PACKAGE}/package.xml" for level in _LEVELS)
+def _has_clips_manager_package(folder: Path | None) -> bool:
+    """Return whether a checkout or workspace has the node's package, which ros2-clips-executive lacks."""
+    patterns = (f"{level}{_NODE_PACKAGE}/package.xml" for level in _PARENT_PATTERNS)
     return folder is not None and any(any(folder.glob(pattern)) for pattern in patterns)
 
 
-def _names_parameters(file: Path | None) -> bool:
+def _is_clips_manager_file(file: Path | None) -> bool:
     if file is None or file.suffix not in _SUFFIXES or not is_readable_file(str(file)):
         return False
     data = file.read_bytes()
-    return all(part in data for part in _PARAMETERS)
+    return all(mark in data for mark in _FILE_MARKS)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ros2CxOptions(PluginOptions):
-    """Options for a checkout and the executors of its actions."""
+    """Options for a checkout, the executors of its actions, and the environments of ``clips_manager``."""
 
     ros2cx: Annotated[
         Path | None,

@@ -1,7 +1,7 @@
-"""The parameter files of ros2-clips-executive (2021), the original, as the configuration of a run.
+"""The parameter files of the thesis' executive, ros2-clips-executive (2021), as the configuration of a run.
 
 A ROS parameter file has ``NODE: ros__parameters: ...``. The parameters of the node ``clips_executive`` become
-the tree ``/clips-executive``; those of ``clips_features_manager`` list the features.
+the tree ``/clips-executive``; the parameters of the node ``clips_features_manager`` list the features.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ FEATURES_FILE = "cx_params.yaml"
 
 EXECUTIVE_TREE = "/clips-executive"  # tree of the executive's parameters in a run, as in Fawkes
 
-REFRESH_RATE = f"{EXECUTIVE_TREE}/refresh-rate"  # rate of the executive's rules in Hz
+REFRESH_RATE_PATH = f"{EXECUTIVE_TREE}/refresh-rate"  # rate of the executive's rules in Hz
 
-_DEFAULT_REFRESH_RATE = 10  # the original's default, in Hz
-_MAX_HZ = 10_000
+_DEFAULT_REFRESH_HZ = 10  # the default of the thesis' executive
+_MAX_REFRESH_HZ = 10_000  # far above useful rates: a typing error such as 1e6 would only load the processor
 
-# scalars of YAML 1.1, which the parsers of ROS 2 and of the original read
+# scalars of YAML 1.1, which the parsers of ROS 2 and of the thesis' executive read
 YAML_TRUE = frozenset({"y", "yes", "true", "on"})
 YAML_FALSE = frozenset({"n", "no", "false", "off"})
 YAML_INTEGER = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|\d+)\Z")
@@ -35,8 +35,8 @@ YAML_INTEGER = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|\d+)\Z")
 class FeatureEntry(Struct, frozen=True):
     """A feature of the file ``cx_params.yaml``.
 
-    :param name: the name in ``(ff-feature-request ...)``.
-    :param plugin: the class of the original, e.g. ``cx::Plansys2Feature``.
+    :param name: the name by which rules request the feature.
+    :param plugin: the C++ class of the feature, e.g. ``cx::Plansys2Feature``.
     """
 
     name: str
@@ -45,69 +45,74 @@ class FeatureEntry(Struct, frozen=True):
     line: int | None = None
 
 
-def load_parameters(folder: Path) -> Configuration:
+def load_executive_parameters(folder: Path) -> Configuration:
     """Read the executive's parameters from a folder of parameter files.
 
     :returns: a configuration with the tree ``/clips-executive``.
     :raises ConfigError: if the file is missing or has no parameters of the executive.
     """
     file = folder / EXECUTIVE_FILE
-    raw = Configuration.load(file)
-    below = f"/{EXECUTIVE_NODE}/ros__parameters"
-    if not raw.keys(below):
+    file_config = Configuration.load(file)
+    parameter_path = f"/{EXECUTIVE_NODE}/ros__parameters"
+    if not file_config.keys(parameter_path):
         raise ConfigError(
             f"there are no parameters of the node {EXECUTIVE_NODE}",
             file=file,
-            hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:; {_section_names(raw)}",
+            hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:; {_describe_sections(file_config)}",
         )
     config = Configuration()
-    config.overlay(raw.below(below).moved(EXECUTIVE_TREE))
-    config.files = raw.files
-    config.warnings = raw.warnings
+    config.overlay(file_config.below(parameter_path).moved(EXECUTIVE_TREE))
+    config.files = file_config.files
+    config.warnings = file_config.warnings
     return config
 
 
-def load_features(folder: Path) -> tuple[FeatureEntry, ...]:
+def load_feature_entries(folder: Path) -> tuple[FeatureEntry, ...]:
     """Read the features from the parameter files.
 
     :raises ConfigError: if the file or a plugin is missing, or a feature is listed twice.
     """
     file = folder / FEATURES_FILE
     config = Configuration.load(file)
-    tree = f"/{FEATURES_NODE}/ros__parameters"
-    if not config.exists(f"{tree}/clips_features"):
+    parameter_path = f"/{FEATURES_NODE}/ros__parameters"
+    if not config.exists(f"{parameter_path}/clips_features"):
         raise ConfigError(
             f"there are no clips_features of the node {FEATURES_NODE}",
             file=file,
-            hint=f"below {FEATURES_NODE}: ros__parameters:, [] for none; {_section_names(config)}",
+            hint=f"below {FEATURES_NODE}: ros__parameters:, [] for none; {_describe_sections(config)}",
         )
     entries: list[FeatureEntry] = []
-    for name in config.get_strings(f"{tree}/clips_features"):
+    for name in config.get_strings(f"{parameter_path}/clips_features"):
         if any(entry.name == name for entry in entries):
-            raise _list_error(config, tree, f"the feature '{name}' is listed twice", "name each once")
-        path = f"{tree}/{name}/plugin"
+            raise _feature_list_error(
+                config, parameter_path, f"the feature '{name}' is listed twice", "name each once"
+            )
+        path = f"{parameter_path}/{name}/plugin"
         if not config.exists(path):
             hint = f'write below ros__parameters: {name}: {{plugin: "cx::..."}}'
-            raise _list_error(config, tree, f"the feature '{name}' has no plugin", hint)
-        plugin, value = config.get_str(path), config.get(path)
-        entries.append(FeatureEntry(name, plugin, value.file or str(file), value.line or None))
+            raise _feature_list_error(config, parameter_path, f"the feature '{name}' has no plugin", hint)
+        value = config.get(path)
+        entries.append(FeatureEntry(name, config.get_str(path), value.file or str(file), value.line or None))
     return tuple(entries)
 
 
-def _section_names(config: Configuration) -> str:
+def _describe_sections(config: Configuration) -> str:
+    """Return the part of a hint that names the sections of a file."""
     return f"the file has {', '.join(config.keys()) or 'nothing'}"
 
 
-def _list_error(config: Configuration, tree: str, message: str, hint: str) -> ConfigError:
-    return config.error(f"{tree}/clips_features", message, hint)
+def _feature_list_error(config: Configuration, parameter_path: str, message: str, hint: str) -> ConfigError:
+    return config.error(f"{parameter_path}/clips_features", message, hint)
 
 
 def refresh_period_us(config: Configuration) -> int:
-    """Return the time between two runs of the rules.
+    """Return the time between two runs of the rules from the rate ``refresh-rate``.
 
     :raises ConfigError: if the rate is not positive, or is above 10000 Hz.
     """
-    rate = config.get_float(REFRESH_RATE, default=float(_DEFAULT_REFRESH_RATE))
-    if 0 < rate <= _MAX_HZ:
+    rate = config.get_float(REFRESH_RATE_PATH, default=float(_DEFAULT_REFRESH_HZ))
+    if 0 < rate <= _MAX_REFRESH_HZ:
         return round(1_000_000 / rate)
-    raise config.error(REFRESH_RATE, f"refresh-rate cannot be {rate:g}", f"Hz, more than 0, up to {_MAX_HZ}")
+    raise config.error(
+        REFRESH_RATE_PATH, f"refresh-rate cannot be {rate:g}", f"Hz, more than 0, up to {_MAX_REFRESH_HZ}"
+    )

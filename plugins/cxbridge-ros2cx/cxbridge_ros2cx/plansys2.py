@@ -1,9 +1,10 @@
-"""The feature ``plansys2`` of ros2-clips-executive (2021), the original, without PlanSys2's nodes.
+"""The feature ``plansys2`` of the thesis' executive, without the nodes of PlanSys2.
 
-PlanSys2's problem expert has instances and predicates, its domain expert the domain, and its planner the
-plan. Here :class:`~cxbridge_ros2.experts.knowledge.ProblemExpert` has the instances and predicates in memory,
-the domain is the last that the environment has parsed, and cxbridge's planners plan. Source:
-Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
+In ros2-clips-executive (2021), rules plan with PlanSys2, the planning system of ROS 2: its problem expert
+stores instances and predicates, its domain expert stores the domain, and its planner returns the plan. Here
+:class:`~cxbridge_ros2.experts.knowledge.ProblemExpert` stores the instances and predicates in memory, the
+    domain is the last that the environment has parsed, and cxbridge's planners plan. Sources:
+    Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from cxbridge.executive.features.planning_base import (
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol
 from cxbridge.executive.planning.settings import PlannerSettings
-from cxbridge_ros2cx.plansys2_domain import why_refused
+from cxbridge_ros2cx.plansys2_domain import find_domain_error
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class _PlanOrder:
-    """A call of ``psys2-call-planner``.
+class _PlannerCall:
+    """The arguments of a ``psys2-call-planner``.
 
     :param formula: the goal in PDDL.
     """
@@ -51,123 +52,127 @@ class _PlanSys2User(PlanningUser):
         settings: PlannerSettings,
         domain_of: DomainOf,
         *,
-        exact: bool = False,
+        repeats_defects: bool = False,
     ) -> None:
         super().__init__(env, service, settings, domain_of)
-        self._exact = exact
-        self._checked: Domain | None = None
-        self._refusal: PddlError | None = None
+        self._repeats_defects = repeats_defects
+        self._checked_domain: Domain | None = None
+        self._domain_error: PddlError | None = None
         from cxbridge_ros2.experts.knowledge import MemoryKnowledge, ProblemExpert  # noqa: PLC0415 - slow
 
-        self._problem = ProblemExpert(MemoryKnowledge(), lambda: self.domain)
+        self._problem_expert = ProblemExpert(MemoryKnowledge(), lambda: self.domain)
         self._log = env.bus.logger(f"PSYS2CLIPS|{env.name}")
-        self._calls: list[tuple[_PlanOrder, PlanCall, PlannerCallReporter]] = []
+        self._running_calls: list[tuple[_PlannerCall, PlanCall, PlannerCallReporter]] = []
 
-    # ---- functions
+    # --- functions ----------------------------------------------------------------------------------------
 
-    def add_instance(self, name: str, kind: str) -> None:
+    def add_instance(self, name: str, type_name: str) -> None:
         try:
-            self._problem.add_instance(str(name), str(kind))
+            self._problem_expert.add_instance(str(name), str(type_name))
         except PddlError as error:
-            self._log.error(f"Problem adding instance: {name} - {kind}: {error.message}")
+            self._log.error(f"Problem adding instance: {name} - {type_name}: {error.message}")
 
     def add_predicate(self, text: str) -> None:
         name, *arguments = str(text).strip().removeprefix("(").removesuffix(")").split() or [""]
-        # in PlanSys2, a constant of the domain is no instance until a client adds the constant
-        unknown = [word for word in arguments if word not in self._problem.knowledge.instances]
+        # PlanSys2 counts a constant of the domain as an instance only after a client has added the constant
+        instances = self._problem_expert.knowledge.instances
+        unknown_names = [argument for argument in arguments if argument not in instances]
         try:
-            if unknown:
-                raise PddlError(f"there is no instance {', '.join(unknown)}")  # noqa: TRY301
-            self._problem.add_predicate((name, tuple(arguments)))
+            if unknown_names:
+                raise PddlError(f"there is no instance {', '.join(unknown_names)}")  # noqa: TRY301
+            self._problem_expert.add_predicate((name, tuple(arguments)))
         except PddlError as error:
             self._log.error(f"Problem adding predicate: {text}: {error.message}")
 
-    def clear(self) -> None:
-        self._problem.clear()
+    def clear_knowledge(self) -> None:
+        self._problem_expert.clear()
 
-    def plan(self, goal_id: str, formula: str, plan_id: str) -> None:
-        order = _PlanOrder(str(goal_id), str(plan_id), str(formula))
+    def call_planner(self, goal_id: str, formula: str, plan_id: str) -> None:
+        planner_call = _PlannerCall(str(goal_id), str(plan_id), str(formula))
         try:
-            request, reporter = self.request(order.goal_id, order.formula)
+            request, reporter = self.request(planner_call.goal_id, planner_call.formula)
         except PddlError as error:
-            # the original asserts no feedback when its problem expert refuses a goal, and the agent hangs
+            # Without feedback the agent would hang: the thesis' executive asserts none in this case.
             self._log.error(f"Could not set the goal '{formula}' of {goal_id}: {error}")
-            self._feedback(order, "PLAN-FAILED")
+            self._assert_feedback(planner_call, "PLAN-FAILED")
             return
         call = self.service.call(request)
-        started = reporter.started(Symbol(order.plan_id), request.problem)
+        call_reporter = reporter.started(Symbol(planner_call.plan_id), request.problem)
         if self.env.bus.clock.is_virtual:
-            # like the original, which blocks: the clock stands still during the call
+            # planning takes no virtual time, and the thesis' executive, too, waits for the planner here
             result = call.wait()
             assert result is not None
-            self._report_result(order, result, started)
+            self._report_result(planner_call, result, call_reporter)
         else:
-            self._calls.append((order, call, started))
+            self._running_calls.append((planner_call, call, call_reporter))
 
     def known(self, domain: Domain) -> Known:
         """Return the added instances and predicates.
 
         :raises PddlError: if PlanSys2 would reject the domain.
         """
-        if domain is not self._checked:
-            self._checked, self._refusal = domain, why_refused(domain.file)
-            # cxbridge's planners may be more lenient
-            if self._refusal is not None and not self._exact:
-                self._log.warn(f"{self._refusal}")
-        if self._refusal is not None and self._exact:
-            raise self._refusal
-        knowledge = self._problem.knowledge
+        if domain is not self._checked_domain:
+            self._checked_domain, self._domain_error = domain, find_domain_error(domain.file)
+            # the planners of cxbridge accept more domains than PlanSys2
+            if self._domain_error is not None and not self._repeats_defects:
+                self._log.warn(f"{self._domain_error}")
+        if self._domain_error is not None and self._repeats_defects:
+            raise self._domain_error
+        knowledge = self._problem_expert.knowledge
         return list(knowledge.instances.items()), list(knowledge.predicates)
 
-    # ---- results
+    # --- results ------------------------------------------------------------------------------------------
 
     def before_run(self) -> None:
-        """Assert finished plans."""
-        for entry in list(self._calls):
-            order, call, reporter = entry
+        """Assert the plans of the calls that have ended."""
+        for entry in list(self._running_calls):
+            planner_call, call, reporter = entry
             if call.result is not None:
-                self._calls.remove(entry)
-                self._report_result(order, call.result, reporter)
+                self._running_calls.remove(entry)
+                self._report_result(planner_call, call.result, reporter)
 
-    def _report_result(self, order: _PlanOrder, result: PlanResult, reporter: PlannerCallReporter) -> None:
+    def _report_result(
+        self, planner_call: _PlannerCall, result: PlanResult, reporter: PlannerCallReporter
+    ) -> None:
         reporter.ended(result)
         if result.status.value != "PLANNED":
             self._log.error(
-                f"Could not find plan to reach goal '{order.formula}' with id {order.goal_id}: "
+                f"Could not find plan to reach goal '{planner_call.formula}' with id {planner_call.goal_id}: "
                 f"{result.message or result.status.value}"
             )
-            self._feedback(order, "PLAN-FAILED")
+            self._assert_feedback(planner_call, "PLAN-FAILED")
             return
         try:
-            self.assert_plan(Symbol(order.plan_id), Symbol(order.goal_id), result.actions)
+            self.assert_plan(Symbol(planner_call.plan_id), Symbol(planner_call.goal_id), result.actions)
         except CxbridgeError as error:
-            self._log.error(f"Cannot assert the plan {order.plan_id}: {error}")
-            self._feedback(order, "PLAN-FAILED")
+            self._log.error(f"Cannot assert the plan {planner_call.plan_id}: {error}")
+            self._assert_feedback(planner_call, "PLAN-FAILED")
             return
-        self._feedback(order, "PLANNED")
+        self._assert_feedback(planner_call, "PLANNED")
 
-    def _feedback(self, order: _PlanOrder, status: str) -> None:
+    def _assert_feedback(self, planner_call: _PlannerCall, status: str) -> None:
         self.env.assert_fact(
-            "pddl-plan-feedback", {"status": Symbol(status), "plan-id": Symbol(order.plan_id)}
+            "pddl-plan-feedback", {"status": Symbol(status), "plan-id": Symbol(planner_call.plan_id)}
         )
 
     def close(self) -> None:
         """Cancel all planning and end the planners' processes."""
         self.service.close()
-        for _, call, reporter in self._calls:
+        for _, call, reporter in self._running_calls:
             if (result := call.wait()) is not None:
                 reporter.ended(result)
-        self._calls.clear()
+        self._running_calls.clear()
 
 
 class Plansys2Feature(PlanningFeature[_PlanSys2User]):
     """Defines the ``psys2-*`` functions.
 
     :param settings: the choice of planners and their time limit.
-    :param domain_of: returns the last domain that an environment has parsed; None before the first.
+    :param domain_of: returns the last domain that an environment has parsed; None before the first domain.
     :param make_service: returns the planning service of an environment; None for a service with cxbridge's
         planners.
-    :param exact: whether to reject domains that PlanSys2 would reject; otherwise they get a warning.
+    :param repeats_defects: whether to reject the domains that PlanSys2 would reject; otherwise a warning
+        names the reason.
     """
 
     def __init__(
@@ -177,18 +182,18 @@ class Plansys2Feature(PlanningFeature[_PlanSys2User]):
         domain_of: DomainOf,
         make_service: MakeService | None = None,
         *,
-        exact: bool = False,
+        repeats_defects: bool = False,
     ) -> None:
         super().__init__(settings, domain_of, make_service)
         self.name = name
-        self._exact = exact
+        self._repeats_defects = repeats_defects
 
     def make_user(
         self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
     ) -> _PlanSys2User:
-        user = _PlanSys2User(env, service, settings, domain_of, exact=self._exact)
+        user = _PlanSys2User(env, service, settings, domain_of, repeats_defects=self._repeats_defects)
         env.define("psys2-add-domain-instance", user.add_instance, 2, types="*;sy;sy")
         env.define("psys2-add-domain-predicate", user.add_predicate, 1, types="*;sy")
-        env.define("psys2-clear-knowledge", user.clear)
-        env.define("psys2-call-planner", user.plan, 3, types="*;sy;sy;sy")
+        env.define("psys2-clear-knowledge", user.clear_knowledge)
+        env.define("psys2-call-planner", user.call_planner, 3, types="*;sy;sy;sy")
         return user

@@ -1,7 +1,8 @@
-"""Domains that PlanSys2 would reject although cxbridge's parser and planners accept them.
+"""Finds the reason for which PlanSys2, the planning system of ROS 2, would reject a domain.
 
-PlanSys2's domain expert has its own parser, which fails at unknown constructs. Its rules are in
-docs/evidence/ros2cx.md. Source: plansys2_pddl_parser, Domain.hpp, Action.cpp and TemporalAction.cpp.
+The parser and the planners of cxbridge accept more domains than PlanSys2, whose domain expert has a separate
+parser that fails at unknown constructs. docs/evidence/ros2cx.md lists the rules of that parser. Sources:
+plansys2_pddl_parser, Domain.hpp, Action.cpp and TemporalAction.cpp.
 """
 
 from __future__ import annotations
@@ -33,93 +34,97 @@ REQUIREMENTS: Final = frozenset(
     }
 )
 
-# keywords in formulas that PlanSys2 does not know
-_UNKNOWN: Final = frozenset({"preference", "scale-down", "scale-up"})
+# keywords of PDDL formulas at which the parser of PlanSys2 fails
+_UNKNOWN_KEYWORDS: Final = frozenset({"preference", "scale-down", "scale-up"})
 
-_KEYS: Final = {
+# the keys of an action in the order that PlanSys2 requires
+_ACTION_KEYS: Final = {
     ":action": (":parameters", ":precondition", ":effect"),
     ":durative-action": (":parameters", ":duration", ":condition", ":effect"),
 }
-_OPTIONAL: Final = (":precondition", ":condition")
-_TIMES: Final = (("at", "start"), ("over", "all"), ("at", "end"))
+_OPTIONAL_KEYS: Final = (":precondition", ":condition")
+_TIME_SPECIFIERS: Final = (("at", "start"), ("over", "all"), ("at", "end"))
 
 
-def why_refused(file: str) -> PddlError | None:
-    """Return PlanSys2's reason to reject the domain in a file, with the line; None if accepted."""
+def find_domain_error(file: str) -> PddlError | None:
+    """Return the reason for which PlanSys2 would reject the domain in a file, with its line; None if none."""
     try:
         text = Path(file).read_text(encoding="utf-8", errors="surrogateescape")
-        reasons = _reasons(read_items(text.lower(), file))
+        faults = _find_faults(read_items(text.lower(), file))
     except (OSError, PddlError):
-        return None  # the parser has accepted this file before, so the fault is not the domain's
-    for item, reason in reasons:
+        # cxbridge has parsed this file before, so an error means that the file has changed since
+        return None
+    for item, reason in faults:
         return PddlError(f"PlanSys2 would refuse this domain: {reason}", file=file, line=item.position.line)
     return None
 
 
-def _reasons(items: tuple[Item, ...]) -> Iterator[tuple[Item, str]]:
-    """Yield PlanSys2's reasons to reject a domain, each with the word or list at fault."""
-    sections = [item for define in _groups(items) for item in _groups(define.items)]
+def _find_faults(items: tuple[Item, ...]) -> Iterator[tuple[Item, str]]:
+    """Yield the faults of a domain, each with the word or list at fault."""
+    sections = [item for define in _filter_groups(items) for item in _filter_groups(define.items)]
     requirements = [section for section in sections if section.head == ":requirements"]
     for section in requirements:
         for word in section.items[1:]:
             if isinstance(word, BracketWord) and word.text.removeprefix(":") not in REQUIREMENTS:
                 yield word, f"it knows no requirement {word.text}"
-    typed = any(word.text == ":typing" for item in requirements for word in _words(item.items))
-    heads: set[str] = set()  # keywords of the sections before the present section
+    has_typing = any(word.text == ":typing" for item in requirements for word in _filter_words(item.items))
+    section_keywords: set[str] = set()  # of the sections before the current section
     for section in sections:
-        if section.head == ":types" and not typed:
+        if section.head == ":types" and not has_typing:
             yield section, "it needs the requirement :typing where there are types; :adl does not include it"
-        if section.head in _KEYS:
-            if ":predicates" not in heads:
+        if section.head in _ACTION_KEYS:
+            if ":predicates" not in section_keywords:
                 yield section, "it needs predicates before the first action"
-            yield from _action_reasons(section)
-        heads.add(section.head)
+            yield from _find_action_faults(section)
+        section_keywords.add(section.head)
 
 
-def _action_reasons(action: Group) -> Iterator[tuple[Item, str]]:
-    """Yield errors about an action: its keys have a fixed order, and only the condition is optional."""
+def _find_action_faults(action: Group) -> Iterator[tuple[Item, str]]:
+    """Yield the faults of an action: its keys have a fixed order, and only the condition is optional."""
+    # items: the keyword, the name, then pairs of key and value; not strict, since the last value may be
+    # missing
     values = dict(zip(action.items[2::2], action.items[3::2], strict=False))
     keys = [word.text for word in values if isinstance(word, BracketWord)]
-    expected = [key for key in _KEYS[action.head] if key in keys or key not in _OPTIONAL]
+    expected = [key for key in _ACTION_KEYS[action.head] if key in keys or key not in _OPTIONAL_KEYS]
     if keys != expected:
         yield action, f"an action must have {', '.join(expected)}, in this order, and nothing else"
         return
     for key, value in values.items():
         if isinstance(key, BracketWord) and isinstance(value, Group):
-            yield from _value_reasons(key.text, value, durative=action.head == ":durative-action")
+            yield from _find_value_faults(key.text, value, durative=action.head == ":durative-action")
 
 
-def _value_reasons(key: str, value: Group, *, durative: bool) -> Iterator[tuple[Item, str]]:
-    """Yield errors about the value of an action's key."""
+def _find_value_faults(key: str, value: Group, *, durative: bool) -> Iterator[tuple[Item, str]]:
+    """Yield the faults of a value in an action."""
     if key == ":duration":
-        words = [word.text for word in _words(value.items[:2])]
+        words = [word.text for word in _filter_words(value.items[:2])]
         if words != ["=", "?duration"]:
             yield value, "a duration must be (= ?duration VALUE)"
     elif key != ":parameters":
-        for group in _all_groups(value):
-            if group.head in _UNKNOWN:
+        for group in _find_all_groups(value):
+            if group.head in _UNKNOWN_KEYWORDS:
                 yield group, f"it knows no '{group.head}'"
         if durative:
             # an empty list is an empty condition or effect
-            conjuncts = _groups(value.items) if value.head == "and" else [value] * bool(value.items)
+            conjuncts = _filter_groups(value.items) if value.head == "and" else [value] * bool(value.items)
             for conjunct in conjuncts:
-                words = [word.text for word in _words(conjunct.items[:2])]
-                if tuple(words) not in _TIMES:
+                words = [word.text for word in _filter_words(conjunct.items[:2])]
+                if tuple(words) not in _TIME_SPECIFIERS:
                     yield (
                         conjunct,
                         "parts of a durative action are (at start ...), (over all ...), (at end ...)",
                     )
 
 
-def _groups(items: tuple[Item, ...]) -> list[Group]:
+def _filter_groups(items: tuple[Item, ...]) -> list[Group]:
     return [item for item in items if isinstance(item, Group)]
 
 
-def _words(items: tuple[Item, ...]) -> list[BracketWord]:
+def _filter_words(items: tuple[Item, ...]) -> list[BracketWord]:
     return [item for item in items if isinstance(item, BracketWord)]
 
 
-def _all_groups(group: Group) -> Iterator[Group]:
+def _find_all_groups(group: Group) -> Iterator[Group]:
     yield group
-    for nested in _groups(group.items):
-        yield from _all_groups(nested)
+    for nested in _filter_groups(group.items):
+        yield from _find_all_groups(nested)

@@ -1,4 +1,8 @@
-"""The templates of ``cxbridge new --from-ros2cx``: parameters of today's executive, or a checkout of 2021."""
+"""The templates of ``cxbridge new --from-ros2cx``: a project around an existing agent for ROS 2.
+
+The agent is a parameter file of the ROS 2 CX's node ``clips_manager``, or a checkout of the thesis'
+executive, ros2-clips-executive (2021).
+"""
 
 from __future__ import annotations
 
@@ -15,14 +19,14 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.run.program.plain_options import make_options
 from cxbridge.run.source import source_of
 from cxbridge.testing.new_project import Template, read_template, words_of_checkout
-from cxbridge_ros2cx.options import is_todays
+from cxbridge_ros2cx.options import is_clips_manager_agent
 
 _TEMPLATES: Final = Path(__file__).parent / "templates"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ros2CxTemplate(Template):
-    """An agent of the ROS 2 executive, whose files stay in place."""
+    """A project that refers to an agent for ROS 2, whose files stay in place."""
 
     from_ros2cx: Annotated[
         Path | None,
@@ -42,11 +46,11 @@ class Ros2CxTemplate(Template):
     ] = None
 
     def files(self, name: str) -> Mapping[str, str]:
-        """Return files that refer to the checkout, or to the parameter file and the packages."""
+        """Return the text of each project file by its path."""
         assert self.from_ros2cx is not None  # without this option, another template is chosen
         source_path = self.from_ros2cx.absolute()
         if source_path.is_file():
-            return _files_for_parameters(name, source_path, self.ros2cx and self.ros2cx.absolute())
+            return _clips_manager_files(name, source_path, self.ros2cx and self.ros2cx.absolute())
         if self.ros2cx is not None:
             raise CxbridgeError("--ros2cx goes with the parameters of an agent", file=source_path)
         return read_template(
@@ -55,25 +59,25 @@ class Ros2CxTemplate(Template):
         )
 
 
-def _files_for_parameters(name: str, parameters: Path, packages: Path | None) -> dict[str, str]:
-    options = make_options(parameters, ros2cx=packages)
-    if not is_todays(options):
+def _clips_manager_files(name: str, parameter_file: Path, package_folder: Path | None) -> dict[str, str]:
+    options = make_options(parameter_file, ros2cx=package_folder)
+    if not is_clips_manager_agent(options):
         raise CxbridgeError(
             "this file has no parameters of clips_manager",
-            file=parameters,
+            file=parameter_file,
             hint="its ros__parameters name environments",
         )
-    # errors about the agent belong before the files are written
+    # an invalid agent is an error before any file of the project is written
     options.check()
     source_of(options).load_configuration()
-    arguments = [str(parameters), *(("--ros2cx", str(packages)) if packages else ())]
-    words = {
+    arguments = [str(parameter_file), *(("--ros2cx", str(package_folder)) if package_folder else ())]
+    replacements = {
         "@NAME@": name,
-        "@PARAMS@": str(parameters),
-        "@PARAMS_NAME@": parameters.name,
-        "@PARAMS_TEXT@": json.dumps(str(parameters)),
-        "@DIR_TEXT@": json.dumps(str(packages or "")),
-        "@DIR_JSON@": json.dumps(packages and str(packages)),
+        "@PARAMS@": str(parameter_file),
+        "@PARAMS_NAME@": parameter_file.name,
+        "@PARAMS_TEXT@": json.dumps(str(parameter_file)),
+        "@DIR_TEXT@": json.dumps(str(package_folder or "")),
+        "@DIR_JSON@": json.dumps(package_folder and str(package_folder)),
         "@ARGUMENTS@": shlex.join(arguments),
     }
-    return read_template(_TEMPLATES / "node", words)
+    return read_template(_TEMPLATES / "node", replacements)

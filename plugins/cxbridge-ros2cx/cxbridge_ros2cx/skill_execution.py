@@ -1,8 +1,8 @@
-"""The feature ``skill_execution`` of ros2-clips-executive (2021), the original, on the skill board.
+"""The feature ``skill_execution`` of the thesis' executive, on the skill board.
 
-Each call of a skill has a master, which requests an executor; the rules read the states of all masters once a
-tick. For the protocol see docs/skill-board.md. Source: SkillExecutionFeature.cpp and
-SkillExecutionMaster.cpp.
+In ros2-clips-executive (2021), each call of a skill has a master, which requests an executor for the skill.
+The rules read the states of all masters once per tick. docs/skill-board.md describes the protocol. Sources:
+SkillExecutionFeature.cpp, SkillExecutionMaster.cpp.
 """
 
 from __future__ import annotations
@@ -17,14 +17,13 @@ from cxbridge.executive.features.skill_board import SkillAction
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.history.exchange import MAPPED_ACTION
-from cxbridge_ros2cx.original_board import NO_AGENT
+from cxbridge_ros2cx.thesis_board import NO_AGENT
 
 if TYPE_CHECKING:
     from cxbridge_ros2cx.skills import Ros2CxSkills
 
-
-# Status for the rules by the state of the skill.
-_STATUS = {
+# the status in facts `skill-feedback`, by the state of the skill on the board
+_STATUS_BY_STATE = {
     "ASKING": "S_IDLE",
     "CONFIRMED": "S_RUNNING",
     "RUNNING": "S_RUNNING",
@@ -34,49 +33,51 @@ _STATUS = {
     "CANCELLED": "S_FAILED",
 }
 _CANCELLED = "CANCELLED"
-_FEEDBACK = "skill-feedback"
-_PENDING = "domain-pending-sensed-fact"
+_FEEDBACK_TEMPLATE = "skill-feedback"
+_PENDING_EFFECT_TEMPLATE = "domain-pending-sensed-fact"
 
 
 class SkillExecutionFeature(Feature):
     """Defines ``call-skill-execution``, ``call-skill-read`` and ``call-skill-cancel``.
 
-    :param skills: returns the skill board; None before it exists.
-    :param on_removal: called when an ended skill is removed, after the rules have read its end.
+    :param get_skills: returns the skill board; None before the skill board exists.
+    :param on_removal: called when an ended skill is removed: in the tick that asserts its end.
     :param name: the name of the feature in the configuration.
-    :param original: whether the original's defects are repeated.
+    :param repeats_defects: whether to repeat the defects of the thesis' executive.
     """
 
     def __init__(
         self,
-        skills: Callable[[], Ros2CxSkills | None],
+        get_skills: Callable[[], Ros2CxSkills | None],
         on_removal: Callable[[], None],
         name: str,
         *,
-        original: bool = False,
+        repeats_defects: bool = False,
     ) -> None:
         self.name = name
-        self._skills, self._on_removal, self._original = skills, on_removal, original
-        self._users: dict[str, _SkillUser] = {}
+        self._get_skills, self._on_removal, self._repeats_defects = get_skills, on_removal, repeats_defects
+        self._skills_by_environment: dict[str, _EnvironmentSkills] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        user = _SkillUser(env, self._skills, self._on_removal, original=self._original)
-        self._users[env.name] = user
+        user = _EnvironmentSkills(
+            env, self._get_skills, self._on_removal, repeats_defects=self._repeats_defects
+        )
+        self._skills_by_environment[env.name] = user
         env.define("call-skill-execution", user.call, 5, types="*;sy;sy;sy;sy;sy")
         env.define("call-skill-read", user.read)
         env.define("call-skill-cancel", user.cancel, 1, types="*;sy")
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Cancel the environment's requests."""
-        self._users.pop(env.name).close()
+        self._skills_by_environment.pop(env.name).close()
 
 
 @dataclass(slots=True)
-class _Call:
-    """A skill of an agent.
+class _SkillCall:
+    """A skill that the rules have called for an agent.
 
-    :param action: the request on the skill board; None if the request failed.
-    :param error: the reason for a failed request.
+    :param action: the action on the skill board; None if the board rejected the request.
+    :param error: the reason for a rejected request.
     """
 
     skill_id: str
@@ -85,79 +86,84 @@ class _Call:
     error: str = ""
 
     @property
-    def state(self) -> tuple[str, str]:
-        """Status and error for the rules."""
+    def feedback(self) -> tuple[str, str]:
+        """The status and the error for the rules; only a failed skill has an error."""
         if self.action is None:
             return "S_FAILED", self.error
         state = str(self.action.state)
         error = _CANCELLED if state == _CANCELLED else self.action.error
-        return _STATUS[state], error if _STATUS[state] == "S_FAILED" else ""
+        return _STATUS_BY_STATE[state], error if _STATUS_BY_STATE[state] == "S_FAILED" else ""
 
 
-class _SkillUser:
-    """The skills that an environment has called: one for each agent."""
+class _EnvironmentSkills:
+    """The skills that an environment has called: at most one for each agent."""
 
     def __init__(
         self,
         env: ClipsEnvironment,
-        skills: Callable[[], Ros2CxSkills | None],
+        get_skills: Callable[[], Ros2CxSkills | None],
         on_removal: Callable[[], None],
         *,
-        original: bool,
+        repeats_defects: bool,
     ) -> None:
-        self._env, self._skills, self._on_removal, self._original = env, skills, on_removal, original
+        self._env, self._get_skills, self._on_removal, self._repeats_defects = (
+            env,
+            get_skills,
+            on_removal,
+            repeats_defects,
+        )
         self._log = env.bus.logger("skill_execution_feature")
-        self._sensing = PretendedSensing(env)
-        self._calls: dict[str, _Call] = {}
+        self._sensors = SimulatedSensors(env)
+        self._calls: dict[str, _SkillCall] = {}
 
     def call(self, skill_id: str, action: str, params: str, mapped: str, agent: str) -> None:
-        """Request an executor, and cancel the agent's running skill: an agent has one at a time."""
+        """Request an executor for a skill, and cancel the skill that the agent still executes."""
         self._log.info(f"Requesting skill ({action}, {params}) with mapped_action {mapped} for agent {agent}")
         previous = self._calls.pop(str(agent), None)
         if previous is not None and previous.action is not None and not previous.action.is_over:
             self._log.warn(f"Previous skill {previous.skill_id} is running: cancelled")
-            self._stop(previous.action)
-        self._calls[str(agent)] = self._request(
+            self._cancel_action(previous.action)
+        self._calls[str(agent)] = self._request_skill(
             str(skill_id), str(action), str(params), str(mapped), str(agent)
         )
 
-    def _request(self, skill_id: str, action: str, params: str, mapped: str, agent: str) -> _Call:
-        skills = self._skills()
+    def _request_skill(self, skill_id: str, action: str, params: str, mapped: str, agent: str) -> _SkillCall:
+        skills = self._get_skills()
         if skills is None:
-            return _Call(skill_id, agent, None, "there is no skill board")
-        # the original splits at each blank, and makes one empty parameter of none
-        words = params.split(" ") if self._original else params.split()
-        parameters = {str(number): word for number, word in enumerate(words, start=1)}
+            return _SkillCall(skill_id, agent, None, "there is no skill board")
+        # the thesis' executive splits at each blank, and passes an empty parameter to a skill without any
+        parameter_texts = params.split(" ") if self._repeats_defects else params.split()
+        parameters = {str(number): text for number, text in enumerate(parameter_texts, start=1)}
         if mapped:
             parameters[MAPPED_ACTION] = mapped
         try:
             skill_action = skills.ask(action, parameters, agent or NO_AGENT, lambda _action: None, skill_id)
         except CxbridgeError as error:
             self._log.error(str(error))
-            return _Call(skill_id, agent, None, str(error))
-        return _Call(skill_id, agent, skill_action)
+            return _SkillCall(skill_id, agent, None, str(error))
+        return _SkillCall(skill_id, agent, skill_action)
 
     def read(self) -> None:
-        """Assert the state of each skill and remove the ended ones."""
-        self._sensing.sense()
-        if not self._original and self._env.has_template(_FEEDBACK):
-            # Facts of earlier ticks would set a skill back to its old state. The rule of skills.clp that
-            # retracts them is never defined because a parenthesis is missing.
-            for index, _template, _slots in list(self._env.facts(_FEEDBACK)):
+        """Assert the state of each skill, and remove the ended skills."""
+        self._sensors.assert_effects()
+        if not self._repeats_defects and self._env.has_template(_FEEDBACK_TEMPLATE):
+            # A fact of an earlier tick would set a skill back to its old state. The rule of skills.clp that
+            # retracts these facts is never defined, because a parenthesis is missing.
+            for index, _template, _slots in list(self._env.facts(_FEEDBACK_TEMPLATE)):
                 self._env.retract(index)
-        skills = self._skills()
+        skills = self._get_skills()
         for agent, call in sorted(self._calls.items()):
             action = call.action
             if skills is not None and action is not None:
                 skills.check_timeout(action)
-            status, error = call.state
+            status, error = call.feedback
             slots = {"skill-id": Symbol(call.skill_id), "agent-id": call.agent}
-            self._env.assert_fact(_FEEDBACK, {**slots, "status": Symbol(status), "error": error})
-            pretended = skills is not None and action is not None and skills.pretends(action.executor)
-            if pretended and status == "S_FINAL":
-                # now: when the rules read the end, they retract the fact that connects the skill with its
-                # action
-                self._sensing.add(call.skill_id)
+            self._env.assert_fact(_FEEDBACK_TEMPLATE, {**slots, "status": Symbol(status), "error": error})
+            is_unsensed = skills is not None and action is not None and skills.lacks_sensors(action.executor)
+            if is_unsensed and status == "S_FINAL":
+                # before the rules run: at the end of a skill they retract the fact that connects the skill
+                # with its plan-action
+                self._sensors.add_skill(call.skill_id)
             if status in ("S_FINAL", "S_FAILED"):
                 del self._calls[agent]
                 self._on_removal()
@@ -167,10 +173,10 @@ class _SkillUser:
         if call is None or call.action is None:
             self._log.error(f"Agent '{agent}' has no skill that could be cancelled")
             return
-        self._stop(call.action)
+        self._cancel_action(call.action)
 
-    def _stop(self, action: SkillAction) -> None:
-        skills = self._skills()
+    def _cancel_action(self, action: SkillAction) -> None:
+        skills = self._get_skills()
         if skills is not None:
             skills.stop(action.number)
 
@@ -178,45 +184,45 @@ class _SkillUser:
         """Cancel all skills."""
         for call in self._calls.values():
             if call.action is not None and not call.action.is_over:
-                self._stop(call.action)
+                self._cancel_action(call.action)
         self._calls.clear()
 
 
-class PretendedSensing:
-    """Simulated sensors for the effects of a dummy's actions, in one environment.
+class SimulatedSensors:
+    """Asserts the sensed effects of actions whose executors have no sensors, in one environment.
 
-    An action with a sensed effect ends when a sensor reports the effect. The effects of dummies have no
-    sensor, so they are asserted here.
+    An action with a sensed effect ends when a sensor reports the effect. Nothing senses the effects of
+    dummies and of the executors in the setting ``unsensed``.
     """
 
     def __init__(self, env: ClipsEnvironment) -> None:
         self._env = env
-        # goal, plan and action of the actions that dummies have executed
+        # ids of goal, plan and action of the executed actions
         self._executed: set[tuple[Value, Value, Value]] = set()
 
-    def add(self, skill_id: str) -> None:
-        """Note that a dummy has executed a skill."""
+    def add_skill(self, skill_id: str) -> None:
+        """Record the action of an executed skill."""
         for _index, _template, slots in self._env.facts("skill-action-execinfo"):
             if slots["skill-id"] == skill_id:
                 self._executed.add((slots["goal-id"], slots["plan-id"], slots["action-id"]))
 
-    def sense(self) -> None:
-        """Assert the pending effects of the actions that dummies have executed."""
+    def assert_effects(self) -> None:
+        """Assert the effects for which the recorded actions still wait."""
         if not self._executed:
             return
-        has_effects = self._env.has_template(_PENDING)
-        effects = [slots for _, _, slots in self._env.facts(_PENDING)] if has_effects else []
+        has_effects = self._env.has_template(_PENDING_EFFECT_TEMPLATE)
+        effects = [slots for _, _, slots in self._env.facts(_PENDING_EFFECT_TEMPLATE)] if has_effects else []
         if not effects:
-            # forget removed actions, so that an idle executive skips the search for their facts
+            # forget the actions whose plans are gone, so that an idle executive need not search for effects
             self._executed &= {
                 (slots["goal-id"], slots["plan-id"], slots["id"])
                 for _, _, slots in self._env.facts("plan-action")
             }
         for slots in effects:
             if (slots["goal-id"], slots["plan-id"], slots["action-id"]) in self._executed:
-                self._set_fact(slots["name"], slots["param-values"], holds=slots["type"] == "POSITIVE")
+                self._set_domain_fact(slots["name"], slots["param-values"], holds=slots["type"] == "POSITIVE")
 
-    def _set_fact(self, predicate: Value, values: Value, *, holds: bool) -> None:
+    def _set_domain_fact(self, predicate: Value, values: Value, *, holds: bool) -> None:
         indices = [
             index
             for index, _, slots in self._env.facts("domain-fact")

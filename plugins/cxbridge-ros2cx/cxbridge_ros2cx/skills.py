@@ -1,4 +1,7 @@
-"""A skill board with an executor for each action: a dummy if no other executor exists."""
+"""The skill board of the thesis' executive: an action without an executor gets a dummy.
+
+A dummy pretends to execute the action, as an example node of ros2-clips-executive (2021) does.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.errors import SkillError
 from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, load_executor
 from cxbridge.skiller.board.host import make_host
-from cxbridge_ros2cx.executors import DummyExecutor, OriginalDummy
-from cxbridge_ros2cx.original_board import NO_AGENT, OriginalMaster
+from cxbridge_ros2cx.executors import DummyExecutor, ThesisDummyExecutor
+from cxbridge_ros2cx.thesis_board import NO_AGENT, ThesisMaster
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -24,15 +27,15 @@ if TYPE_CHECKING:
 
 
 class Ros2CxSkills:
-    """The skill board of a service; an action without an executor gets a dummy.
+    """Requests executors for skills, and creates dummies.
 
-    A vanished executor gets no dummy, nor does an agent without executors while further agents have some:
-    these are errors.
+    No dummy replaces a vanished executor. An agent without executors gets no dummy either if executors of
+    further agents exist. Both are errors, which the timeout of the request reports.
 
     :param service: the skill board, which also runs the executors of this process.
-    :param settings: the configured agents, and whether executors are created here.
-    :param original: whether the original's defects are repeated.
-    :param unsensed: executors other than dummies whose effects have no sensor.
+    :param settings: the configured agents, and whether this process may have executors.
+    :param repeats_defects: whether to repeat the defects of the thesis' executive.
+    :param unsensed_executors: names of executors, besides dummies, whose effects have no sensor.
     """
 
     def __init__(
@@ -43,20 +46,16 @@ class Ros2CxSkills:
         bus: EventBus,
         settings: BoardSettings,
         *,
-        original: bool = False,
-        unsensed: Iterable[str] = (),
+        repeats_defects: bool = False,
+        unsensed_executors: Iterable[str] = (),
     ) -> None:
         self._service = service
-        self._original = original
+        self._repeats_defects = repeats_defects
         self._agents = {agent.name for agent in settings.agents}
         self._allows_dummies = settings.in_process
-        self._dummies: set[str] = set(unsensed)
-        self._pretended: set[tuple[str, str]] = set()
+        self._unsensed_executors: set[str] = set(unsensed_executors)
+        self._dummy_skills: set[tuple[str, str]] = set()  # agent and skill of each dummy
         self._board, self._clock, self._bus = board, clock, bus
-
-    @property
-    def version(self) -> int:
-        return self._service.local_calls.version
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:
@@ -78,48 +77,50 @@ class Ros2CxSkills:
         self._service.settle()  # register executors that appeared since the last loop
         has_executor = any(info.agent == agent and skill in info.skills for info in self.executors)
         if not has_executor and self._may_get_dummy(agent, skill):
-            dummy = f"{agent}-{skill}-dummy"
-            self._bus.logger(dummy).warn(
+            dummy_name = f"{agent}-{skill}-dummy"
+            self._bus.logger(dummy_name).warn(
                 f"No executor of {agent} knows {skill}: a dummy pretends to execute it"
             )
-            self._add(for_skill(OriginalDummy if self._original else DummyExecutor, skill), agent, dummy)
-            self._dummies.add(dummy)
-            self._pretended.add((agent, skill))
+            dummy_class = ThesisDummyExecutor if self._repeats_defects else DummyExecutor
+            self._start_executor(make_skill_class(dummy_class, skill), agent, dummy_name)
+            self._unsensed_executors.add(dummy_name)
+            self._dummy_skills.add((agent, skill))
             self._service.settle()
         return self._service.local_calls.ask(skill, parameters, agent, on_change, name)
 
     def _may_get_dummy(self, agent: str, skill: str) -> bool:
-        offered = self._service.skills.offered
-        if not self._allows_dummies or (agent, skill) in offered:
+        # the board remembers the skills of vanished executors, too
+        offered_skills = self._service.skills.offered
+        if not self._allows_dummies or (agent, skill) in offered_skills:
             return False
         if agent == NO_AGENT or agent in self._agents:
             return True
-        # An agent with an executor gets dummies for its other skills. Without any executor or configured
-        # agent, each agent gets dummies.
-        served = {name for name, _ in offered - self._pretended}
-        return agent in served if served or self._agents else True
-
-    def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
-        return self._service.local_calls.ask_for(skill_string, agent, on_change)
+        # An agent with an executor gets dummies for its remaining skills. If no agent is configured or has an
+        # executor, each agent gets dummies.
+        served_agents = {name for name, _ in offered_skills - self._dummy_skills}
+        return agent in served_agents if served_agents or self._agents else True
 
     def check_timeout(self, action: SkillAction) -> None:
-        """Fail an action without a response after the original's timeout, if its defects are repeated."""
-        if isinstance(action, OriginalMaster):
+        """Fail an action without a response after the timeout of the thesis' executive.
+
+        Only the mode ``original`` needs this check; otherwise the board times out actions itself.
+        """
+        if isinstance(action, ThesisMaster):
             action.check_timeout(self._clock.now_us())
 
     def stop(self, number: int) -> bool:
-        """Cancel an action; return whether there was something to cancel.
+        """Cancel an action; return whether the action was still running.
 
-        Executors of this process end the action at once and are free again.
+        An executor of this process ends the action at once, and is ready for the next action.
         """
         self._service.settle()
-        stopped = self._service.local_calls.stop(number)
+        was_cancelled = self._service.local_calls.stop(number)
         self._service.settle()
-        return stopped
+        return was_cancelled
 
-    def pretends(self, executor: str) -> bool:
-        """Return whether the effects of an executor have no sensor, as with a dummy."""
-        return not self._original and executor in self._dummies
+    def lacks_sensors(self, executor: str) -> bool:
+        """Return whether the effects of an executor have no sensor."""
+        return not self._repeats_defects and executor in self._unsensed_executors
 
     def add_executor(self, text: str) -> None:
         """Create an executor for the agent without a name.
@@ -127,19 +128,20 @@ class Ros2CxSkills:
         :param text: ``ACTION=MODULE:CLASS`` or ``ACTION=FILE.py:CLASS``, relative to the current folder.
         :raises SkillError: if the text does not have this form or the class is missing.
         """
-        action, equals, target = text.partition("=")
-        if not action or not equals:
+        action, separator, target = text.partition("=")
+        if not action or not separator:
             raise SkillError(f"--executor cannot be '{text}'", hint="write ACTION=FILE.py:CLASS")
-        kind = load_executor(target, Path.cwd())
+        executor_class = load_executor(target, Path.cwd())
         self._service.settle()  # register executors that appeared since the last loop
         number = sum(info.agent == NO_AGENT and action in info.skills for info in self.executors)
-        self._add(for_skill(kind, action), NO_AGENT, f"{action}-{kind.__name__}-{number + 1}")
+        name = f"{action}-{executor_class.__name__}-{number + 1}"
+        self._start_executor(make_skill_class(executor_class, action), NO_AGENT, name)
 
-    def _add(self, kind: type[SkillExecutor], agent: str, name: str) -> None:
+    def _start_executor(self, executor_class: type[SkillExecutor], agent: str, name: str) -> None:
         context = ExecutorContext(agent, self._board, self._clock, self._bus.logger(name))
-        self._service.add(make_host(kind, context, name, verbatim=self._service.skills.is_verbatim))
+        self._service.add(make_host(executor_class, context, name, verbatim=self._service.skills.is_verbatim))
 
 
-def for_skill(kind: type[SkillExecutor], skill: str) -> type[SkillExecutor]:
+def make_skill_class(executor_class: type[SkillExecutor], skill: str) -> type[SkillExecutor]:
     """Return a subclass of an executor class for a single skill."""
-    return type(kind.__name__, (kind,), {"skills": (skill,)})
+    return type(executor_class.__name__, (executor_class,), {"skills": (skill,)})

@@ -1,4 +1,9 @@
-"""A checkout of the ROS 2 executive as the source of an agent: files, features, rate, skill board."""
+"""A checkout of the thesis' executive, ros2-clips-executive (2021), as the source of an agent.
+
+The source reads the parameter files of the checkout as the configuration, finds the CLIPS files of core and
+agents, makes the features that the parameters list, connects the skill board, and runs the rules at the
+configured rate.
+"""
 
 from __future__ import annotations
 
@@ -21,11 +26,16 @@ from cxbridge_ros2cx.checkout import ROS2CX_CLIPS, ROS2CX_SANE_CLIPS, Ros2CxChec
 from cxbridge_ros2cx.checks import check_parameters
 from cxbridge_ros2cx.confvals import CONFIG_FEATURE
 from cxbridge_ros2cx.features import REDEFINE_FEATURE, make_features
-from cxbridge_ros2cx.original_board import board_class_of, with_idle_time
-from cxbridge_ros2cx.parameters import EXECUTIVE_FILE, load_features, load_parameters, refresh_period_us
-from cxbridge_ros2cx.refresh import RefreshTimer, seconds_and_nanoseconds
+from cxbridge_ros2cx.parameters import (
+    EXECUTIVE_FILE,
+    load_executive_parameters,
+    load_feature_entries,
+    refresh_period_us,
+)
+from cxbridge_ros2cx.refresh import RefreshTimer, to_seconds_and_nanoseconds
 from cxbridge_ros2cx.settings import Ros2CxSettings
 from cxbridge_ros2cx.skills import Ros2CxSkills
+from cxbridge_ros2cx.thesis_board import add_response_timeout, select_board_class
 
 if TYPE_CHECKING:
     from cxbridge.clock import Clock
@@ -34,7 +44,7 @@ if TYPE_CHECKING:
     from cxbridge.skiller.board.board import SkillBoard
     from cxbridge.skiller.board.service import SkillBoardService
 
-# Configurations for `--config NAME` on top of a checkout's parameters.
+# shipped configurations, which `--config NAME` lays over the parameters of a checkout
 OVERLAYS: Final = Path(__file__).parent / "overlays"
 
 
@@ -43,12 +53,13 @@ class Ros2CxSource(Source):
 
     has_fawkes_configuration = False
 
-    _refresh: RefreshTimer | None = None
+    _refresh_timer: RefreshTimer | None = None
+    # kept with its service, since a restarted component of a daemon has a new service
     _skills: tuple[SkillBoardService, Ros2CxSkills] | None = None
 
     @property
     def needs_skiller(self) -> bool:
-        """Whether an action may go to a Skiller; without executors and configuration, all go to dummies."""
+        """Whether an executor may use a Skiller; without ``--executor`` and ``--config``, all are dummies."""
         return bool(self.options.option("executors") or self.options.config)
 
     @property
@@ -86,38 +97,40 @@ class Ros2CxSource(Source):
         return True
 
     def config_file(self) -> Path:
-        return self._checkout.parameters / EXECUTIVE_FILE
+        return self._checkout.parameter_folder / EXECUTIVE_FILE
 
     def read_configuration(self, file: Path) -> Configuration:
-        return load_parameters(file.parent)
+        return load_executive_parameters(file.parent)
 
     def find_overlays(self) -> Sequence[Path]:
-        """Return the overlays; a bare name may refer to a shipped overlay."""
+        """Return the overlays; a name without a folder and a suffix may be that of a shipped overlay."""
         return tuple(map(_find_overlay, super().find_overlays()))
 
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:
         """Return the files and folders of the checkout."""
         checkout, options = self._checkout, self.options
         configured = config.get_strings("/clips-executive/clips-dirs", default=[])
-        # an unknown placeholder is kept, as in the original: such a folder holds nothing
+        # an unknown placeholder stays as it is: check_parameters warns about such a folder
         folders = [
             *options.clips_dirs,
-            *(Path(text.replace("@CONFDIR@", str(checkout.bringup))) for text in configured),
+            *(Path(text.replace("@CONFDIR@", str(checkout.bringup_folder))) for text in configured),
         ]
         folders.append(OVERLAYS)  # the files that shipped overlays load
         is_builtin = options.core == "builtin"
-        early_clips: tuple[Path, ...] = () if Ros2CxSettings.of(config).original else (ROS2CX_SANE_CLIPS,)
+        early_clips: tuple[Path, ...] = (
+            () if Ros2CxSettings.from_config(config).repeats_defects else (ROS2CX_SANE_CLIPS,)
+        )
         if is_builtin:
-            folders.append(checkout.core)  # the agents are in the core's folder
+            folders.append(checkout.core_folder)  # the agents are in the core's folder
         return RunPaths(
             config_file=config_file,
-            library=HOST_LIBRARY if is_builtin else checkout.library,
-            cx=BUILTIN_CX if is_builtin else checkout.core,
+            library=HOST_LIBRARY if is_builtin else checkout.library_folder,
+            cx=BUILTIN_CX if is_builtin else checkout.core_folder,
             before=(ROS2CX_CLIPS, ROS2CX_SANE_CLIPS) if is_builtin else early_clips,
             clips_dirs=tuple(dict.fromkeys(folders)),
             interface_dirs=(*options.interface_dirs, shipped_dir("interfaces")),
             skill_dirs=(*options.skill_dirs, shipped_dir("luaskills")),
-            substitutions={"@CONFDIR@": str(checkout.bringup)},
+            substitutions={"@CONFDIR@": str(checkout.bringup_folder)},
         )
 
     def find_oddities(self, config: Configuration, spec: str) -> list[str]:
@@ -125,58 +138,58 @@ class Ros2CxSource(Source):
         return check_parameters(config, spec, self._checkout)
 
     def loop_period_us(self, config: Configuration) -> int:
-        """Return the duration of a main loop, short enough for the executive's rate."""
+        """Return the duration of a main loop, which is at most the time between two runs of the rules."""
         return min(super().loop_period_us(config), refresh_period_us(config))
 
     def board_settings(self, settings: BoardSettings | None, config: Configuration) -> BoardSettings:
-        return with_idle_time(settings or BoardSettings(), config)
+        return add_response_timeout(settings or BoardSettings(), config)
 
     def board_class(self, config: Configuration) -> type[SkillBoard]:
-        return board_class_of(config)
+        return select_board_class(config)
 
     def prepare_board(self, context: Run) -> None:
         """Add the executors of ``--executor``."""
-        for text in self.options.option("executors"):
-            skills = self._skills_of(context)
-            assert skills is not None  # the run has a board, which calls this method
-            skills.add_executor(text)
+        for executor_option in self.options.option("executors"):
+            skills = self._find_skills(context)
+            assert skills is not None  # this method is only called for a run with a board
+            skills.add_executor(executor_option)
 
-    def _skills_of(self, context: Run) -> Ros2CxSkills | None:
+    def _find_skills(self, context: Run) -> Ros2CxSkills | None:
         """Return the executive's interface to the skill board; None while the run has no board."""
         service = context.skill_service
         if service is None:
             return None
         if self._skills is None or self._skills[0] is not service:
-            assert context.skill_board is not None  # a board has settings
-            settings = Ros2CxSettings.of(context.config)
+            assert context.skill_board is not None  # the settings, which each board has
+            settings = Ros2CxSettings.from_config(context.config)
             skills = Ros2CxSkills(
                 service,
                 context.board,
                 context.clock,
                 context.bus,
                 context.skill_board,
-                original=settings.original,
-                unsensed=settings.unsensed,
+                repeats_defects=settings.repeats_defects,
+                unsensed_executors=settings.unsensed_executors,
             )
             self._skills = service, skills
         return self._skills[1]
 
     def features(self, context: Run) -> list[Feature]:
         """Return the features of the parameter files."""
-        folder = self._checkout.parameters
-        blocks = iter(Ros2CxSettings.of(context.config).removal_blocks)
+        folder = self._checkout.parameter_folder
+        block_times_s = iter(Ros2CxSettings.from_config(context.config).removal_block_times_s)
 
-        def on_removal() -> None:
-            if self._refresh is not None:
-                self._refresh.block(next(blocks, 0.0))
+        def record_block() -> None:
+            if self._refresh_timer is not None:
+                self._refresh_timer.record_block(next(block_times_s, 0.0))
 
         features = make_features(
-            load_features(folder),
+            load_feature_entries(folder),
             context.config,
             folder,
             context.board,
-            lambda: self._skills_of(context),
-            on_removal,
+            lambda: self._find_skills(context),
+            record_block,
             context.make_planning,
         )
         if not context.paths.builtin:
@@ -195,7 +208,11 @@ class Ros2CxSource(Source):
         files = super().core_files(paths, config)
         if paths.builtin:
             return files
-        time_of = seconds_and_nanoseconds if Ros2CxSettings.of(config).original else files.time_of
+        time_of = (
+            to_seconds_and_nanoseconds
+            if Ros2CxSettings.from_config(config).repeats_defects
+            else files.time_of
+        )
         return CoreFiles(
             files.cx,
             files.clips_dirs,
@@ -207,20 +224,23 @@ class Ros2CxSource(Source):
         )
 
     def start_thinking(self, clock: Clock, config: Configuration) -> None:
-        """Start the timer of the executive."""
-        self._refresh = RefreshTimer(clock, refresh_period_us(config))
+        self._refresh_timer = RefreshTimer(clock, refresh_period_us(config))
 
     def think(self, executive: Executive) -> int:
-        """Run the rules when the timer is due, or at once to resume a stopped run."""
-        if self._refresh is None or executive.within_loop:
+        """Run the rules as often as the timer is due; a run that the debugger has stopped resumes at once."""
+        if self._refresh_timer is None or executive.within_loop:
             return executive.loop()
         fired = 0
-        while self._refresh.due():
+        while self._refresh_timer.advance_if_due():
             fired += executive.loop()
         return fired
 
 
 def _find_overlay(file: Path) -> Path:
+    """Return an overlay file, or the shipped overlay of this name.
+
+    :raises CxbridgeError: if neither exists.
+    """
     if file.exists() or len(file.parts) != 1 or file.suffix:
         return file
     overlay = OVERLAYS / f"{file}.yaml"

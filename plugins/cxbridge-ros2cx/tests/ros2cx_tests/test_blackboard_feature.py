@@ -19,7 +19,7 @@ from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
 from cxbridge.run.program.plain_options import make_options
-from cxbridge_ros2cx.blackboard import ORIGINAL_FUNCTIONS
+from cxbridge_ros2cx.blackboard import THESIS_FUNCTIONS
 from cxbridge_ros2cx.features import make_features
 from cxbridge_ros2cx.parameters import FeatureEntry
 from tests.executive.conftest import Log
@@ -129,7 +129,7 @@ def test_a_fact_lives_for_one_run_of_the_rules(bench):
 
 def test_the_exact_mode_has_what_the_original_registers(tmp_path):
     bench: Any = Bench(tmp_path, "original")
-    assert bench.defined == sorted(ORIGINAL_FUNCTIONS)
+    assert bench.defined == sorted(THESIS_FUNCTIONS)
     with pytest.raises(ClipsError):
         bench.env.eval('(blackboard-preload "PddlGenInterface")')
     bench.env.eval('(blackboard-open "TestInterface" "T")')

@@ -19,7 +19,7 @@ from tests.support import needs_ros2cx, needs_shared
 
 pytestmark = needs_ros2cx
 
-TWO = ("move=cxbridge_ros2cx.executors:OriginalDummy",) * 2
+TWO = ("move=cxbridge_ros2cx.executors:ThesisDummyExecutor",) * 2
 SANE_TWO = ("move=cxbridge_ros2cx.executors:DummyExecutor",) * 2
 EXECUTORS_SAY = ("RESPONSE", "FEEDBACK", "FINISH")
 

@@ -46,12 +46,12 @@ class Skills(FakeSkills):
     def check_timeout(self, action):
         pass
 
-    def pretends(self, executor):
+    def lacks_sensors(self, executor):
         return executor == "dummy"
 
 
 class Bench:
-    def __init__(self, tmp_path, domain=DOMAIN, *, exact=False):
+    def __init__(self, tmp_path, domain=DOMAIN, *, repeats_defects=False):
         self.bus = EventBus(VirtualClock())
         self.log = Log(self.bus)
         self.skills = Skills()
@@ -59,7 +59,12 @@ class Bench:
         parser = PddlParserFeature()
         features = [
             parser,
-            Plansys2Feature("plansys2", PlannerSettings(planner="pyperplan"), parser.domain_of, exact=exact),
+            Plansys2Feature(
+                "plansys2",
+                PlannerSettings(planner="pyperplan"),
+                parser.domain_of,
+                repeats_defects=repeats_defects,
+            ),
             SkillExecutionFeature(lambda: cast("Ros2CxSkills", self.skills), self._remove, "skill_execution"),
         ]
         self.manager = EnvironmentManager(self.bus, features)

@@ -172,7 +172,9 @@ def test_a_package_that_is_missing(checkout, package):
 
 def test_the_known_commit_is_known():
     assert ROS2CX_DIR is not None
-    assert {part: files for part, files in Ros2CxCheckout.open(ROS2CX_DIR).compare().items() if files} == {}
+    assert {
+        part: files for part, files in Ros2CxCheckout.open(ROS2CX_DIR).find_changed_files().items() if files
+    } == {}
 
 
 def test_another_commit_says_which_parts_are_known(checkout):
@@ -290,13 +292,13 @@ def test_an_executor_that_takes_no_steps_fails_its_action_at_once(tmp_path):
     assert result.run_seconds < 5
 
 
-@pytest.mark.parametrize(("exact", "value"), [(False, "FALSE"), (True, '"false"')])
-def test_feature_request_false_is_a_symbol(tmp_path, exact, value):
+@pytest.mark.parametrize(("repeats_defects", "value"), [(False, "FALSE"), (True, '"false"')])
+def test_feature_request_false_is_a_symbol(tmp_path, repeats_defects, value):
     """The original makes a string of it, which its init.clp takes for neither TRUE nor FALSE."""
     config = Configuration.from_text(
         "clips-executive: {specs: {a: {init: {stage-1: [{name: x, feature-request: false}]}}}}"
     )
-    feature = ParametersFeature(config, tmp_path, exact=exact)
+    feature = ParametersFeature(config, tmp_path, repeats_defects=repeats_defects)
     assert confvals(feature)["/clips_executive/specs/a/init/stage-1/0/feature-request"] == value
 
 

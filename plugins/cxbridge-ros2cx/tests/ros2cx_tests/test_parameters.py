@@ -14,7 +14,12 @@ from cxbridge.interfaces import InterfaceRegistry
 from cxbridge_ros2cx.checkout import Ros2CxCheckout
 from cxbridge_ros2cx.confvals import ParametersFeature, scalar_type
 from cxbridge_ros2cx.features import make_features
-from cxbridge_ros2cx.parameters import FeatureEntry, load_features, load_parameters, refresh_period_us
+from cxbridge_ros2cx.parameters import (
+    FeatureEntry,
+    load_executive_parameters,
+    load_feature_entries,
+    refresh_period_us,
+)
 from cxbridge_ros2cx.settings import Ros2CxMode, Ros2CxSettings
 from tests.executive.conftest import Log
 
@@ -54,7 +59,7 @@ def bus():
 @pytest.fixture
 def facts(folder, bus):
     """The facts that ``(config-load "/clips_executive")`` makes, as path, type and value."""
-    feature = ParametersFeature(load_parameters(folder), folder)
+    feature = ParametersFeature(load_executive_parameters(folder), folder)
     manager = EnvironmentManager(bus, [feature])
     env = manager.create("executive")
     env.build(
@@ -74,7 +79,7 @@ def facts(folder, bus):
 
 
 def test_the_executives_parameters_are_the_tree_that_a_run_reads(folder):
-    config = load_parameters(folder)
+    config = load_executive_parameters(folder)
     assert config.get_str("/clips-executive/spec") == "courier"
     assert config.get_str("/clips-executive/specs/courier/init/stage-3/1/name") == "a"
     assert config.get("/clips-executive/spec").file == str(folder / "clips_executive.yaml")
@@ -132,14 +137,14 @@ def test_a_refresh_rate_that_makes_no_sense(folder, rate):
         PARAMETERS.replace("refresh-rate: 2", f"refresh-rate: {rate}")
     )
     with pytest.raises(ConfigError, match="refresh-rate cannot be") as caught:
-        refresh_period_us(load_parameters(folder))
+        refresh_period_us(load_executive_parameters(folder))
     assert caught.value.line == 5
 
 
 def test_a_file_without_the_node(folder):
     (folder / "clips_executive.yaml").write_text("other: {ros__parameters: {a: 1}}")
     with pytest.raises(ConfigError, match="no parameters of the node clips_executive"):
-        load_parameters(folder)
+        load_executive_parameters(folder)
 
 
 def test_features_and_their_plugins(tmp_path):
@@ -147,7 +152,7 @@ def test_features_and_their_plugins(tmp_path):
         "clips_features_manager:\n  ros__parameters:\n    clips_features: [planning]\n"
         '    planning:\n      plugin: "cx::Plansys2Feature"\n'
     )
-    assert [(entry.name, entry.plugin) for entry in load_features(tmp_path)] == [
+    assert [(entry.name, entry.plugin) for entry in load_feature_entries(tmp_path)] == [
         ("planning", "cx::Plansys2Feature")
     ]
 
@@ -157,7 +162,7 @@ def test_a_feature_without_a_plugin(tmp_path):
         "clips_features_manager:\n  ros__parameters:\n    clips_features: [planning]\n"
     )
     with pytest.raises(ConfigError, match="the feature 'planning' has no plugin") as caught:
-        load_features(tmp_path)
+        load_feature_entries(tmp_path)
     assert caught.value.line == 3
 
 
@@ -186,11 +191,11 @@ def test_a_folder_that_is_no_checkout_names_all_that_is_missing(tmp_path):
 )
 def test_settings_that_make_no_sense(text, message):
     with pytest.raises(ConfigError, match=message) as caught:
-        Ros2CxSettings.of(Configuration.from_text(text))
+        Ros2CxSettings.from_config(Configuration.from_text(text))
     assert caught.value.line == 1
 
 
 def test_settings():
-    assert Ros2CxSettings.of(Configuration()) == Ros2CxSettings()
+    assert Ros2CxSettings.from_config(Configuration()) == Ros2CxSettings()
     config = Configuration.from_text("ros2cx: {mode: original, removal-blocks: [0.5, 1]}")
-    assert Ros2CxSettings.of(config) == Ros2CxSettings(Ros2CxMode.ORIGINAL, (0.5, 1.0))
+    assert Ros2CxSettings.from_config(config) == Ros2CxSettings(Ros2CxMode.ORIGINAL, (0.5, 1.0))

@@ -69,7 +69,7 @@ class ExecutivePlugin(CxPlugin):
 
     def tick(self) -> None:
         """When a tick is due, run the rules of the environments in the order in which they were loaded."""
-        if not self._timer.due():
+        if not self._timer.advance_if_due():
             return
         for env, time in list(self._times.items()):
             with env.lock:

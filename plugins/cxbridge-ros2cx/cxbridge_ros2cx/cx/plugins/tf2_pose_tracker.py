@@ -97,7 +97,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
     def tick(self) -> None:
         """Look up the frames that are due."""
         for lookup in list(self._lookups):
-            if lookup.timer.due():
+            if lookup.timer.advance_if_due():
                 try:
                     pose = self._buffer.lookup(lookup.parent, lookup.child)
                 except TransformError as error:

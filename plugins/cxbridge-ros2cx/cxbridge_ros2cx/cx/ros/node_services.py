@@ -210,7 +210,7 @@ class Bond(Closing):
         return cls(manager, period) if period > 0.0 else None
 
     def tick(self) -> None:
-        if self._timer.due():
+        if self._timer.advance_if_due():
             self._topic.publish(self._status)
 
     def close(self) -> None:

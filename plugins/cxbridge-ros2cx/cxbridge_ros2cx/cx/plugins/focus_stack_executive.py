@@ -80,7 +80,7 @@ class NewerExecutivePlugin(ExecutivePlugin):
 
     def tick(self) -> None:
         """Run the rules of the environments when a tick is due, unless paused."""
-        if self._timer.due() and not self._is_paused:
+        if self._timer.advance_if_due() and not self._is_paused:
             self._run_all()
 
     def _run_all(self) -> None:
