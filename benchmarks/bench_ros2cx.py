@@ -151,7 +151,7 @@ def learning(checkout: Path) -> None:
     import cxbridge_ros2cx.rl
 
     agent = checkout / "extensions/reinforment_learning/cx_rl_bringup/params/rl_agent.yaml"
-    env = gymnasium.make(cxbridge_ros2cx.rl.ID, parameters=agent, ros2cx=checkout).unwrapped
+    env = gymnasium.make(cxbridge_ros2cx.rl.ENVIRONMENT_ID, parameters=agent, ros2cx=checkout).unwrapped
     chance = random.Random(1)
     _, info = env.reset()
     begun = time.process_time()

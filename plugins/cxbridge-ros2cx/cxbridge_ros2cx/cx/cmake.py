@@ -1,4 +1,7 @@
-"""The installed files of a package in a source tree, from its CMakeLists.txt."""
+"""The files that a ROS package in a source tree would install, according to its CMakeLists.txt.
+
+Commands and variables are found by patterns: neither conditions nor functions of CMake are evaluated.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +16,10 @@ from msgspec import Struct
 _COMMENT: Final = re.compile(r"#\[\[.*?\]\]|#[^\n]*", re.DOTALL)
 # a command, whose arguments may contain one level of parentheses
 _COMMAND: Final = re.compile(r"\b(\w+)\s*\(([^()]*(?:\([^()]*\)[^()]*)*)\)")
-_WORD: Final = re.compile(r'"((?:[^"\\]|\\.)*)"|([^\s"]+)')
+_ARGUMENT: Final = re.compile(r'"((?:[^"\\]|\\.)*)"|([^\s"]+)')
 _VARIABLE: Final = re.compile(r"\$\{(\w+)\}")
 _INSTALL_KINDS: Final = ("DIRECTORY", "FILES", "PROGRAMS")
-# keywords after which a command names no more sources
+# keywords that end the list of sources in an install command
 _END_KEYWORDS: Final = frozenset(
     {
         *("DESTINATION", "PATTERN", "REGEX", "FILES_MATCHING", "PERMISSIONS", "OPTIONAL", "RENAME"),
@@ -25,7 +28,7 @@ _END_KEYWORDS: Final = frozenset(
 )
 
 
-class Installed(Struct, frozen=True):
+class InstalledEntry(Struct, frozen=True):
     """A file or folder that a package installs.
 
     :param target: the destination of the file or folder, relative to the prefix.
@@ -35,15 +38,15 @@ class Installed(Struct, frozen=True):
     target: str
 
 
-class Command(Struct, frozen=True):
+class CMakeCommand(Struct, frozen=True):
     """A command of a CMakeLists.txt."""
 
     name: str
-    words: tuple[str, ...]
+    arguments: tuple[str, ...]
 
 
-def read_commands(file: Path) -> list[Command]:
-    """Return the commands of a CMakeLists.txt with expanded variables; empty if the file is unreadable."""
+def read_commands(file: Path) -> list[CMakeCommand]:
+    """Return the commands of a CMakeLists.txt with expanded variables; none if the file is unreadable."""
     try:
         text = _COMMENT.sub("", file.read_text("utf-8", "replace"))
     except OSError:
@@ -51,30 +54,30 @@ def read_commands(file: Path) -> list[Command]:
     variables: dict[str, str] = {"CMAKE_CURRENT_SOURCE_DIR": str(file.parent)}
     variables["CMAKE_SOURCE_DIR"] = variables["PROJECT_SOURCE_DIR"] = str(file.parent)
     commands = []
-    for name, arguments in _COMMAND.findall(text):
+    for name, argument_text in _COMMAND.findall(text):
         # as in CMake, an undefined variable is empty
-        expanded = _VARIABLE.sub(lambda match: variables.get(match[1], ""), arguments)
-        words = tuple(quoted or plain for quoted, plain in _WORD.findall(expanded))
-        if name.lower() == "project" and words:
-            variables["PROJECT_NAME"] = words[0]
-        elif name.lower() == "set" and words:
-            variables[words[0]] = " ".join(words[1:])
-        commands.append(Command(name.lower(), words))
+        expanded = _VARIABLE.sub(lambda match: variables.get(match[1], ""), argument_text)
+        arguments = tuple(quoted or unquoted for quoted, unquoted in _ARGUMENT.findall(expanded))
+        if name.lower() == "project" and arguments:
+            variables["PROJECT_NAME"] = arguments[0]
+        elif name.lower() == "set" and arguments:
+            variables[arguments[0]] = " ".join(arguments[1:])
+        commands.append(CMakeCommand(name.lower(), arguments))
     return commands
 
 
-def find_installed(commands: list[Command], folder: Path) -> Iterator[Installed]:
+def find_installed_entries(commands: list[CMakeCommand], folder: Path) -> Iterator[InstalledEntry]:
     """Yield the files and folders of a package's ``install`` commands."""
     for command in commands:
-        words = command.words
-        if command.name != "install" or "DESTINATION" not in words or words[0] not in _INSTALL_KINDS:
+        arguments = command.arguments
+        if command.name != "install" or "DESTINATION" not in arguments or arguments[0] not in _INSTALL_KINDS:
             continue
-        target = words[words.index("DESTINATION") + 1].strip("/")
-        renamed = words[words.index("RENAME") + 1] if "RENAME" in words else ""
-        for word in takewhile(lambda word: word not in _END_KEYWORDS, words[1:]):
+        target = arguments[arguments.index("DESTINATION") + 1].strip("/")
+        new_name = arguments[arguments.index("RENAME") + 1] if "RENAME" in arguments else ""
+        for word in takewhile(lambda word: word not in _END_KEYWORDS, arguments[1:]):
             source = folder / word
             # as in CMake, the slash means the content of the folder
-            if words[0] == "DIRECTORY" and word.endswith("/"):
-                yield Installed(source, target)
+            if arguments[0] == "DIRECTORY" and word.endswith("/"):
+                yield InstalledEntry(source, target)
             else:
-                yield Installed(source, f"{target}/{renamed or source.name}")
+                yield InstalledEntry(source, f"{target}/{new_name or source.name}")

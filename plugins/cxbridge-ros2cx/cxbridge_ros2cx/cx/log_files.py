@@ -1,4 +1,4 @@
-"""The log file of an environment in the original's layout: ``[DATE TIME] [ENV] [LEVEL] TEXT``."""
+"""The log file of an environment in the layout of the ROS 2 CX: ``[DATE TIME] [ENV] [LEVEL] TEXT``."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from cxbridge.executive.host.loggers import ClipsLogger
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-_LEVEL: Final = "info"  # the original writes this level into each line of a file
+_LEVEL_NAME: Final = "info"  # the ROS 2 CX writes this level into each line, whatever the line's level
 
 
 class EnvironmentLog:
     """Writes the lines of an environment into a file.
 
-    :param clock: the clock for time stamps; a virtual clock gives UTC.
+    :param clock: the clock for time stamps, which are in UTC for a virtual clock, otherwise in local time.
     :raises TraceError: if the file is not writable.
     """
 
     def __init__(self, folder: Path, name: str, clock: Clock) -> None:
         self._name, self._clock = name, clock
-        self._second, self._stamp = -1, ""
+        self._second, self._second_text = -1, ""
         file = folder / f"{name}.log"
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -35,15 +35,14 @@ class EnvironmentLog:
             raise TraceError(f"cannot write the log: {error.strerror}", file=file) from error
 
     def write(self, _level: Level, line: str) -> None:
-        # the formatted stamp is kept for a second: formatting each line is slow
+        # the text of a second is kept, since formatting it for each line is slow
         second, microseconds = divmod(self._clock.now_us(), MICROSECONDS)
         if second != self._second:
             calendar = time.gmtime(second) if self._clock.is_virtual else time.localtime(second)
-            self._second, self._stamp = second, time.strftime("%Y-%m-%d %H:%M:%S", calendar)
-        self._file.write(f"[{self._stamp}.{microseconds // 1000:03}] [{self._name}] [{_LEVEL}] {line}\n")
-
-    def flush(self) -> None:
-        self._file.flush()
+            self._second, self._second_text = second, time.strftime("%Y-%m-%d %H:%M:%S", calendar)
+        self._file.write(
+            f"[{self._second_text}.{microseconds // 1000:03}] [{self._name}] [{_LEVEL_NAME}] {line}\n"
+        )
 
     def close(self) -> None:
         self._file.close()
@@ -59,7 +58,7 @@ class EnvironmentLogs:
         self._folder = folder
         self._logs: list[EnvironmentLog] = []
 
-    def begin(self, env: ClipsEnvironment) -> None:
+    def open_log(self, env: ClipsEnvironment) -> None:
         """Open the log file of an environment, and write the environment's output into the file.
 
         :raises TraceError: if the file is not writable.

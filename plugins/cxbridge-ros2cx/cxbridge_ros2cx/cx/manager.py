@@ -1,4 +1,8 @@
-"""The life cycle of a node's environments and plug-ins, in the order of the original executive."""
+"""The life cycle of a node's environments and plug-ins, in the order of the ROS 2 CX.
+
+Environments are created without plug-ins. Plug-ins are created at their first request, loaded into
+environments, unloaded in reverse order, and finalized after the last environment has unloaded them.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import FALSE, TRUE
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS
-from cxbridge_ros2cx.cx.plugin import CxPlugin, NodeContext, find_class, load_class, with_place
+from cxbridge_ros2cx.cx.plugin import CxPlugin, NodeContext, find_plugin_class, locate_error, read_class_name
 from cxbridge_ros2cx.cx.stock import StockEnvironment
 
 if TYPE_CHECKING:
@@ -23,8 +27,9 @@ if TYPE_CHECKING:
 class CxManager(EnvironmentManager):
     """The environments and plug-ins of a node.
 
-    :param context: the context for all plug-ins.
+    :param context: the state that all plug-ins share.
     :param logs: the log files of the environments.
+    :param environment: the class of the environments; commands that inspect agents use another class.
     """
 
     def __init__(
@@ -39,12 +44,12 @@ class CxManager(EnvironmentManager):
         self.plugin_log = context.bus.logger("CLIPSPluginManager")
         self._logs = logs
         self.plugins: dict[str, CxPlugin] = {}  # created plug-ins by name
-        # plug-ins that receive messages, and plug-ins with work in loops: a loop calls only these
+        # The plug-ins that receive messages, and the plug-ins with work in ticks: a loop calls only these.
         self.receivers: tuple[CxPlugin, ...] = ()
         self.tickers: tuple[CxPlugin, ...] = ()
-        self._loaded: dict[str, list[str]] = {}
-        self._reported: set[str] = set()
-        # whether a failed plug-in is an error; otherwise the environment runs without that plug-in
+        self._loaded_plugins: dict[str, list[str]] = {}
+        self._reported_errors: set[str] = set()
+        # whether a plug-in that fails is an error; otherwise the environment runs without the plug-in
         self.is_strict = False
 
     def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
@@ -53,29 +58,30 @@ class CxManager(EnvironmentManager):
         :raises CxbridgeError: if the name is taken or a parameter of the environment is invalid.
         """
         if name in self._entries:
-            # the text of the original, with its misspelling
+            # the text of the ROS 2 CX, with its misspelling
             raise ClipsError(f"Enviroment {name} already exists!")
         parameters = self.context.parameters
         items = parameters.get_strings(f"{name}.watch")
-        to_debug = parameters.get(f"{name}.redirect_stdout_to_debug", default=False)
+        redirects_stdout = parameters.get(f"{name}.redirect_stdout_to_debug", default=False)
         env = self._environment(name, self.bus, log_component or name)
         self.add_environment(env)
-        self._loaded[name] = []
-        self._logs.begin(env)  # before the plug-ins, whose output belongs to the file
+        self._loaded_plugins[name] = []
+        self._logs.open_log(env)  # before the plug-ins, whose output belongs to the file
         if not isinstance(env, StockEnvironment):
             return env
         try:
             env.watch_items(items)
-        except ClipsError as error:  # about an item, which the error below locates in the parameter file
+        except ClipsError as error:
+            # an unknown item: the error below names its place in the parameter file
             self.destroy(name)
-            raise parameters.wrong(f"{name}.watch", f"has an {error.message}", error.hint) from None
-        if to_debug:
+            raise parameters.make_error(f"{name}.watch", f"has an {error.message}", error.hint) from None
+        if redirects_stdout:
             env.redirect_stdout_to_debug()
         env.watcher.set_hooks()
         self.log.info(f"Initialized new CLIPS environment: {name}")
         return env
 
-    def stock(self, name: str) -> StockEnvironment:
+    def stock_environment(self, name: str) -> StockEnvironment:
         entry = self._entries.get(name)
         if entry is None:
             raise ClipsError(f"there is no CLIPS environment '{name}'")
@@ -94,44 +100,48 @@ class CxManager(EnvironmentManager):
     def request(self, name: str, feature_name: str) -> Value:
         """Load a plug-in into an environment; return FALSE if that fails.
 
-        :raises CxbridgeError: if a strict manager finds a wrong plug-in or parameter.
+        :raises CxbridgeError: if a plug-in or a parameter is invalid and the manager is strict.
         """
         env = self._entries[name].environment
         try:
-            plugin = self._plugin(feature_name)
+            plugin = self._get_plugin(feature_name)
         except Exception as error:  # noqa: BLE001 - a plug-in of another package may raise anything
-            located = with_place(feature_name, error)
+            located = locate_error(feature_name, error)
             if self.is_strict:
                 raise located from None
             self.plugin_log.error(str(located))
             return FALSE
         with env.lock:
-            if feature_name in self._loaded[name]:  # as in the original, a second request defines all again
+            # as in the ROS 2 CX, a second request defines all functions again
+            if feature_name in self._loaded_plugins[name]:
                 env.udfs.revoke(self._entries[name].functions[feature_name], "")
             previous_names = env.udfs.names
             if not self.attempt(plugin, partial(plugin.init_context, env)):
                 return FALSE
             self._entries[name].functions[feature_name] = env.udfs.names - previous_names
-        self._loaded[name].append(feature_name)
+        self._loaded_plugins[name].append(feature_name)
         return TRUE
 
     def attempt(self, plugin: CxPlugin, work: Callable[[], None]) -> bool:
-        """Run a plug-in's work; return whether it succeeded. Of equal errors, only the first is logged."""
+        """Run a plug-in's work, and return whether the work succeeded.
+
+        Equal errors are logged once: a plug-in that fails in each loop would flood the log.
+        """
         try:
             work()
         except Exception as error:  # noqa: BLE001 - a plug-in of another package may raise anything
-            text = str(with_place(plugin.name, error))
-            if text not in self._reported:
-                self._reported.add(text)
+            text = str(locate_error(plugin.name, error))
+            if text not in self._reported_errors:
+                self._reported_errors.add(text)
                 plugin.log.error(text)
             return False
         return True
 
-    def _plugin(self, name: str) -> CxPlugin:
+    def _get_plugin(self, name: str) -> CxPlugin:
         """Return a plug-in, created at the first request."""
         if name not in self.plugins:
-            class_name = find_class(name, self.context.parameters)
-            plugin = load_class(name, class_name, self.context)(name, self.context)
+            class_name = read_class_name(name, self.context.parameters)
+            plugin = find_plugin_class(name, class_name, self.context)(name, self.context)
             self.plugin_log.info(f"Created plugin: {name} of type {class_name} on activation")
             plugin.initialize()
             self.plugins[name] = plugin
@@ -140,23 +150,25 @@ class CxManager(EnvironmentManager):
 
     def _find_receivers_and_tickers(self) -> None:
         plugins = self.plugins.values()
-        self.receivers = tuple(plugin for plugin in plugins if type(plugin).take is not CxPlugin.take)
+        self.receivers = tuple(
+            plugin for plugin in plugins if type(plugin).receive_messages is not CxPlugin.receive_messages
+        )
         self.tickers = tuple(plugin for plugin in plugins if type(plugin).tick is not CxPlugin.tick)
 
     def loaded_features(self, name: str) -> tuple[str, ...]:
         """Return the plug-ins of an environment in loading order."""
-        return tuple(self._loaded[name])
+        return tuple(self._loaded_plugins[name])
 
     def destroy_context(self, name: str, feature_name: str) -> None:
         """Unload a plug-in from an environment.
 
         :raises ClipsError: if the environment lacks the plug-in.
         """
-        env = self.stock(name)
-        if feature_name not in self._loaded[name]:
+        env = self.stock_environment(name)
+        if feature_name not in self._loaded_plugins[name]:
             raise ClipsError(
                 f"the environment '{name}' does not have the plug-in '{feature_name}'",
-                hint=f"it has: {', '.join(self._loaded[name]) or 'none'}",
+                hint=f"it has: {', '.join(self._loaded_plugins[name]) or 'none'}",
             )
         with env.lock:
             self._unload(env, feature_name)
@@ -164,17 +176,17 @@ class CxManager(EnvironmentManager):
     def _unload(self, env: ClipsEnvironment, name: str) -> None:
         plugin = self.plugins[name]
         self.attempt(plugin, partial(plugin.context_destroyed, env))
-        self._loaded[env.name].remove(name)
+        self._loaded_plugins[env.name].remove(name)
         reason = f"the plug-in '{name}' was unloaded from the environment '{env.name}'"
         # a plug-in that was loaded twice keeps its functions until the second unloading
-        if name not in self._loaded[env.name]:
+        if name not in self._loaded_plugins[env.name]:
             env.udfs.revoke(self._entries[env.name].functions.pop(name, ()), reason)
 
     def unload_plugins(self, name: str) -> None:
         """Unload all plug-ins of an environment, the last one first."""
         env = self._entries[name].environment
         with env.lock:
-            for plugin in reversed(self._loaded[name][:]):
+            for plugin in reversed(self._loaded_plugins[name][:]):
                 self._unload(env, plugin)
 
     def finalize_plugins(self) -> None:
@@ -191,7 +203,7 @@ class CxManager(EnvironmentManager):
             raise ClipsError(f"there is no CLIPS environment '{name}'")
         env = self._entries[name].environment
         self.unload_plugins(name)
-        del self._entries[name], self._loaded[name]
+        del self._entries[name], self._loaded_plugins[name]
         env.destroy()
 
     def close(self) -> None:
@@ -202,7 +214,7 @@ class CxManager(EnvironmentManager):
         self._logs.close()
 
 
-def environment_names(context: NodeContext) -> tuple[str, ...]:
+def read_environment_names(context: NodeContext) -> tuple[str, ...]:
     """Return the environment names in the parameters.
 
     :raises ConfigError: if the list is missing, is empty or repeats a name.
@@ -210,16 +222,18 @@ def environment_names(context: NodeContext) -> tuple[str, ...]:
     parameters = context.parameters
     names = parameters.get_strings(ENVIRONMENTS)
     if parameters.find(ENVIRONMENTS) is None:
-        raise parameters.wrong(
+        raise parameters.make_error(
             ENVIRONMENTS,
             "is missing: these are parameters of another node",
             "name the parameter file of clips_manager; one of a learner is for gymnasium.make",
         )
     if not names:
-        raise parameters.wrong(ENVIRONMENTS, "names no environment", f'write {ENVIRONMENTS}: ["NAME"]')
+        raise parameters.make_error(ENVIRONMENTS, "names no environment", f'write {ENVIRONMENTS}: ["NAME"]')
     for name in names:
         if names.count(name) > 1:
-            raise parameters.wrong(ENVIRONMENTS, f"names the environment '{name}' twice", "name each once")
+            raise parameters.make_error(
+                ENVIRONMENTS, f"names the environment '{name}' twice", "name each once"
+            )
         if "/" in name or not name:
-            raise parameters.wrong(ENVIRONMENTS, f"names an environment '{name}'", "use no slash")
+            raise parameters.make_error(ENVIRONMENTS, f"names an environment '{name}'", "use no slash")
     return names

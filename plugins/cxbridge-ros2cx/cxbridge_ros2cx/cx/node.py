@@ -1,4 +1,8 @@
-"""The node ``clips_manager`` as the executive of a run: activation, ticks and end of its environments."""
+"""The node ``clips_manager`` of the ROS 2 CX as the executive of a run.
+
+The node owns environments with their plug-ins. It is a managed node of ROS: its activation loads the plug-ins
+and runs the first rules, its ticks let plug-ins run rules, and its deactivation unloads the plug-ins.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from cxbridge.events import Level, LogLine
 from cxbridge.executive.executive import MAX_FINAL_FIRINGS, Executive
-from cxbridge_ros2cx.cx.manager import CxManager, environment_names
+from cxbridge_ros2cx.cx.manager import CxManager, read_environment_names
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
@@ -15,14 +19,14 @@ if TYPE_CHECKING:
     from cxbridge_ros2cx.cx.ros.node_services import NodeServices
     from cxbridge_ros2cx.cx.stock import StockEnvironment
 
-# transitions of a managed node
+# transitions of a managed node; cxbridge_ros2.lifecycle has them, too, but is slow to import
 CONFIGURE, ACTIVATE, DEACTIVATE, SHUTDOWN = "configure", "activate", "deactivate", "shutdown"
 
 
 class CxNode(Executive):
-    """The node. Rules run at activation, at the end, and at each tick of an executive plug-in.
+    """The node. Rules run at its activation, at its end, and at each tick of an executive plug-in.
 
-    :param manager: the owner of environments and plug-ins.
+    :param manager: the owner of the environments and plug-ins.
     """
 
     knows_goals: ClassVar[bool] = False
@@ -31,18 +35,18 @@ class CxNode(Executive):
     def __init__(
         self, manager: CxManager, config: Configuration, mapper: ActionMapper, files: CoreFiles
     ) -> None:
-        self.names = environment_names(manager.context)
+        self.environment_names = read_environment_names(manager.context)
         self._first_error = ""
         self._fired = 0
         self._is_active = self._was_active = False
-        self._title = manager.context.parameters.name.strip("/")
+        self._node_name = manager.context.parameters.name.strip("/")
         self._services: NodeServices | None = None
         manager.context.run_environment = self._run_environment
         manager.bus.subscribe(self._remember_first_error, LogLine)
-        manager.log.info(f"Configuring [{self._title}]...")
-        super().__init__(manager, config, mapper, files, self.names[0])
+        manager.log.info(f"Configuring [{self._node_name}]...")
+        super().__init__(manager, config, mapper, files, self.environment_names[0])
         # an inspection loads all plug-ins into the first environment: see load_core
-        for name in () if manager.context.is_look else self.names[1:]:
+        for name in () if manager.context.is_inspection else self.environment_names[1:]:
             manager.create(name)
 
     def _remember_first_error(self, event: Event) -> None:
@@ -60,38 +64,38 @@ class CxNode(Executive):
         With ``autostart_node: false`` a node with peers waits until a peer activates it.
         """
         context = self.manager.context
-        # true, as in the original's launch file; the original's node itself defaults to false
-        starts = context.parameters.get("autostart_node", default=True)
-        if starts or not context.ros.has_peers:
+        # true, as in the launch file of the ROS 2 CX; without a launch file its node defaults to false
+        is_autostarted = context.parameters.get("autostart_node", default=True)
+        if is_autostarted or not context.ros.has_peers:
             self.activate()
         if context.ros.has_peers:
             from cxbridge_ros2.lifecycle import LifecycleState  # noqa: PLC0415 - slow to import, unneeded without peers
             from cxbridge_ros2cx.cx.ros.node_services import NodeServices  # noqa: PLC0415 - likewise
 
             state = LifecycleState.ACTIVE if self._is_active else LifecycleState.UNCONFIGURED
-            # the environments exist from the start, so configuration has no work left
-            work = {CONFIGURE: lambda: True, ACTIVATE: self.activate}
-            work |= {DEACTIVATE: self.deactivate, SHUTDOWN: self._shut_down}
-            self._services = NodeServices(self.manager, work, state)
+            # the environments exist from the start, so the configuration has no work left
+            transitions = {CONFIGURE: lambda: True, ACTIVATE: self.activate}
+            transitions |= {DEACTIVATE: self.deactivate, SHUTDOWN: self._shut_down}
+            self._services = NodeServices(self.manager, transitions, state)
 
     def activate(self) -> bool:
         """Load the plug-ins of each environment, then reset and run each environment."""
-        self.manager.log.info(f"Activating [{self._title}]...")
+        self.manager.log.info(f"Activating [{self._node_name}]...")
         if self._was_active:  # the plug-ins define their functions and templates again
-            for name in self.names:
-                self.manager.stock(name).clear()
+            for name in self.environment_names:
+                self.manager.stock_environment(name).clear()
         self._is_active = self._was_active = True
-        for name in self.names:
+        for name in self.environment_names:
             self.manager.load_plugins(name)
-        # as in the original, no rule fires before all environments have their plug-ins
-        for env in map(self.manager.stock, self.names):
+        # as in the ROS 2 CX, no rule fires before all environments have their plug-ins
+        for env in map(self.manager.stock_environment, self.environment_names):
             env.watcher.set_hooks()
             with env.lock:
                 env.reset()
                 self._run_environment(env)
             env.emit_settings()
         self._receive_messages()
-        self.manager.log.info(f"Activated [{self._title}]...")
+        self.manager.log.info(f"Activated [{self._node_name}]...")
         return True
 
     def _shut_down(self) -> bool:
@@ -100,12 +104,12 @@ class CxNode(Executive):
 
     def load_core(self) -> None:
         """Load the plug-ins of all environments into the first one, for commands that inspect agents."""
-        loaded: set[str] = set()
-        for name in self.names:
+        loaded_plugins: set[str] = set()
+        for name in self.environment_names:
             for plugin in self.manager.context.parameters.get_strings(f"{name}.plugins"):
-                if plugin not in loaded:
-                    loaded.add(plugin)
-                    self.manager.request(self.names[0], plugin)
+                if plugin not in loaded_plugins:
+                    loaded_plugins.add(plugin)
+                    self.manager.request(self.environment_names[0], plugin)
 
     def _run_environment(self, env: StockEnvironment) -> int:
         """Run an environment's rules until its agenda is empty; the caller holds its lock."""
@@ -115,7 +119,10 @@ class CxNode(Executive):
         return fired
 
     def loop(self) -> int:
-        """Run due plug-ins and return the number of fired rules: 0 while the debugger has stopped."""
+        """Let plug-ins do the work that is due; return the number of fired rules.
+
+        After a stop of the debugger, only the stopped run continues.
+        """
         if self.control is not None and self.control.within_loop:
             return self.control.run()
         self._receive_messages()  # before the ticks, so that plug-ins see the messages since the last loop
@@ -128,10 +135,10 @@ class CxNode(Executive):
         return fired
 
     def _receive_messages(self) -> None:
-        """Receive messages of other nodes."""
+        """Receive the messages of further nodes."""
         self.manager.context.ros.spin()
         for plugin in self.manager.receivers:
-            self.manager.attempt(plugin, plugin.take)
+            self.manager.attempt(plugin, plugin.receive_messages)
 
     @property
     def is_over(self) -> bool:
@@ -152,11 +159,13 @@ class CxNode(Executive):
 
     def deactivate(self) -> bool:
         """Run the shutdown rules and unload the plug-ins; environments stay."""
-        self.manager.log.info(f"Deactivating [{self._title}]...")
+        self.manager.log.info(f"Deactivating [{self._node_name}]...")
         self._is_active = False
-        # the environments of the parameters first, in their order; then those created at run time
-        names = sorted(self.manager.environments, key=lambda name: (*self.names, name).index(name))
-        for env in map(self.manager.stock, names):
+        # the environments of the parameters first, in their order, then the environments created at run time
+        names = sorted(
+            self.manager.environments, key=lambda name: (*self.environment_names, name).index(name)
+        )
+        for env in map(self.manager.stock_environment, names):
             with env.lock:
                 env.assert_string("(executive-finalize)")
                 env.refresh_agenda()
@@ -168,7 +177,7 @@ class CxNode(Executive):
         for name in names:
             self.manager.unload_plugins(name)
         self.manager.finalize_plugins()
-        self.manager.log.info(f"Deactivated [{self._title}]...")
+        self.manager.log.info(f"Deactivated [{self._node_name}]...")
         return True
 
     def finalize(self) -> None:

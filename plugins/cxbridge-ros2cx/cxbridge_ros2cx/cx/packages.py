@@ -1,7 +1,8 @@
-"""The ROS packages for an agent: those of a checkout or workspace, then those of a sourced ROS.
+"""The ROS packages for an agent: the packages of a checkout or workspace, then the packages of a sourced ROS.
 
-A built workspace has an ament index below each prefix. Source trees have none: CMakeLists.txt lists the
-installed files, and :class:`SourceTree` links them into a separate folder.
+The build of a workspace installs packages below prefixes. ament, the build system, lists packages and their
+resources in an index below each prefix. A source tree without a build has no index: there CMakeLists.txt
+lists the files, and :class:`SourceTree` links them into a folder that looks like a prefix.
 """
 
 from __future__ import annotations
@@ -17,22 +18,22 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.file_access import walk
-from cxbridge_ros2cx.cx.cmake import Command, find_installed, read_commands
+from cxbridge_ros2cx.cx.cmake import CMakeCommand, find_installed_entries, read_commands
 
 _INDEX: Final = "share/ament_index/resource_index"
-_PACKAGES: Final = "packages"
+_PACKAGE_RESOURCE: Final = "packages"
 _PLUGIN_RESOURCE: Final = "cx_plugin__pluginlib__plugin"
-_LINKED: Final = "cx_generate_linked_protobuf_plugin_from_proto"
-# package.xml is searched, not parsed: a folder with a broken one is no package
+_LINKED_PLUGIN_COMMAND: Final = "cx_generate_linked_protobuf_plugin_from_proto"
+# A pattern finds the name in package.xml: a folder whose file has no name is not a package.
 _NAME: Final = re.compile(r"<name>\s*([\w-]+)\s*</name>")
-# the folders that Python packages usually install: setup.py is not executed to find the true ones
+# the folders that Python packages usually install; their setup.py, a program, is not executed
 _PYTHON_FOLDERS: Final = (
     *("clips", "config", "launch", "params", "pddl", "proto"),
     *("msg", "srv", "action", "resource"),
 )
-# output of colcon, which has copies of the packages, and the packages of npm
-_NOT_SEARCHED: Final = frozenset({"build", "install", "log", "node_modules"})
-_IGNORED: Final = ("COLCON_IGNORE", "AMENT_IGNORE")
+# the output of colcon, which contains copies of the packages, and the packages of npm
+_SKIPPED_FOLDERS: Final = frozenset({"build", "install", "log", "node_modules"})
+_IGNORE_FILES: Final = ("COLCON_IGNORE", "AMENT_IGNORE")
 
 
 class InstalledPrefix:
@@ -42,43 +43,45 @@ class InstalledPrefix:
         self.path = path
 
     def resources(self, kind: str) -> Mapping[str, str]:
-        """Return the resources of a kind by name; the kind ``packages`` lists the packages."""
+        """Return the contents of a kind's resources by name; the kind ``packages`` lists the packages."""
         contents = {}
         with suppress(OSError):  # an index without resources of this kind has no folder for them
-            for file in sorted((self.path / _INDEX / kind).iterdir()):
-                contents[file.name] = file.read_text("utf-8", "replace")
+            for file_path in sorted((self.path / _INDEX / kind).iterdir()):
+                contents[file_path.name] = file_path.read_text("utf-8", "replace")
         return contents
 
-    def share(self, package: str) -> Path:
+    def share_folder(self, package: str) -> Path:
         return self.path / "share" / package
 
-    def file(self, package: str, name: str) -> Path:
+    def file_path(self, package: str, name: str) -> Path:
         """Return the path of a package's file, e.g. of a message definition."""
-        return self.share(package) / name
+        return self.share_folder(package) / name
 
-    def linked_protos(self, class_name: str) -> list[Path]:
+    def find_proto_files(self, class_name: str) -> list[Path]:
         """Return the .proto files of the package whose plug-in description contains a class."""
         for package, description in self.resources(_PLUGIN_RESOURCE).items():
-            share = self.share(package)
+            share_folder = self.share_folder(package)
             files = (self.path / line for line in description.split())
-            if any(f'"{class_name}"' in _read_text(file) for file in files):
-                return sorted(share.rglob("*.proto"))
+            if any(f'"{class_name}"' in _read_text(file_path) for file_path in files):
+                return sorted(share_folder.rglob("*.proto"))
         return []
 
 
 class SourceTree:
-    """The packages of a source tree, linked into a prefix when an agent asks for their files.
+    """The packages of a source tree; links to their files form a prefix.
+
+    The links to a package's files are made when an agent first needs the package.
 
     :param root: the folder with the packages.
     """
 
     def __init__(self, root: Path) -> None:
         self.root = root.resolve()
-        self._linked: set[str] = set()
+        self._linked_packages: set[str] = set()
 
     @cached_property
     def path(self) -> Path:
-        """The prefix: a cache folder per tree, or a temporary folder without a writable cache."""
+        """The prefix: a cache folder of this tree, or a temporary folder if the cache is not writable."""
         base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
         name = hashlib.sha256(str(self.root).encode("utf-8", "surrogateescape")).hexdigest()[:12]
         path = Path(base).expanduser() / "cxbridge" / "ros2cx" / name
@@ -92,49 +95,49 @@ class SourceTree:
         return dict(sorted(_find_packages(self.root)))
 
     @cached_property
-    def _commands(self) -> dict[str, list[Command]]:
+    def _commands(self) -> dict[str, list[CMakeCommand]]:
         return {name: read_commands(folder / "CMakeLists.txt") for name, folder in self.packages.items()}
 
     def resources(self, kind: str) -> Mapping[str, str]:
-        if kind == _PACKAGES:
+        if kind == _PACKAGE_RESOURCE:
             return dict.fromkeys(self.packages, "")
         contents = {}
         for package, commands in self._commands.items():
             for command in commands:
                 if command.name == "ament_vendor" and kind == "vendor_packages":
                     contents[package] = f"opt/{package}"
-                elif command.name == "ament_index_register_resource" and command.words[:1] == (kind,):
-                    name = _option(command, "PACKAGE_NAME") or package
-                    contents[name] = _option(command, "CONTENT")
+                elif command.name == "ament_index_register_resource" and command.arguments[:1] == (kind,):
+                    name = _read_option(command, "PACKAGE_NAME") or package
+                    contents[name] = _read_option(command, "CONTENT")
         return contents
 
-    def share(self, package: str) -> Path:
+    def share_folder(self, package: str) -> Path:
         """Return the share folder of a package, with links to its installed files."""
-        share = self.path / "share" / package
-        if package in self.packages and package not in self._linked:
-            self._linked.add(package)
+        share_folder = self.path / "share" / package
+        if package in self.packages and package not in self._linked_packages:
+            self._linked_packages.add(package)
             folder = self.packages[package]
-            _link(folder / "package.xml", share / "package.xml")
-            for entry in find_installed(self._commands[package], folder):
+            _link(folder / "package.xml", share_folder / "package.xml")
+            for entry in find_installed_entries(self._commands[package], folder):
                 if entry.target.startswith("share/"):
                     _link(entry.source, self.path / entry.target)
             if (folder / "setup.py").is_file():
                 for name in _PYTHON_FOLDERS:
-                    _link(folder / name, share / name)
-        return share
+                    _link(folder / name, share_folder / name)
+        return share_folder
 
-    def file(self, package: str, name: str) -> Path:
+    def file_path(self, package: str, name: str) -> Path:
         return self.packages.get(package, self.root) / name
 
-    def linked_protos(self, class_name: str) -> list[Path]:
+    def find_proto_files(self, class_name: str) -> list[Path]:
         """Return the .proto files of the plug-in that a package's CMakeLists.txt declares."""
         name = class_name.removeprefix("cx::")
         return [
-            self.packages[package] / file
+            self.packages[package] / file_path
             for package, commands in self._commands.items()
             for command in commands
-            if command.name == _LINKED and command.words[:1] == (name,)
-            for file in command.words[1:]
+            if command.name == _LINKED_PLUGIN_COMMAND and command.arguments[:1] == (name,)
+            for file_path in command.arguments[1:]
         ]
 
 
@@ -142,16 +145,16 @@ Prefix = InstalledPrefix | SourceTree
 
 
 class Packages:
-    """The packages of several prefixes; a package in an earlier prefix hides equal ones in later prefixes."""
+    """The packages of several prefixes; a package hides packages of the same name in later prefixes."""
 
     def __init__(self, prefixes: Iterable[Prefix]) -> None:
         self.prefixes = tuple(prefixes)
 
     @classmethod
-    def of(cls, folders: Iterable[Path], environment: Mapping[str, str] = os.environ) -> Packages:
+    def of(cls, definition_folders: Iterable[Path], environment: Mapping[str, str] = os.environ) -> Packages:
         """Return the packages in checkouts, workspaces and prefixes, and those of a sourced ROS."""
         prefixes: list[Prefix] = []
-        for folder in folders:
+        for folder in definition_folders:
             installed_prefixes = [InstalledPrefix(path) for path in _installed_prefixes(folder.resolve())]
             prefixes += installed_prefixes or [SourceTree(folder)]
         sourced = environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
@@ -161,59 +164,64 @@ class Packages:
     def resources(self, kind: str) -> dict[str, tuple[str, Prefix]]:
         """Return contents and prefixes of the resources of a kind, sorted by name."""
         resources: dict[str, tuple[str, Prefix]] = {}
-        # reversed: the first prefix is applied last and hides equal names
+        # reversed: the update with the first prefix comes last, so its resources hide equal names
         for prefix in reversed(self.prefixes):
             resources.update({name: (text, prefix) for name, text in prefix.resources(kind).items()})
         return dict(sorted(resources.items()))
 
     @cached_property
-    def prefix_of(self) -> dict[str, Prefix]:
-        return {name: prefix for name, (_, prefix) in self.resources(_PACKAGES).items()}
+    def prefix_by_package(self) -> dict[str, Prefix]:
+        return {name: prefix for name, (_, prefix) in self.resources(_PACKAGE_RESOURCE).items()}
 
-    def share(self, package: str) -> Path | None:
+    def share_folder(self, package: str) -> Path | None:
         """Return the share folder of a package; None if the package does not exist."""
-        prefix = self.prefix_of.get(package)
-        return None if prefix is None else prefix.share(package)
+        prefix = self.prefix_by_package.get(package)
+        return None if prefix is None else prefix.share_folder(package)
 
-    def linked_protos(self, class_name: str) -> list[Path]:
-        protos = (prefix.linked_protos(class_name) for prefix in self.prefixes)
+    def find_proto_files(self, class_name: str) -> list[Path]:
+        protos = (prefix.find_proto_files(class_name) for prefix in self.prefixes)
         return next(filter(None, protos), [])
 
     def has_file(self, package: str, name: str) -> bool:
-        prefix = self.prefix_of.get(package)
-        return prefix is not None and prefix.file(package, name).is_file()
+        prefix = self.prefix_by_package.get(package)
+        return prefix is not None and prefix.file_path(package, name).is_file()
 
     @property
-    def folders(self) -> list[Path]:
+    def definition_folders(self) -> list[Path]:
         """The folders with message definitions; earlier folders hide later ones."""
         trees = (prefix.root if isinstance(prefix, SourceTree) else prefix.path for prefix in self.prefixes)
         return [folder for folder in trees if folder.is_dir()]
 
 
-def _read_text(file: Path) -> str:
+def _read_text(file_path: Path) -> str:
     try:
-        return file.read_text("utf-8", "replace")
+        return file_path.read_text("utf-8", "replace")
     except OSError:
         return ""
 
 
-def _option(command: Command, name: str) -> str:
-    words = command.words
-    return words[words.index(name) + 1] if name in words[:-1] else ""
+def _read_option(command: CMakeCommand, name: str) -> str:
+    arguments = command.arguments
+    return arguments[arguments.index(name) + 1] if name in arguments[:-1] else ""
 
 
 def _find_packages(root: Path) -> Iterator[tuple[str, Path]]:
-    """Yield names and folders of the packages below a folder."""
-    for folder, below, files in walk(root):
-        if any(name in files for name in _IGNORED):
-            below.clear()
+    """Yield the names and folders of the packages below a folder.
+
+    As in colcon, a file ``COLCON_IGNORE`` excludes a folder, and a package contains no further packages.
+    """
+    for folder, subfolders, files in walk(root):
+        if any(name in files for name in _IGNORE_FILES):
+            subfolders.clear()
         elif "package.xml" in files:
-            below.clear()
+            subfolders.clear()
             match = _NAME.search((Path(folder) / "package.xml").read_text("utf-8", "replace"))
             if match:
                 yield match[1], Path(folder)
         else:
-            below[:] = sorted(name for name in below if name[0] != "." and name not in _NOT_SEARCHED)
+            subfolders[:] = sorted(
+                name for name in subfolders if name[0] != "." and name not in _SKIPPED_FOLDERS
+            )
 
 
 def _installed_prefixes(folder: Path) -> list[Path]:
@@ -223,7 +231,7 @@ def _installed_prefixes(folder: Path) -> list[Path]:
 
 
 def _link(source: Path, target: Path) -> None:
-    """Link a file, or each file of a folder, since several folders may be installed into one."""
+    """Link a file, or each file of a folder: several folders may be installed into the same folder."""
     if source.is_dir():
         for item in source.iterdir():
             _link(item, target / item.name)
@@ -231,12 +239,14 @@ def _link(source: Path, target: Path) -> None:
     if not source.is_file() or (target.is_symlink() and target.readlink() == source):
         return
     target.parent.mkdir(parents=True, exist_ok=True)
-    # linked under another name, then renamed: another run may make the same link
+    # renamed at the end, which is atomic: a second run may make the same link at the same time
     new_link = target.with_name(f".{target.name}.{os.getpid()}")
     new_link.unlink(missing_ok=True)
     new_link.symlink_to(source)
     new_link.replace(target)
 
 
-def package_folder(file: Path) -> Path | None:
-    return next((folder for folder in file.resolve().parents if (folder / "package.xml").is_file()), None)
+def find_package_folder(file_path: Path) -> Path | None:
+    return next(
+        (folder for folder in file_path.resolve().parents if (folder / "package.xml").is_file()), None
+    )

@@ -1,7 +1,7 @@
 """The parameters of the node ``clips_manager`` from a ROS 2 parameter file, each with its position.
 
-A parameter file has ``NODE: ros__parameters: ...``; the name ``/**`` matches each node. Nested maps are parts
-of a parameter's name: ``files: {load: [...]}`` is the parameter ``files.load``.
+A parameter file has ``NODE: ros__parameters: ...``; the name ``/**`` matches each node. The keys of nested
+maps form the name of a parameter: ``files: {load: [...]}`` is the parameter ``files.load``.
 """
 
 from __future__ import annotations
@@ -18,18 +18,19 @@ from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlSca
 from cxbridge.errors import ConfigError
 from cxbridge_ros2cx.parameters import YAML_FALSE, YAML_INTEGER, YAML_TRUE
 
-NODE: Final = "clips_manager"
+NODE_NAME: Final = "clips_manager"
 
 ENVIRONMENTS: Final = "environments"  # parameter with the names of the environments
 
 _SECTION: Final = "ros__parameters"
 _FLOAT: Final = re.compile(r"[+-]?((\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?|\.(inf|Inf|INF))\Z|\.(nan|NaN|NAN)\Z")
 
-Scalar = bool | int | float | str  # value of a parameter, or an element of its list
+Scalar = bool | int | float | str
+ParameterValue = Scalar | tuple[Scalar, ...]
 
 _TYPE_NAMES: Final[dict[type, str]] = {bool: "a bool", int: "an integer", float: "a double", str: "a string"}
 
-T = TypeVar("T", bound=Scalar)
+ScalarT = TypeVar("ScalarT", bound=Scalar)
 
 
 class Parameter(Struct, frozen=True):
@@ -38,7 +39,7 @@ class Parameter(Struct, frozen=True):
     :param value: a scalar, or a tuple of scalars of one type.
     """
 
-    value: Scalar | tuple[Scalar, ...]
+    value: ParameterValue
     mark: Mark
 
 
@@ -49,7 +50,7 @@ class NodeParameters:
     :param name: the full name of the node.
     """
 
-    def __init__(self, file: Path, parameters: Mapping[str, Parameter], name: str = f"/{NODE}") -> None:
+    def __init__(self, file: Path, parameters: Mapping[str, Parameter], name: str = f"/{NODE_NAME}") -> None:
         self.file = file
         self.name = name
         self._parameters = dict(parameters)
@@ -65,17 +66,19 @@ class NodeParameters:
             data = file.read_bytes()
         except OSError as error:
             raise ConfigError(f"cannot read the parameters: {error.strerror}", file=file) from None
-        sections = [section for root in parse_documents(data, str(file)) for section in _sections(root, "")]
-        name = node_name or f"/{NODE}"
+        sections = [
+            section for root in parse_documents(data, str(file)) for section in _find_sections(root, "")
+        ]
+        name = node_name or f"/{NODE_NAME}"
         if not node_name:
-            # a launch file may rename the node: then the section that names environments is the manager's
-            managers = [pattern for pattern, node in sections if _names_environments(node)]
-            if not any(_matches(pattern, name) for pattern in managers):
+            # a launch file may rename the node: the section with the parameter `environments` is its section
+            managers = [pattern for pattern, node in sections if _has_environments(node)]
+            if not any(_matches_node(pattern, name) for pattern in managers):
                 name = next((pattern for pattern in managers if "*" not in pattern), name)
         # later sections of a file override earlier ones
         parameters: dict[str, Parameter] = {}
         for pattern, node in sections:
-            if _matches(pattern, name):
+            if _matches_node(pattern, name):
                 parameters.update(_flatten(node, ""))
         return cls(file, parameters, name)
 
@@ -84,23 +87,25 @@ class NodeParameters:
         yield from self._parameters.items()
 
     def set_default(self, name: str, value: Scalar) -> None:
-        """Set a parameter unless the file has it."""
+        """Set a parameter that the file does not have."""
         self._parameters.setdefault(name, Parameter(value, Mark(str(self.file))))
 
     def find(self, name: str) -> Parameter | None:
         return self._parameters.get(name)
 
-    def get(self, name: str, default: T) -> T:
-        """Return a parameter's value, which has the type of the default.
+    def get(self, name: str, default: ScalarT) -> ScalarT:
+        """Return a parameter's value, which must have the type of the default.
 
         :raises ConfigError: if the parameter has another type.
         """
         parameter = self._parameters.get(name)
         if parameter is None:
             return default
-        kind = type(default)
-        if type(parameter.value) is not kind:
-            raise self.wrong(name, f"must be {_TYPE_NAMES[kind]}, not {_text_of(parameter.value)}")
+        expected_type = type(default)
+        if type(parameter.value) is not expected_type:
+            raise self.make_error(
+                name, f"must be {_TYPE_NAMES[expected_type]}, not {_describe_value(parameter.value)}"
+            )
         return parameter.value
 
     def get_strings(self, name: str) -> tuple[str, ...]:
@@ -113,40 +118,40 @@ class NodeParameters:
             return ()
         values = parameter.value
         if not isinstance(values, tuple) or not all(isinstance(value, str) for value in values):
-            raise self.wrong(name, f"must be a list of strings, not {_text_of(values)}")
+            raise self.make_error(name, f"must be a list of strings, not {_describe_value(values)}")
         return tuple(map(str, values))
 
-    def wrong(self, name: str, fault: str, hint: str | None = None) -> ConfigError:
+    def make_error(self, name: str, fault: str, hint: str | None = None) -> ConfigError:
         """Return an error about a parameter, with its position."""
         parameter = self._parameters.get(name)
         mark = Mark(str(self.file)) if parameter is None else parameter.mark
         return mark.error(f"the parameter '{name}' {fault}", hint)
 
 
-def _sections(node: YamlNode, path: str) -> Iterator[tuple[str, YamlMap]]:
-    """Yield each node name or name pattern with its parameters."""
+def _find_sections(node: YamlNode, path: str) -> Iterator[tuple[str, YamlMap]]:
+    """Yield each node name or name pattern with its map of parameters."""
     if not isinstance(node, YamlMap):
         return
     for key, value in node.pairs:
         if not isinstance(key, YamlScalar):
             raise key.mark.error("the name of a node must be a string")
         if key.text != _SECTION:
-            yield from _sections(value, f"{path}/{key.text.strip('/')}")
+            yield from _find_sections(value, f"{path}/{key.text.strip('/')}")
         elif isinstance(value, YamlMap):
             yield path, value
         elif not (isinstance(value, YamlScalar) and value.null):
             raise value.mark.error(f"{_SECTION} must be a map of parameters")
 
 
-def _matches(pattern: str, name: str) -> bool:
-    """Return whether a pattern matches a node: ``*`` matches one token of its name, ``**`` any tokens."""
+def _matches_node(pattern: str, name: str) -> bool:
+    """Return whether a pattern matches a node's name: ``*`` matches one token, ``**`` any tokens."""
     if "**" in pattern:
         return fnmatch.fnmatchcase(name, pattern.replace("**", "*"))
     tokens, patterns = name.split("/"), pattern.split("/")
     return len(tokens) == len(patterns) and all(map(fnmatch.fnmatchcase, tokens, patterns))
 
 
-def _names_environments(node: YamlMap) -> bool:
+def _has_environments(node: YamlMap) -> bool:
     return any(isinstance(key, YamlScalar) and key.text == ENVIRONMENTS for key, _ in node.pairs)
 
 
@@ -159,45 +164,45 @@ def _flatten(node: YamlMap, prefix: str) -> Iterator[tuple[str, Parameter]]:
         if isinstance(value, YamlMap):
             yield from _flatten(value, f"{name}.")
         elif isinstance(value, YamlList):
-            yield name, Parameter(_list(name, value), value.mark)
+            yield name, Parameter(_read_list(name, value), value.mark)
         elif value.null:
             raise value.mark.error(
                 f"the parameter '{name}' has no value", "give the value, or remove the line"
             )
         else:
-            yield name, Parameter(_scalar(value), value.mark)
+            yield name, Parameter(_read_scalar(value), value.mark)
 
 
-def _list(name: str, node: YamlList) -> tuple[Scalar, ...]:
+def _read_list(name: str, node: YamlList) -> tuple[Scalar, ...]:
     values: list[Scalar] = []
     for item in node.items:
         if not isinstance(item, YamlScalar):
             raise item.mark.error(f"the parameter '{name}' must be a list of scalars")
-        values.append(_scalar(item))
+        values.append(_read_scalar(item))
         if type(values[-1]) is not type(values[0]):
             raise item.mark.error(
                 f"the list '{name}' has values of several types: "
-                f"{_text_of(values[0])}, {_text_of(values[-1])}",
+                f"{_describe_value(values[0])}, {_describe_value(values[-1])}",
                 "the values of a list must be of one type in ROS; quote strings",
             )
     return tuple(values)
 
 
-def _scalar(node: YamlScalar) -> Scalar:
-    """Return the value that ROS reads: a quoted scalar is a string."""
-    text, word = node.text, node.text.lower()
+def _read_scalar(node: YamlScalar) -> Scalar:
+    """Return the value as rcl_yaml_param_parser of ROS reads it: a quoted scalar is a string."""
+    text, lower_text = node.text, node.text.lower()
     if not node.plain:
         return text
-    if word in YAML_TRUE or word in YAML_FALSE:
-        return word in YAML_TRUE
+    if lower_text in YAML_TRUE or lower_text in YAML_FALSE:
+        return lower_text in YAML_TRUE
     if YAML_INTEGER.match(text):
-        return int(text, 16 if "x" in word else 10)
+        return int(text, 16 if "x" in lower_text else 10)
     if _FLOAT.match(text):
         return float(text.replace(".inf", "inf").replace(".nan", "nan").replace(".Inf", "inf").lower())
     return text
 
 
-def _text_of(value: Scalar | tuple[Scalar, ...]) -> str:
+def _describe_value(value: ParameterValue) -> str:
     if isinstance(value, tuple):
         return f"a list of {len(value)}"
     return f"{_TYPE_NAMES[type(value)]} ({str(value).lower() if isinstance(value, bool) else value!r})"

@@ -1,8 +1,9 @@
-"""The base class of the executive's plug-ins in Python, and the table of plug-in classes.
+"""The base class of plug-ins for environments, and the table of plug-in classes.
 
-A plug-in of the original (carologistics/clips_executive) is a C++ class (``cx::FileLoadPlugin``). The
-environments share one object per plug-in name of the parameters. Its life: ``initialize`` once,
-``init_context`` and ``context_destroyed`` per environment, ``finalize`` once.
+In the ROS 2 CX (carologistics/clips_executive) a plug-in is a C++ class, e.g. ``cx::FileLoadPlugin``, which
+adds functions, templates and facts to environments. The parameters list plug-ins by name, each with its
+class; here a Python class stands in for it. All environments share one object per name. The node calls
+``initialize`` once, ``init_context`` and ``context_destroyed`` for each environment, and ``finalize`` once.
 """
 
 from __future__ import annotations
@@ -30,22 +31,24 @@ if TYPE_CHECKING:
     from cxbridge_ros2cx.cx.ros.node import RosNode
     from cxbridge_ros2cx.cx.stock import StockEnvironment
 
-# The entry point group for plug-ins of other packages: an entry point has the name of the C++ class.
-GROUP: Final = "cxbridge.cx_plugins"
+# the entry point group for plug-ins of installed packages: an entry point has the name of the C++ class
+PLUGIN_GROUP: Final = "cxbridge.cx_plugins"
 
-GENERATED: Final = "cx::CX"  # prefix of the classes that the original generates for ROS types
+GENERATED_CLASS_PREFIX: Final = (
+    "cx::CX"  # of the classes that the build of the ROS 2 CX generates for ROS types
+)
 
-_PLUGINS: Final = "cxbridge_ros2cx.cx.plugins"
+_PLUGIN_PACKAGE: Final = "cxbridge_ros2cx.cx.plugins"
 _SHIPPED_CLASSES: Final = {
-    "cx::AmentIndexPlugin": f"{_PLUGINS}.ament_index:AmentIndexPlugin",
-    "cx::ConfigPlugin": f"{_PLUGINS}.config:ConfigPlugin",
-    "cx::ExamplePlugin": f"{_PLUGINS}.example:ExamplePlugin",
-    "cx::ExecutivePlugin": f"{_PLUGINS}.executive:ExecutivePlugin",
-    "cx::FileLoadPlugin": f"{_PLUGINS}.file_load:FileLoadPlugin",
-    "cx::ProtobufPlugin": f"{_PLUGINS}.protobuf:ProtobufPlugin",
-    "cx::RosMsgsPlugin": f"{_PLUGINS}.ros_msgs:RosMsgsPlugin",
-    "cx::RosParamPlugin": f"{_PLUGINS}.ros_param:RosParamPlugin",
-    "cx::Tf2PoseTrackerPlugin": f"{_PLUGINS}.tf2_pose_tracker:Tf2PoseTrackerPlugin",
+    "cx::AmentIndexPlugin": f"{_PLUGIN_PACKAGE}.ament_index:AmentIndexPlugin",
+    "cx::ConfigPlugin": f"{_PLUGIN_PACKAGE}.config:ConfigPlugin",
+    "cx::ExamplePlugin": f"{_PLUGIN_PACKAGE}.example:ExamplePlugin",
+    "cx::ExecutivePlugin": f"{_PLUGIN_PACKAGE}.executive:ExecutivePlugin",
+    "cx::FileLoadPlugin": f"{_PLUGIN_PACKAGE}.file_load:FileLoadPlugin",
+    "cx::ProtobufPlugin": f"{_PLUGIN_PACKAGE}.protobuf:ProtobufPlugin",
+    "cx::RosMsgsPlugin": f"{_PLUGIN_PACKAGE}.ros_msgs:RosMsgsPlugin",
+    "cx::RosParamPlugin": f"{_PLUGIN_PACKAGE}.ros_param:RosParamPlugin",
+    "cx::Tf2PoseTrackerPlugin": f"{_PLUGIN_PACKAGE}.tf2_pose_tracker:Tf2PoseTrackerPlugin",
 }
 
 
@@ -55,10 +58,10 @@ def run_rules(env: StockEnvironment) -> int:
     return env.run()
 
 
-# The classes that replace shipped ones since pull request 33 of carologistics/clips_executive (June 2026).
-_NEWER_CLASSES: Final = {
-    "cx::ConfigPlugin": f"{_PLUGINS}.config:NewerConfigPlugin",
-    "cx::ExecutivePlugin": f"{_PLUGINS}.newer_executive:NewerExecutivePlugin",
+# the classes that replace shipped classes since pull request 33 of carologistics/clips_executive (June 2026)
+_CLASSES_SINCE_2026: Final = {
+    "cx::ConfigPlugin": f"{_PLUGIN_PACKAGE}.config:QuotedKeyConfigPlugin",
+    "cx::ExecutivePlugin": f"{_PLUGIN_PACKAGE}.focus_stack_executive:FocusStackExecutivePlugin",
 }
 
 
@@ -74,16 +77,16 @@ class NodeContext(Struct):
     bus: EventBus
     ros: RosNode
     run_environment: Callable[[StockEnvironment], int] = run_rules
-    connections: MakeConnections | None = None  # factory of protobuf connections; None for sockets
-    is_newer: bool = False  # whether the checkout has the changes of pull request 33 (June 2026)
-    # Whether agents are only inspected: the caller loads their files, and no rule fires.
-    is_look: bool = False
+    connections: MakeConnections | None = None  # makes protobuf connections; None for sockets
+    has_2026_changes: bool = False  # whether the checkout has the changes of pull request 33 (June 2026)
+    # whether a command only inspects agents: the command itself loads their files, and no rule fires
+    is_inspection: bool = False
 
 
 class CxPlugin(Feature):
-    """A plug-in.
+    """The base class of plug-ins.
 
-    :param name: the name in the parameters.
+    :param name: the name of the plug-in in the parameters.
     """
 
     def __init__(self, name: str, context: NodeContext) -> None:
@@ -101,11 +104,11 @@ class CxPlugin(Feature):
         :raises CxbridgeError: if that fails; the environment then lacks the plug-in.
         """
 
-    def take(self) -> None:
-        """Receive messages from other nodes; called before and after ticks."""
+    def receive_messages(self) -> None:
+        """Receive messages of further nodes; called before and after the ticks of a loop."""
 
     def tick(self) -> None:
-        """Do due work; called in each loop."""
+        """Do the work that is due; called once in each loop."""
 
     def finalize(self) -> None:
         """Release all resources after all environments have unloaded the plug-in."""
@@ -118,7 +121,7 @@ class CxPlugin(Feature):
 MakePlugin = Callable[[str, NodeContext], CxPlugin]  # creates a plug-in with a name
 
 
-def find_class(plugin: str, parameters: NodeParameters) -> str:
+def read_class_name(plugin: str, parameters: NodeParameters) -> str:
     """Return the C++ class of a plug-in.
 
     :raises ConfigError: if the parameters name no class.
@@ -136,51 +139,47 @@ def find_class(plugin: str, parameters: NodeParameters) -> str:
     return text
 
 
-def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin:
+def find_plugin_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin:
     """Return the Python class that stands in for a C++ class.
 
-    :raises ConfigError: if cxbridge has no such class.
+    :raises ConfigError: if no class stands in for the C++ class.
     """
     target, parameters = _SHIPPED_CLASSES.get(class_name), context.parameters
-    if context.is_newer:
-        target = _NEWER_CLASSES.get(class_name, target)
+    if context.has_2026_changes:
+        target = _CLASSES_SINCE_2026.get(class_name, target)
     if target is not None:
-        return _import_class(target)
+        shipped_class: MakePlugin = resolve_name(target)
+        return shipped_class
     from importlib.metadata import entry_points  # noqa: PLC0415 - slow, and rarely needed
 
-    external_classes = {entry.name: entry for entry in entry_points(group=GROUP)}
+    external_classes = {entry.name: entry for entry in entry_points(group=PLUGIN_GROUP)}
     if class_name in external_classes:
-        loaded: MakePlugin = external_classes[class_name].load()
-        return loaded
-    linked = context.packages.linked_protos(class_name)
-    if linked:
-        return partial(import_module(f"{_PLUGINS}.protobuf").ProtobufPlugin, linked=linked)
-    if class_name.startswith(GENERATED):
-        generated = import_module(f"{_PLUGINS}.generated")
-        kind = generated.find_type(class_name, context)
-        if kind is not None:
-            return partial(generated.GeneratedPlugin, kind=kind)
-    raise parameters.wrong(
+        external_class: MakePlugin = external_classes[class_name].load()
+        return external_class
+    proto_files = context.packages.find_proto_files(class_name)
+    if proto_files:
+        return partial(import_module(f"{_PLUGIN_PACKAGE}.protobuf").ProtobufPlugin, proto_files=proto_files)
+    if class_name.startswith(GENERATED_CLASS_PREFIX):
+        generated = import_module(f"{_PLUGIN_PACKAGE}.generated")
+        type_name = generated.find_type(class_name, context)
+        if type_name is not None:
+            return partial(generated.GeneratedPlugin, type_name=type_name)
+    raise parameters.make_error(
         f"{plugin}.plugin",
         f"names a class that cxbridge does not have: {class_name}",
         did_you_mean(
             class_name,
             (*_SHIPPED_CLASSES, *external_classes),
             f"an own plug-in in C++ needs a stand-in in Python: a subclass of {__name__}.CxPlugin, as the "
-            f"entry point '{class_name}' of the group {GROUP}",
+            f"entry point '{class_name}' of the group {PLUGIN_GROUP}",
         ),
     )
 
 
-def with_place(plugin: str, error: Exception) -> CxbridgeError:
-    """Return an error of cxbridge unchanged, another exception as an error with plug-in, file and line."""
+def locate_error(plugin: str, error: Exception) -> CxbridgeError:
+    """Return an error of cxbridge unchanged, any other exception as an error with plug-in, file and line."""
     if isinstance(error, CxbridgeError):
         return error
     frame = extract_tb(error.__traceback__)[-1]
     text = f"the plug-in '{plugin}' failed: {type(error).__name__}: {error}"
     return CxbridgeError(text, file=frame.filename, line=frame.lineno)
-
-
-def _import_class(target: str) -> MakePlugin:
-    loaded: MakePlugin = resolve_name(target)
-    return loaded

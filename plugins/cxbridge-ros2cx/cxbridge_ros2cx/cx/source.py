@@ -1,4 +1,8 @@
-"""A parameter file of the node ``clips_manager`` as the source of an agent."""
+"""A parameter file of the ROS 2 CX's node ``clips_manager`` as the source of an agent.
+
+The file names environments and their plug-ins. The source finds the packages with the agent's files, makes
+the node's context and manager, and lets the plug-ins load the files.
+"""
 
 from __future__ import annotations
 
@@ -18,14 +22,14 @@ from cxbridge.run.paths import RunPaths
 from cxbridge.run.rights import read_rights
 from cxbridge.run.source import LoadedFile, Source
 from cxbridge_protobuf.settings import CONNECTIONS
-from cxbridge_ros2cx.cx.hash_order import hash_order
+from cxbridge_ros2cx.cx.hash_order import order_by_hash
 from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
 from cxbridge_ros2cx.cx.manager import CxManager
 from cxbridge_ros2cx.cx.node import CxNode
-from cxbridge_ros2cx.cx.packages import Packages, package_folder
+from cxbridge_ros2cx.cx.packages import Packages, find_package_folder
 from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS, NodeParameters
 from cxbridge_ros2cx.cx.plugin import NodeContext
-from cxbridge_ros2cx.cx.plugins.executive import tick_period_us
+from cxbridge_ros2cx.cx.plugins.executive import shortest_period_us
 from cxbridge_ros2cx.cx.plugins.file_load import FileLoadPlugin
 from cxbridge_ros2cx.cx.ros.node import RosNode
 from cxbridge_ros2cx.cx.stock import StockEnvironment
@@ -41,12 +45,12 @@ if TYPE_CHECKING:
     from cxbridge_protobuf.types import MessageTypes
 
 # package and file that exist since pull request 33 of carologistics/clips_executive (June 2026)
-_NEWER_FILE = ("cx_msgs", "srv/ClipsCommand.srv")
+_FILE_SINCE_2026 = ("cx_msgs", "srv/ClipsCommand.srv")
 
-_CALLBACK = "-callback"
-_TREE = "/clips-executive"
-# longest time between two receptions of messages on a real clock; it limits the delay of responses
-_REAL_LOOP_US = MICROSECONDS // 50
+_CALLBACK_SUFFIX = "-callback"  # of the deffunctions that plug-ins call
+_EXECUTIVE_TREE = "/clips-executive"
+# the longest time between two receptions of messages on a real clock: it limits the delay of responses
+_MAX_LOOP_PERIOD_US = MICROSECONDS // 50
 
 
 class CxSource(Source):
@@ -64,7 +68,7 @@ class CxSource(Source):
     def packages(self) -> Packages:
         """The packages for the agent: those of ``--ros2cx``, then the package of the parameter file."""
         assert self.options.scenario is not None
-        own_package, folders = package_folder(self.options.scenario), [*self.folders]
+        own_package, folders = find_package_folder(self.options.scenario), [*self.folders]
         if own_package is not None and not any(
             own_package.is_relative_to(folder.resolve()) for folder in folders
         ):
@@ -78,7 +82,7 @@ class CxSource(Source):
             raise CxbridgeError(
                 "this is a checkout of today's CLIPS Executive: name the parameters of an agent, too",
                 file=self.folders[0],
-                hint=f"e.g. {self._parameter_file()}",
+                hint=f"e.g. {self._find_example()}",
             )
         for name, value in (("fawkes-dir", self.options.fawkes_dir), ("core", self.options.core)):
             if value is not None:
@@ -87,9 +91,10 @@ class CxSource(Source):
                     hint="their environments have no core and no files of Fawkes",
                 )
 
-    def _parameter_file(self) -> str:
-        """Return a parameter file of the checkout as an example."""
-        for level in ("", "*/", "*/*/", "*/*/*/"):  # not the whole tree: a user may name the root folder
+    def _find_example(self) -> str:
+        """Return a parameter file of the checkout as an example for the hint."""
+        # not the whole tree: the search would be endless if a user names the root folder
+        for level in ("", "*/", "*/*/", "*/*/*/"):
             for file in sorted(self.folders[0].glob(f"{level}params/hello_world.yaml")):
                 return str(file)
         return "params/AGENT.yaml"
@@ -102,7 +107,7 @@ class CxSource(Source):
 
     @property
     def is_checkout(self) -> bool:
-        """Whether the agent's files are those of a checkout: broken files then do not stop the start."""
+        """Whether the agent's files belong to a checkout: true, so broken files do not stop the start."""
         return True
 
     def config_file(self) -> Path:
@@ -112,14 +117,15 @@ class CxSource(Source):
         """Return a configuration with the environment names."""
         config = Configuration()
         spec = file.stem
-        config.set(f"{_TREE}/spec", spec)
+        config.set(f"{_EXECUTIVE_TREE}/spec", spec)
         config.set(
-            f"{_TREE}/specs/{spec}/parameters/{ENVIRONMENTS}", self.parameters.get_strings(ENVIRONMENTS)
+            f"{_EXECUTIVE_TREE}/specs/{spec}/parameters/{ENVIRONMENTS}",
+            self.parameters.get_strings(ENVIRONMENTS),
         )
         return config
 
     def find_overlays(self) -> Sequence[Path]:
-        """Return nothing: ``--config`` is for Fawkes' configuration."""
+        """Return nothing: ``--config`` lays files over a configuration of Fawkes, which there is not here."""
         return ()
 
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:  # noqa: ARG002
@@ -134,12 +140,12 @@ class CxSource(Source):
         )
 
     def loop_period_us(self, config: Configuration) -> int:  # noqa: ARG002
-        """Return the period of the fastest executive plug-in, divided to stay below the longest delay."""
-        period_us = tick_period_us(self.parameters)
+        """Return the period of the fastest executive plug-in, on a real clock a fraction of that period."""
+        period_us = shortest_period_us(self.parameters)
         if self.options.clock_name == "virtual":
             return period_us
-        # the fewest equal parts that are short enough
-        return period_us // -(-period_us // _REAL_LOOP_US)
+        # the largest fraction that is short enough; -(-a // b) rounds up
+        return period_us // -(-period_us // _MAX_LOOP_PERIOD_US)
 
     def features(self, context: Run) -> list[Feature] | None:  # noqa: ARG002
         return []
@@ -154,24 +160,26 @@ class CxSource(Source):
         rights = read_rights(context.config, "none")
         ros = RosNode(parameters.name, packages, context.clock, context.bus.logger, rights)
         node_context = NodeContext(parameters, packages, context.clock, context.bus, ros)
-        node_context.is_newer = packages.has_file(*_NEWER_FILE)
+        node_context.has_2026_changes = packages.has_file(*_FILE_SINCE_2026)
         if context.clock.is_virtual:
-            node_context.connections = context.additions.values.get(CONNECTIONS) or _join_locally()
-        node_context.is_look = environment is not ClipsEnvironment
-        logs = EnvironmentLogs(None if node_context.is_look else self.options.option("log_dir"))
-        manager = CxManager(node_context, logs, environment if node_context.is_look else StockEnvironment)
+            node_context.connections = context.additions.values.get(CONNECTIONS) or _make_local_connections()
+        node_context.is_inspection = environment is not ClipsEnvironment
+        logs = EnvironmentLogs(None if node_context.is_inspection else self.options.option("log_dir"))
+        manager = CxManager(
+            node_context, logs, environment if node_context.is_inspection else StockEnvironment
+        )
         manager.is_strict = not self.is_lenient
         return manager
 
     def calls(self, function: str) -> bool:
         """Return whether plug-ins call a deffunction, for a request or a received goal."""
-        return function.endswith(_CALLBACK)
+        return function.endswith(_CALLBACK_SUFFIX)
 
     def loaded_files(self, manager: EnvironmentManager) -> list[LoadedFile] | None:
         """Return the files that the plug-ins of all environments load."""
         assert isinstance(manager, CxManager)
         plugins = (plugin for plugin in manager.plugins.values() if isinstance(plugin, FileLoadPlugin))
-        return [file for plugin in plugins for file in plugin.files()]
+        return [file for plugin in plugins for file in plugin.loaded_files()]
 
     def make_executive(
         self, context: Run, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
@@ -179,12 +187,12 @@ class CxSource(Source):
         assert isinstance(manager, CxManager)
         node = CxNode(manager, context.config, mapper, files)
         if self.options.option("hash_order"):
-            node.names = hash_order(node.names)
+            node.environment_names = order_by_hash(node.environment_names)
         return node
 
 
-def _join_locally() -> MakeConnections:
-    """Return a factory of process-local connections in one network."""
+def _make_local_connections() -> MakeConnections:
+    """Return a factory of protobuf connections within this process, all in one network."""
     network: list[LocalNetwork] = []
 
     def join(types: MessageTypes, settings: NetworkSettings, now_us: Callable[[], int]) -> Connections:

@@ -1,4 +1,8 @@
-"""An unmodified CLIPS 6.4 environment, with the functions and trace lines of CLIPS."""
+"""An environment with the behaviour of an unmodified CLIPS 6.4, for agents of the ROS 2 CX.
+
+The environments of cxbridge behave like CLIPS 6.30, as agents of Fawkes expect. The ROS 2 CX embeds an
+unmodified ("stock") CLIPS 6.4, with its functions and trace lines.
+"""
 
 from __future__ import annotations
 
@@ -27,14 +31,15 @@ WATCH_ITEMS: Final = frozenset(
     }
 )
 
-# firings between two checks for endless rules; many, since CLIPS restarts its count of firings at each part
-_CHUNK: Final = 10_000
+# Firings between two checks for endless rules. The number is large, since CLIPS begins a new count of
+# firings, which its trace lines show, with each chunk.
+_FIRINGS_PER_CHUNK: Final = 10_000
 
-# logical names of the original for output in colours
-_COLOURS: Final = (b"red", b"green", b"blue", b"yellow", b"magenta", b"cyan", b"white", b"bold")
-_LEVELS: Final[Mapping[bytes, Level]] = MappingProxyType(
+# logical names that the ROS 2 CX adds for coloured output
+_COLOUR_NAMES: Final = (b"red", b"green", b"blue", b"yellow", b"magenta", b"cyan", b"white", b"bold")
+_LEVEL_BY_NAME: Final[Mapping[bytes, Level]] = MappingProxyType(
     {
-        **dict.fromkeys((b"l", b"t", b"info", b"loginfo", b"stdout", *_COLOURS), Level.INFO),
+        **dict.fromkeys((b"l", b"t", b"info", b"loginfo", b"stdout", *_COLOUR_NAMES), Level.INFO),
         **dict.fromkeys((b"debug", b"logdebug"), Level.DEBUG),
         **dict.fromkeys((b"warn", b"logwarn", b"stdwrn"), Level.WARN),
         **dict.fromkeys((b"error", b"logerror", b"stderr"), Level.ERROR),
@@ -43,12 +48,15 @@ _LEVELS: Final[Mapping[bytes, Level]] = MappingProxyType(
 
 
 class StockOutput(OutputRouter):
-    """One buffer for all logical names; the name of the last piece determines the level of a line."""
+    """Collects output into lines: one buffer serves all logical names.
 
-    levels: ClassVar[Mapping[bytes, Level]] = _LEVELS
+    The logical name of a line's last piece determines the level of the line.
+    """
+
+    levels: ClassVar[Mapping[bytes, Level]] = _LEVEL_BY_NAME
 
     stdout_level = Level.INFO
-    logical_name = ""  # logical name that completed the last line
+    logical_name = ""  # the logical name of the last line
 
     _buffer = ""
 
@@ -60,11 +68,11 @@ class StockOutput(OutputRouter):
             self._sink(level, line)
 
     def flush(self) -> None:
-        """Do nothing: an unfinished line is never printed."""
+        """Do nothing: as in the ROS 2 CX, an unfinished line is never logged."""
 
 
 class StockEnvironment(ClipsEnvironment):
-    """An environment without the functions and changes for agents of Fawkes."""
+    """An environment without the shims that imitate CLIPS 6.30, and without Fawkes' functions."""
 
     output_router: ClassVar[type[OutputRouter]] = StockOutput
 
@@ -87,7 +95,10 @@ class StockEnvironment(ClipsEnvironment):
         """Do nothing: a cleared environment has all functions of CLIPS."""
 
     def watch_items(self, items: tuple[str, ...]) -> None:
-        """Watch items of :data:`WATCH_ITEMS`, case-insensitively."""
+        """Watch items of :data:`WATCH_ITEMS`, in upper or lower case.
+
+        :raises ClipsError: if an item is unknown.
+        """
         for item in items:
             if item.lower() not in WATCH_ITEMS:
                 raise ClipsError(
@@ -109,20 +120,23 @@ class StockEnvironment(ClipsEnvironment):
 
     def load(self, path: Path) -> bool:
         """Load a file's constructs like ``load*``; return whether the file could be opened."""
-        with self._within(path):
+        with self._mark_reading(path):
             return bool(lib.Load(self.env, encode(str(path))) != lib.LE_OPEN_FILE_ERROR)
 
     def batch(self, path: Path) -> bool:
         """Execute a file like ``batch*``; return whether the file could be opened."""
-        with self._within(path, batch=True):
+        with self._mark_reading(path, batch=True):
             return bool(lib.BatchStar(self.env, encode(str(path))))
 
     @contextmanager
-    def _within(self, path: Path, *, batch: bool = False) -> Iterator[None]:
-        """Mark a file as being read."""
+    def _mark_reading(self, path: Path, *, batch: bool = False) -> Iterator[None]:
+        """Mark a file as being read.
+
+        :raises ClipsError: if the file is being read already: it would read itself without end.
+        """
         file = path.resolve()
         if file in self._executing:
-            chain = " -> ".join(each.name for each in (*self._executing, file))
+            chain = " -> ".join(entry.name for entry in (*self._executing, file))
             raise ClipsError("this file reads itself", file=path, hint=f"files that read each other: {chain}")
         self._forget_templates()
         self._executing.append(file)
@@ -133,7 +147,7 @@ class StockEnvironment(ClipsEnvironment):
             self._executing.pop()
 
     def _load_star(self, file: str) -> Value:
-        with self._within(Path(file)):
+        with self._mark_reading(Path(file)):
             return bool(lib.Load(self.env, encode(file)) == lib.LE_NO_ERROR)
 
     def _batch_star(self, file: str) -> Value:
@@ -161,30 +175,31 @@ class StockEnvironment(ClipsEnvironment):
         pointer = lib.AssertString(self.env, encode(fact))
         return None if pointer == NULL else int(lib.FactIndex(pointer))
 
-    def fire(self, limit: int = -1, before: int = 0) -> int:
-        """Fire a part of a run; an evaluation error and ``(halt)`` end the run.
+    def fire(self, limit: int = -1, previous_firings: int = 0) -> int:
+        """Fire rules of a run in chunks; an evaluation error and ``(halt)`` end the run.
 
-        :param before: the number of firings in the previous parts.
+        :param limit: the maximum number of firings; -1 for no limit.
+        :param previous_firings: the number of firings in previous calls for the same run.
         """
         fired = 0
         self._held = self._is_halted = False
-        if not before:
+        if not previous_firings:
             self.endless.begin()
         while not self.is_ended:
-            chunk = _CHUNK if limit < 0 else min(_CHUNK, limit - fired)
-            if chunk <= 0:
+            max_firings = _FIRINGS_PER_CHUNK if limit < 0 else min(_FIRINGS_PER_CHUNK, limit - fired)
+            if max_firings <= 0:
                 break
             self.is_firing = self.output.is_firing = True
-            part_fired = int(lib.Run(self.env, chunk))
+            chunk_fired = int(lib.Run(self.env, max_firings))
             self.is_firing = self.output.is_firing = False
-            fired += part_fired
+            fired += chunk_fired
             if self.api.halted() or self.api.is_halt_requested():
                 self.api.clear_halt()
                 break
-            if part_fired < chunk:
+            if chunk_fired < max_firings:
                 break
-            # a run with a limit ends anyway, unless it is a part of a longer run
-            if (reason := self.endless.check(part_fired)) and (limit < 0 or before):
+            # a run with a limit ends anyway, unless this call continues a longer run
+            if (reason := self.endless.check(chunk_fired)) and (limit < 0 or previous_firings):
                 self.end_faulty_run(reason)
                 self.api.clear_halt()
         return fired

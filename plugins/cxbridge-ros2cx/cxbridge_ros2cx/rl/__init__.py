@@ -1,6 +1,8 @@
-"""Agents of ``cx_rl_clips`` as Gymnasium environments; importing this package registers them.
+"""Learning agents of the ROS 2 CX as environments of Gymnasium, the interface of libraries for learning.
 
-``gymnasium.make("cxbridge/CXRL-v0", parameters=FILE, ros2cx=DIR)`` creates one.
+A learning agent loads the package ``cx_rl_clips`` of carologistics/clips_executive. The import of this
+package registers the environment; ``gymnasium.make("cxbridge/CXRL-v0", parameters=FILE, ros2cx=DIR)`` creates
+it.
 """
 
 from __future__ import annotations
@@ -16,6 +18,6 @@ except ImportError:
         "learning needs the package gymnasium", hint="pip install 'cxbridge-ros2cx[rl]'"
     ) from None
 
-ID: Final = "cxbridge/CXRL-v0"  # id for `gymnasium.make`
+ENVIRONMENT_ID: Final = "cxbridge/CXRL-v0"  # the id for `gymnasium.make`
 
-register(ID, entry_point=f"{__name__}.gym:ClipsGym")
+register(ENVIRONMENT_ID, entry_point=f"{__name__}.gym:ClipsGym")

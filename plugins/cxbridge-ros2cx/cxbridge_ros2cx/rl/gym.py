@@ -1,4 +1,4 @@
-"""The Gymnasium environment, with the spaces of the original's ``CXRLGym``."""
+"""The environment of Gymnasium, with the spaces of the class ``CXRLGym`` of the ROS 2 CX."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_ros2cx.cx.parameters import NodeParameters
-from cxbridge_ros2cx.rl.interface import NODE, Choice, LearningAgent
+from cxbridge_ros2cx.rl.interface import LEARNER_NODE, Decision, LearningAgent
 from cxbridge_ros2cx.rl.spaces import Observation, Spaces
 
-_DONE, _ABORTED = "Done", "Aborted"
+_DONE_INFO, _ABORTED_INFO = "Done", "Aborted"  # texts in the agent's results
 
 
 class ClipsGym(gymnasium.Env[Observation, np.int64]):
     """An agent of ``cx_rl_clips``: its rules give observations, executable actions and rewards.
 
-    An observation is 1 for each true predicate. An action is an index of :attr:`actions`;
+    An observation has 1 for each true predicate. An action is an index of :attr:`actions`;
     ``info["action_mask"]`` and :meth:`action_masks` are 1 for each action that the free robot can execute. A
     step lasts until the action has ended.
 
@@ -42,11 +42,11 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         ros2cx: str | Path | None = None,
         *,
         node_parameters: str | Path | None = None,
-        node: str = NODE,
+        node: str = LEARNER_NODE,
         patience: float = 600.0,
         watch: bool = False,
     ) -> None:
-        # The parameters of the learner's node by name, e.g. `training.max_episodes`, `model.gamma`.
+        # the parameters of the learner's node by name, e.g. `training.max_episodes`, `model.gamma`
         self.settings: dict[str, Any] = {}
         if node_parameters is not None:
             file_parameters = NodeParameters.load(Path(node_parameters), node)
@@ -61,15 +61,15 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
                 patience=patience,
                 watch=watch,
             )
-        except BaseException:
+        except BaseException:  # also after an interrupt, nobody else removes the folder
             self._folder.cleanup()
             raise
-        self.spaces = Spaces.of(self.agent)
-        self.observables = self.spaces.observables  # index of each predicate in an observation
+        self.spaces = Spaces.from_agent(self.agent)
+        self.observables = self.spaces.predicate_indices  # index of each predicate in an observation
         self.actions = self.spaces.actions  # names of the actions by index
         self.observation_space = Box(0.0, 1.0, (len(self.observables),), np.float32)
         self.action_space = Discrete(len(self.actions))
-        self._choice: Choice | None = None
+        self._decision: Decision | None = None
         self.agent.status = {
             "mode": "TRAINING",
             "current_episode": 0,
@@ -86,31 +86,31 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         status["current_episode"] += 1
         status["current_episode_step"] = 0
         self.agent.reset()
-        self._choice = self.agent.choice()
-        return self._observation(), self._info("")
+        self._decision = self.agent.next_decision()
+        return self._observation(), self._step_info("")
 
     def step(self, action: np.int64 | int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Let the free robot execute an action; an action that the robot cannot execute has no effect."""
-        if self._choice is None:
+        if self._decision is None:
             raise CxbridgeError("no episode has begun", hint="call reset() first")
         status = self.agent.status
         status["current_episode_step"] += 1
         status["total_steps"] += 1
-        number = self._choice.actions.get(self.actions[int(action)])
-        if number is None:
-            episode_end = self.agent.ask("get_episode_end", "GetEpisodeEnd")
+        action_id = self._decision.actions.get(self.actions[int(action)])
+        if action_id is None:
+            episode_end = self.agent.call_service("get_episode_end", "GetEpisodeEnd")
             reward, is_over = float(episode_end["reward"]), bool(episode_end["episode_end"])
-            return self._observation(), reward, is_over, False, self._info("NO-ACTION-FOR-ROBOT")
-        result = self.agent.do(number)
-        is_over = result["info"] == _DONE
+            return self._observation(), reward, is_over, False, self._step_info("NO-ACTION-FOR-ROBOT")
+        result = self.agent.execute_action(action_id)
+        is_over = result["info"] == _DONE_INFO
         if not is_over:
-            self._choice = self.agent.choice()
-        outcome = {_DONE: "Game Over", _ABORTED: "RESET"}.get(result["info"], "")
-        return self._observation(), float(result["reward"]), is_over, False, self._info(outcome)
+            self._decision = self.agent.next_decision()
+        outcome = {_DONE_INFO: "Game Over", _ABORTED_INFO: "RESET"}.get(result["info"], "")
+        return self._observation(), float(result["reward"]), is_over, False, self._step_info(outcome)
 
     def action_masks(self) -> NDArray[np.int8]:
         """Return 1 for each action that the free robot can execute; ``no-op`` if there are none."""
-        return self.spaces.mask(self._choice.actions if self._choice else ())
+        return self.spaces.make_action_mask(self._decision.actions if self._decision else ())
 
     def close(self) -> None:
         """End the training and the run."""
@@ -118,9 +118,9 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         self._folder.cleanup()
 
     def _observation(self) -> Observation:
-        return self.spaces.observation(self.agent.observations())
+        return self.spaces.encode_observation(self.agent.observations())
 
-    def _info(self, outcome: str) -> dict[str, Any]:
-        """Return the original's outcome of a step, the free robot, and the robot's actions."""
-        robot = self._choice.robot if self._choice else ""
+    def _step_info(self, outcome: str) -> dict[str, Any]:
+        """Return the info of a step: its outcome as in ``CXRLGym``, the free robot, and its actions."""
+        robot = self._decision.robot if self._decision else ""
         return {"outcome": outcome, "robot": robot, "action_mask": self.action_masks()}

@@ -1,8 +1,9 @@
-"""An agent of ``cx_rl_clips`` in a run on the virtual clock, as seen by its peer ``cx_rl_node``.
+"""Runs a learning agent of the ROS 2 CX on the virtual clock, in place of its peer.
 
-The original peer calls services and sends the goals ``reset_env`` and ``action_selection``. Here goals go to
-the agent's handlers without messages, and observations and executable actions come from the facts that the
-agent's services read.
+In carologistics/clips_executive the peer of an agent is the node ``cx_rl_node``, the learner. It calls
+services of the agent, and sends goals of the actions ``reset_env`` and ``action_selection``. Here goals go
+directly to the handlers of the agent's action servers, which is faster than messages. Observations and
+executable actions come from the facts that the agent's services read.
 """
 
 from __future__ import annotations
@@ -33,19 +34,20 @@ if TYPE_CHECKING:
     from cxbridge_ros2.node import Client
     from cxbridge_ros2cx.cx.stock import StockEnvironment
 
-NODE: Final = "/cx_rl_node"  # name of the peer, unless `?*CX-RL-NODE-NAME*` of the agent differs
+LEARNER_NODE: Final = "/cx_rl_node"  # the peer's name, unless the agent's `?*CX-RL-NODE-NAME*` differs
 
 _PACKAGE: Final = "cx_rl_interfaces"
-_NONE_OF_A_TYPE: Final = "Not found"  # the agent's response for a type without objects
-_STORAGE: Final = "storage_dir"
-_BEGIN_S: Final = 10.0  # seconds of the agent's clock until its services must exist
+_NO_OBJECTS: Final = "Not found"  # the agent's response for a type without objects
+_STORAGE_PARAMETER: Final = "storage_dir"
+_STARTUP_TIMEOUT_S: Final = 10.0  # time of the agent's clock until its services must exist
+_NO_TIMEOUT_S: Final = 1e9  # 30 years: the learner decides about the end of the run
 
 
-class Choice(Struct, frozen=True):
-    """The next decision.
+class Decision(Struct, frozen=True):
+    """The decision about the next action, which the agent waits for.
 
-    :param robot: the free robot; empty after the end of the episode.
-    :param actions: the ids of the executable actions by name: ``stack(robot1#a#b)``.
+    :param robot: the robot that is free; empty after the end of the episode.
+    :param actions: the ids of the executable actions by name, e.g. ``stack(robot1#a#b)``.
     """
 
     robot: str
@@ -53,7 +55,7 @@ class Choice(Struct, frozen=True):
 
 
 class _Goal(ServedGoal):
-    """A goal of a client in the same process; it stores its result."""
+    """A goal without messages, which stores its result."""
 
     def __init__(self, goal: Message) -> None:
         self.goal_id, self.goal = os.urandom(16), goal
@@ -61,7 +63,7 @@ class _Goal(ServedGoal):
         self.result: Mapping[str, Any] | None = None
 
     def publish_feedback(self, feedback: Mapping[str, Any]) -> None:
-        """Do nothing: a learner needs only the result."""
+        """Do nothing: the learner needs only the result."""
 
     def execute(self) -> None:
         """Do nothing: the goal executes from the start."""
@@ -71,7 +73,7 @@ class _Goal(ServedGoal):
 
 
 class LearningAgent(Closing):
-    """The agent of a parameter file, in a run whose clock moves while a service or a goal is pending.
+    """The agent of a parameter file, in a run whose clock advances only during the methods of this class.
 
     :param storage: a folder for the initial facts of each episode.
     :param node: the name of the peer.
@@ -87,7 +89,7 @@ class LearningAgent(Closing):
         ros2cx: Path | None,
         storage: Path,
         *,
-        node: str = NODE,
+        node: str = LEARNER_NODE,
         patience: float = 600.0,
         watch: bool = False,
         mode: str = "TRAINING",
@@ -97,39 +99,41 @@ class LearningAgent(Closing):
         self._clients: dict[str, Client] = {}
         self.status: dict[str, Any] = {"mode": mode}  # the peer's response to the service `get_status`
         with ExitStack() as stack:
-            options = make_options(parameters, ros2cx=ros2cx, clock="virtual", timeout=1e9)
+            options = make_options(parameters, ros2cx=ros2cx, clock="virtual", timeout=_NO_TIMEOUT_S)
             self._run = stack.enter_context(Run(options))
             executive = self._run.executive
             if not isinstance(executive, CxNode):
                 raise CxbridgeError("these are no parameters of clips_manager", file=parameters)
             self._manager = executive.manager
-            self._manager.context.parameters.set_default(_STORAGE, str(storage))
+            self._manager.context.parameters.set_default(_STORAGE_PARAMETER, str(storage))
             self._run.start()
             self._graph = self._manager.context.ros.graph
             self._peer = self._graph.join(node.rpartition("/")[2])
             self.serve("get_status", "GetStatus", lambda _request: self.status)
-            self._env = self._environment()
+            self._env = self._find_environment()
             if not watch:
                 self._env.eval("(unwatch all)")
             self._handlers = {
-                name: self._handler(name, kind)
-                for name, kind in (("reset_env", "ResetEnv"), ("action_selection", "ActionSelection"))
+                name: self._find_goal_handler(name, type_name)
+                for name, type_name in (("reset_env", "ResetEnv"), ("action_selection", "ActionSelection"))
             }
-            self._run_until(self._has_mode, f"the agent does not ask for {node}/get_status", _BEGIN_S)
-            self._tick()  # the agent saves the facts with which episodes begin
-            self._stack = stack.pop_all()
+            self._run_until(
+                self._knows_mode, f"the agent does not ask for {node}/get_status", _STARTUP_TIMEOUT_S
+            )
+            self._tick()  # in this tick the agent saves the facts with which episodes begin
+            self._stack = stack.pop_all()  # the run stays open until close()
 
     def close(self) -> None:
         """End the training and the run."""
         if self._client("end_training", "EndTraining").has_server:
-            self.ask("end_training", "EndTraining")
+            self.call_service("end_training", "EndTraining")
         self._stack.close()
 
     # --- the run ------------------------------------------------------------------------------------------
 
-    def _environment(self) -> StockEnvironment:
+    def _find_environment(self) -> StockEnvironment:
         for name in self._manager.environments:
-            env = self._manager.stock(name)
+            env = self._manager.stock_environment(name)
             if env.has_template("cx-rl-node"):
                 return env
         raise CxbridgeError(
@@ -138,17 +142,17 @@ class LearningAgent(Closing):
             hint="the agent loads cx-rl.clp of the package cx_rl_clips",
         )
 
-    def _handler(self, action: str, kind: str) -> GoalHandler:
-        action_type = parse_type(f"{_PACKAGE}/action/{kind}")
+    def _find_goal_handler(self, action: str, type_name: str) -> GoalHandler:
+        action_type = parse_type(f"{_PACKAGE}/action/{type_name}")
         handlers: list[GoalHandler] = []
 
         def has_server() -> bool:
             for plugin in self._manager.plugins.values():
-                if isinstance(plugin, GeneratedPlugin) and plugin.kind == action_type:
+                if isinstance(plugin, GeneratedPlugin) and plugin.type_name == action_type:
                     handlers.extend(plugin.handlers(self._env, f"{self._name}/{action}"))
             return bool(handlers)
 
-        self._run_until(has_server, f"the action {self._name}/{action} has no server", _BEGIN_S)
+        self._run_until(has_server, f"the action {self._name}/{action} has no server", _STARTUP_TIMEOUT_S)
         return handlers[0]
 
     def run_for(self, seconds: float) -> None:
@@ -158,7 +162,11 @@ class LearningAgent(Closing):
             self._tick()
 
     def _run_until(self, condition: Callable[[], bool], timeout_message: str, seconds: float = 0.0) -> None:
-        """Advance the agent's time until a condition is true."""
+        """Advance the agent's time until a condition is true.
+
+        :param seconds: the time limit; 0 for the limit of the constructor.
+        :raises CxbridgeError: if the time is over or the agent has shut down.
+        """
         clock = self._run.clock
         end_us = clock.now_us() + int((seconds or self._patience) * MICROSECONDS)
         while not condition():
@@ -173,95 +181,105 @@ class LearningAgent(Closing):
         self._run.clock.sleep_until(self._run.clock.now_us() + self._run.loop.period_us)
         self._run.loop.run_once()
 
-    def _has_mode(self) -> bool:
+    def _knows_mode(self) -> bool:
         nodes = self._env.columns("cx-rl-node", "name", "mode")
         return any(name == self._name and mode == self.status["mode"] for name, mode in nodes)
 
     # --- services and goals -------------------------------------------------------------------------------
 
-    def _client(self, service: str, kind: str) -> Client:
+    def _client(self, service: str, type_name: str) -> Client:
         if service not in self._clients:
-            client = self._peer.create_client(f"{self._name}/{service}", f"{_PACKAGE}/srv/{kind}")
+            client = self._peer.create_client(f"{self._name}/{service}", f"{_PACKAGE}/srv/{type_name}")
             self._clients[service] = client
         return self._clients[service]
 
-    def serve(self, service: str, kind: str, callback: Callable[[Message], Mapping[str, Any]]) -> None:
-        self._peer.serve(f"{self._name}/{service}", f"{_PACKAGE}/srv/{kind}", callback)
+    def serve(self, service: str, type_name: str, callback: Callable[[Message], Mapping[str, Any]]) -> None:
+        self._peer.serve(f"{self._name}/{service}", f"{_PACKAGE}/srv/{type_name}", callback)
 
-    def ask(self, service: str, kind: str, **request: Any) -> Message:
+    def call_service(self, service: str, type_name: str, **request: Any) -> Message:
         responses: list[Message] = []
-        client = self._client(service, kind)
+        client = self._client(service, type_name)
         self._run_until(lambda: client.has_server, f"the service {self._name}/{service} has no server")
         client.call(request, responses.append)
         self._graph.settle()
         self._run_until(lambda: bool(responses), f"{self._name}/{service} does not answer")
         return responses[0]
 
-    def _achieve(self, action: str, timeout_message: str, **goal: Any) -> Mapping[str, Any]:
+    def _send_goal(self, action: str, timeout_message: str, **goal: Any) -> Mapping[str, Any]:
         """Return the result of a goal."""
-        handler, sent = self._handlers[action], _Goal(goal)
-        handler.decide(sent)
-        handler.begin(sent)
-        self._run_until(lambda: sent.result is not None, timeout_message)
-        assert sent.result is not None
-        return sent.result
+        handler, sent_goal = self._handlers[action], _Goal(goal)
+        handler.decide(sent_goal)
+        handler.begin(sent_goal)
+        self._run_until(lambda: sent_goal.result is not None, timeout_message)
+        assert sent_goal.result is not None
+        return sent_goal.result
 
     def reset(self) -> None:
-        self._achieve("reset_env", "the agent does not end its reset")
+        self._send_goal("reset_env", "the agent does not end its reset")
 
-    def do(self, number: str) -> Mapping[str, Any]:
+    def execute_action(self, action_id: str) -> Mapping[str, Any]:
         """Let the agent execute an action; return the result with reward and info.
 
         :param number: the id of the action.
         """
-        return self._achieve(
-            "action_selection", f"the agent does not finish the action {number}", action_id=number
+        return self._send_goal(
+            "action_selection", f"the agent does not finish the action {action_id}", action_id=action_id
         )
 
     # --- spaces and facts ----------------------------------------------------------------------------------
 
     def observables(self) -> list[str]:
-        predefined = self.ask("get_predefined_observables", "GetPredefinedObservables")["observables"]
-        predicates = self.ask("get_observable_predicates", "GetObservablePredicates")
-        return [*map(text_of, predefined), *self._grounded(predicates["predicate_names"], predicates)]
+        predefined = self.call_service("get_predefined_observables", "GetPredefinedObservables")[
+            "observables"
+        ]
+        predicates = self.call_service("get_observable_predicates", "GetObservablePredicates")
+        return [
+            *map(format_message, predefined),
+            *self._ground_names(predicates["predicate_names"], predicates),
+        ]
 
     def all_actions(self) -> list[str]:
-        predefined = self.ask("get_predefined_actions", "GetPredefinedActions")["actions"]
-        actions = self.ask("get_observable_actions", "GetObservableActions")
-        return [*map(text_of, predefined), *self._grounded(actions["action_names"], actions)]
+        predefined = self.call_service("get_predefined_actions", "GetPredefinedActions")["actions"]
+        actions = self.call_service("get_observable_actions", "GetObservableActions")
+        return [*map(format_message, predefined), *self._ground_names(actions["action_names"], actions)]
 
-    def _grounded(self, names: Iterable[str], described: Message) -> Iterable[str]:
-        """Yield predicates or actions with all objects of their types; those without parameters have none."""
+    def _ground_names(self, names: Iterable[str], description: Message) -> Iterable[str]:
+        """Yield the groundings of predicates or actions with all objects of the parameters' types.
+
+        As in ``CXRLGym``, a predicate or an action without parameters has no grounding.
+        """
         objects: dict[str, list[str]] = {}
-        kinds = iter(described["param_types"])
-        for name, count in zip(names, described["param_counts"], strict=True):
-            parameters = [next(kinds) for _ in range(count)]
-            for kind in parameters:
-                if kind not in objects:
-                    response = self.ask("get_observable_objects", "GetObservableObjects", type=kind)
-                    objects[kind] = [text for text in response["objects"] if text != _NONE_OF_A_TYPE]
+        type_names = iter(description["param_types"])
+        for name, count in zip(names, description["param_counts"], strict=True):
+            parameters = [next(type_names) for _ in range(count)]
+            for type_name in parameters:
+                if type_name not in objects:
+                    response = self.call_service(
+                        "get_observable_objects", "GetObservableObjects", type=type_name
+                    )
+                    objects[type_name] = [text for text in response["objects"] if text != _NO_OBJECTS]
             if parameters:
-                grounds = product(*(objects[kind] for kind in parameters))
-                yield from (name_of(name, arguments) for arguments in grounds)
+                grounds = product(*(objects[type_name] for type_name in parameters))
+                yield from (format_grounding(name, arguments) for arguments in grounds)
 
     def observations(self) -> Iterable[str]:
         """Yield the names of the current observations."""
         for node, name, parameters in self._env.columns("rl-observation", "node", "name", "params"):
             if node == self._name:
-                yield name_of(name, parameters)
+                yield format_grounding(name, parameters)
 
-    def choice(self) -> Choice:
-        """Return the next decision after a robot becomes free."""
-        choices: list[Choice] = []
+    def next_decision(self) -> Decision:
+        """Advance the agent's time until a robot is free or the episode has ended; return the decision."""
+        decisions: list[Decision] = []
 
-        def has_choice() -> bool:
-            choices.extend(self._choices())
-            return bool(choices)
+        def has_decision() -> bool:
+            decisions.extend(self._find_decisions())
+            return bool(decisions)
 
-        self._run_until(has_choice, "no robot gets free")
-        return choices[0]
+        self._run_until(has_decision, "no robot gets free")
+        return decisions[0]
 
-    def _choices(self) -> Iterable[Choice]:
+    def _find_decisions(self) -> Iterable[Decision]:
         """Yield a decision if a robot waits and the agent has asserted all executable actions."""
         spaces = self._env.columns("rl-current-action-space", "node", "state")
         if not any(node == self._name and state == "DONE" for node, state in spaces):
@@ -270,24 +288,26 @@ class LearningAgent(Closing):
         robots = self._env.columns("rl-robot", "node", "waiting", "name")
         waiting_robots = {name for node, waits, name in robots if node == self._name and waits == "TRUE"}
         actions_of_robots: dict[str, dict[str, str]] = {}
-        for node, robot, selected, number, name, parameters in self._env.columns("rl-action", *slots):
+        for node, robot, selected, action_id, name, parameters in self._env.columns("rl-action", *slots):
             if node == self._name and robot in waiting_robots and selected == "FALSE":
-                actions_of_robots.setdefault(str(robot), {})[name_of(name, parameters)] = str(number)
+                actions_of_robots.setdefault(str(robot), {})[format_grounding(name, parameters)] = str(
+                    action_id
+                )
         if actions_of_robots:
             robot = next(iter(actions_of_robots))
-            yield Choice(robot, actions_of_robots[robot])
+            yield Decision(robot, actions_of_robots[robot])
         elif waiting_robots and any(
             node == self._name for (node,) in self._env.columns("rl-episode-end", "node")
         ):
-            yield Choice("", {})
+            yield Decision("", {})
 
 
-def name_of(name: Value, parameters: Value) -> str:
-    """Return a predicate or an action in the notation of the spaces: ``on(a#b)``."""
+def format_grounding(name: Value, parameters: Value) -> str:
+    """Return a predicate or an action with its objects in the notation of ``CXRLGym``: ``on(a#b)``."""
     assert isinstance(parameters, tuple)
     return f"{name}({'#'.join(map(str, parameters))})" if parameters else str(name)
 
 
-def text_of(message: Message) -> str:
-    """Return the message of a predicate or an action in the notation of the spaces."""
-    return name_of(message["name"], tuple(message["params"]))
+def format_message(message: Message) -> str:
+    """Return the predicate or action of a message in the notation of ``CXRLGym``."""
+    return format_grounding(message["name"], tuple(message["params"]))

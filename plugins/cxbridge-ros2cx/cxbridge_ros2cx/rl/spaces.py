@@ -1,4 +1,8 @@
-"""The observations and actions of an agent as vectors, in the order of the original's ``CXRLGym``."""
+"""The observations and actions of a learning agent as vectors for Gymnasium.
+
+A grounding is a predicate or an action with its objects, e.g. ``on(a#b)``. Groundings have the order of the
+class ``CXRLGym`` of the ROS 2 CX, so that a model that was trained there works here, too.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,7 @@ from numpy.typing import NDArray
 
 from cxbridge_ros2cx.rl.interface import LearningAgent
 
-NO_OP: Final = "no-op"  # the first action, which has no effect
+NO_OP: Final = "no-op"  # the action with index 0, which has no effect
 
 Observation = NDArray[np.float32]  # 1 for each true predicate
 
@@ -21,35 +25,37 @@ Mask = NDArray[np.int8]  # 1 for each action that the free robot can execute
 class Spaces(Struct, frozen=True):
     """The groundings of an agent's predicates and actions.
 
-    :param observables: the index of each predicate in an observation.
+    :param predicate_indices: the index of each predicate in an observation.
     :param actions: the names of the actions by index.
-    :param numbers: the index of each action.
+    :param action_indices: the index of each action.
     """
 
-    observables: dict[str, int]
+    predicate_indices: dict[str, int]
     actions: list[str]
-    numbers: dict[str, int]
+    action_indices: dict[str, int]
 
     @classmethod
-    def of(cls, agent: LearningAgent) -> Spaces:
+    def from_agent(cls, agent: LearningAgent) -> Spaces:
         """Query an agent for its predicates, actions and objects."""
-        observables = sorted({*agent.observables()})
+        predicate_indices = sorted({*agent.observables()})
         actions = [NO_OP, *sorted({*agent.all_actions()})]
         return cls(
-            {name: index for index, name in enumerate(observables)},
+            {name: index for index, name in enumerate(predicate_indices)},
             actions,
             {name: number for number, name in enumerate(actions)},
         )
 
-    def observation(self, predicates: Iterable[str]) -> Observation:
-        observed = np.zeros(len(self.observables), dtype=np.float32)
-        observed[[self.observables[name] for name in predicates if name in self.observables]] = 1.0
+    def encode_observation(self, predicates: Iterable[str]) -> Observation:
+        observed = np.zeros(len(self.predicate_indices), dtype=np.float32)
+        observed[[self.predicate_indices[name] for name in predicates if name in self.predicate_indices]] = (
+            1.0
+        )
         return observed
 
-    def mask(self, actions: Iterable[str]) -> Mask:
-        """Return the mask of executable actions; the mask of ``no-op`` if there are none."""
-        mask = np.zeros(len(self.actions), dtype=np.int8)
-        mask[[self.numbers[name] for name in actions if name in self.numbers]] = 1
-        if not mask.any():
-            mask[self.numbers[NO_OP]] = 1
-        return mask
+    def make_action_mask(self, actions: Iterable[str]) -> Mask:
+        """Return the mask of executable actions; if there are none, the mask allows ``no-op``."""
+        make_action_mask = np.zeros(len(self.actions), dtype=np.int8)
+        make_action_mask[[self.action_indices[name] for name in actions if name in self.action_indices]] = 1
+        if not make_action_mask.any():
+            make_action_mask[self.action_indices[NO_OP]] = 1
+        return make_action_mask

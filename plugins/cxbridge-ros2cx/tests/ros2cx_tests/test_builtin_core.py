@@ -8,13 +8,13 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
-from cxbridge.trace.compare.model import Order
-from cxbridge.trace.compare.runs import compare_runs
 from mcap.reader import make_reader
 
 from cxbridge.event_kinds import View
 from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
+from cxbridge.trace.compare.model import Order
+from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
 from ros2cx_tests import rows
 from ros2cx_tests.test_recordings import DATA, RECORDINGS, options

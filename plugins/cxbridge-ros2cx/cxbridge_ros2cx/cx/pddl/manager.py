@@ -1,7 +1,8 @@
-"""The node ``pddl_manager``: 19 services, a planning action, and a topic with names of changed problems.
+"""The node ``pddl_manager``: services that change PDDL problems, and an action that plans.
 
-On the virtual clock, the node starts when an agent creates a client of one of the node's services. In real
-time the original node offers these services.
+A topic names the problems that have changed. On the virtual clock, the node joins when an agent creates a
+client of one of its services. On a real clock, the node of the extension ``cx_pddl`` of the ROS 2 CX offers
+the services.
 """
 
 from __future__ import annotations
@@ -28,20 +29,20 @@ if TYPE_CHECKING:
     from cxbridge_ros2.messages import Message
     from cxbridge_ros2.node import Node
 
-NAME: Final = "/pddl_manager"
-MAX_WAITING: Final = 64  # limit of goals that wait for the planner; further goals are rejected
+NODE_NAME: Final = "/pddl_manager"
+MAX_WAITING_GOALS: Final = 64  # goals that may wait for the planner; further goals are rejected
 
 _UNKNOWN_INSTANCE: Final = "Unknown pddl instance"
-_GROUP_S: Final = 0.1  # seconds within which actions of one class start
+_MAX_GROUP_GAP_S: Final = 0.1  # actions whose starts are closer than this are in the same class
 
 # the starts of expressions, statements and comments of jinja2
-_MARKS: Final = ("{{", "{%", "{#")
+_TEMPLATE_MARKS: Final = ("{{", "{%", "{#")
 
 Fields = Mapping[str, Any]
-Change = Callable[[ManagedProblem, Fields], None]  # changes a problem as an item of a request says
+ItemChange = Callable[[ManagedProblem, Fields], None]  # changes a problem by an item of a request
 
-# by type of service: the field of a request that lists items, and the change that each item makes
-_CHANGES: Final[dict[str, tuple[str, Change]]] = {
+# the field of a request that lists items, and the change by each item, by the type of the service
+_ITEM_CHANGES: Final[dict[str, tuple[str, ItemChange]]] = {
     "AddFluents": (
         "fluents",
         lambda problem, item: problem.set_fluent(item["name"], item["args"], value=True),
@@ -62,66 +63,68 @@ _CHANGES: Final[dict[str, tuple[str, Change]]] = {
 class PddlManager(GoalHandler, Closing):
     """The node ``pddl_manager``.
 
-    :param node: the interface to ROS.
-    :param package: the package with the types of the services: that of the extension, or an agent's copy of
-        earlier types.
+    :param node: the node's connection to ROS.
+    :param package: the package with the types of the services: that of the extension, or an agent's package
+        with copies of earlier types.
     """
 
     def __init__(self, node: Node, clock: Clock, log: Logger, package: str) -> None:
         self._node, self._log = node, log
         self._problems: dict[str, ManagedProblem] = {}
         self._planning: PlanningService | None = None
-        self._waiting: deque[ServedGoal] = deque()
-        for service, (kind, handler) in self._services().items():
-            with suppress(Ros2Error):  # earlier packages have fewer types
+        self._waiting_goals: deque[ServedGoal] = deque()
+        for service, (kind, handler) in self._service_handlers().items():
+            with suppress(Ros2Error):  # packages with earlier types lack some services
                 node.serve(
-                    f"{NAME}/{service}",
+                    f"{NODE_NAME}/{service}",
                     f"{package}/srv/{kind}",
-                    self._with_error_responses(handler),
+                    self._wrap_handler(handler),
                     right=Right.CONTROL,
                 )
-        self._updates = node.create_publisher(f"{NAME}/instance_update", "std_msgs/msg/String")
-        self._server = GoalServer(node, f"{NAME}/temp_plan", f"{package}/action/PlanTemporal", self, clock)
+        self._updates = node.create_publisher(f"{NODE_NAME}/instance_update", "std_msgs/msg/String")
+        self._server = GoalServer(
+            node, f"{NODE_NAME}/temp_plan", f"{package}/action/PlanTemporal", self, clock
+        )
 
-    def _services(self) -> dict[str, tuple[str, Callable[[Message], Fields]]]:
+    def _service_handlers(self) -> dict[str, tuple[str, Callable[[Message], Fields]]]:
         return {
             "add_pddl_instance": ("AddPddlInstance", self._add_instance),
             "check_action_condition": ("CheckActionCondition", self._check_condition),
             "check_action_precondition": ("CheckActionPrecondition", self._check_condition),
-            "get_action_effects": ("GetActionEffects", self._effects),
-            "get_action_names": ("GetActionNames", self._action_names),
-            "get_fluents": ("GetFluents", self._fluents),
-            "add_fluents": ("AddFluents", self._changer(*_CHANGES["AddFluents"])),
-            "rm_fluents": ("RemoveFluents", self._changer(*_CHANGES["RemoveFluents"])),
-            "add_objects": ("AddObjects", self._changer(*_CHANGES["AddObjects"])),
-            "rm_objects": ("RemoveObjects", self._changer(*_CHANGES["RemoveObjects"])),
-            "set_functions": ("SetFunctions", self._changer(*_CHANGES["SetFunctions"])),
-            "get_functions": ("GetFunctions", self._functions),
+            "get_action_effects": ("GetActionEffects", self._get_action_effects),
+            "get_action_names": ("GetActionNames", self._get_action_names),
+            "get_fluents": ("GetFluents", self._get_fluents),
+            "add_fluents": ("AddFluents", self._make_item_handler(*_ITEM_CHANGES["AddFluents"])),
+            "rm_fluents": ("RemoveFluents", self._make_item_handler(*_ITEM_CHANGES["RemoveFluents"])),
+            "add_objects": ("AddObjects", self._make_item_handler(*_ITEM_CHANGES["AddObjects"])),
+            "rm_objects": ("RemoveObjects", self._make_item_handler(*_ITEM_CHANGES["RemoveObjects"])),
+            "set_functions": ("SetFunctions", self._make_item_handler(*_ITEM_CHANGES["SetFunctions"])),
+            "get_functions": ("GetFunctions", self._get_functions),
             "set_goals": ("SetGoals", self._set_goals),
             "clear_goals": ("ClearGoals", self._clear_goals),
             "set_action_filter": ("SetActionFilter", lambda request: self._set_filter(request, "actions")),
             "set_object_filter": ("SetObjectFilter", lambda request: self._set_filter(request, "objects")),
             "set_fluent_filter": ("SetFluentFilter", lambda request: self._set_filter(request, "fluents")),
             "create_goal_instance": ("CreateGoalInstance", self._create_goal),
-            "get_predicates": ("GetPredicates", self._predicates),
-            "get_type_objects": ("GetTypeObjects", self._type_objects),
+            "get_predicates": ("GetPredicates", self._get_predicates),
+            "get_type_objects": ("GetTypeObjects", self._get_type_objects),
         }
 
-    def _with_error_responses(self, handler: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
-        """Return a handler that reports errors of another handler in its response."""
+    def _wrap_handler(self, handler: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
+        """Return a handler that sends the errors of the wrapped handler as responses."""
 
         def respond(request: Message) -> Fields:
             try:
                 return {"success": True, **handler(request)}
             except CxbridgeError as error:
-                # agents ask for instances that may not exist yet, so that is no error of the node
+                # not logged: agents ask for instances that may not exist yet
                 if error.message != _UNKNOWN_INSTANCE:
                     self._log.error(str(error))
                 return {"success": False, "error": error.message}
 
         return respond
 
-    def _problem(self, name: str) -> ManagedProblem:
+    def _find_problem(self, name: str) -> ManagedProblem:
         if name not in self._problems:
             raise PddlError(_UNKNOWN_INSTANCE)
         return self._problems[name]
@@ -132,14 +135,14 @@ class PddlManager(GoalHandler, Closing):
         folder, name = Path(request["directory"]), request["name"]
         if name in self._problems:
             self._log.warn(f"Overriding problem {name}")
-        domain, problem = (_render(folder, request[key]) for key in ("domain_file", "problem_file"))
+        domain, problem = (_read_template(folder, request[key]) for key in ("domain_file", "problem_file"))
         self._problems[name] = ManagedProblem(domain, problem, str(folder / request["domain_file"]))
         return {}
 
-    def _changer(self, field: str, change: Change) -> Callable[[Message], Fields]:
-        """Return a service that changes a problem for each item of a field.
+    def _make_item_handler(self, field: str, change: ItemChange) -> Callable[[Message], Fields]:
+        """Return a handler that changes a problem for each item of a field.
 
-        A failed item does not stop the following ones.
+        An invalid item does not stop the changes by further items.
         """
 
         def respond(request: Message) -> Fields:
@@ -147,7 +150,7 @@ class PddlManager(GoalHandler, Closing):
             for item in request[field]:
                 name = item["pddl_instance"]
                 try:
-                    change(self._problem(name), item)
+                    change(self._find_problem(name), item)
                 except PddlError as error:
                     errors.append(error.message)
             if name:
@@ -156,16 +159,16 @@ class PddlManager(GoalHandler, Closing):
 
         return respond
 
-    def _fluents(self, request: Message) -> Fields:
+    def _get_fluents(self, request: Message) -> Fields:
         name = request["pddl_instance"]
-        return {"fluents": [_fluent(name, ground) for ground in self._problem(name).fluents]}
+        return {"fluents": [_make_fluent(name, ground) for ground in self._find_problem(name).fluents]}
 
-    def _functions(self, request: Message) -> Fields:
+    def _get_functions(self, request: Message) -> Fields:
         name = request["pddl_instance"]
-        functions = self._problem(name).functions.items()
-        return {"functions": [{**_fluent(name, ground), "value": value} for ground, value in functions]}
+        functions = self._find_problem(name).functions.items()
+        return {"functions": [{**_make_fluent(name, ground), "value": value} for ground, value in functions]}
 
-    def _predicates(self, request: Message) -> Fields:
+    def _get_predicates(self, request: Message) -> Fields:
         name = request["pddl_instance"]
         return {
             "predicates": [
@@ -179,34 +182,38 @@ class PddlManager(GoalHandler, Closing):
                     ],
                     "param_names": [text for group in predicate.parameters for text in group.names],
                 }
-                for predicate in self._problem(name).domain.predicates
+                for predicate in self._find_problem(name).domain.predicates
             ]
         }
 
-    def _type_objects(self, request: Message) -> Fields:
-        problem = self._problem(request["pddl_instance"])
+    def _get_type_objects(self, request: Message) -> Fields:
+        problem = self._find_problem(request["pddl_instance"])
         if not problem.has_type(request["type"]):
             raise PddlError("Type not in instance")
         return {"objects": problem.instances_of((request["type"],))}
 
     # --- actions ------------------------------------------------------------------------------------------
 
-    def _action_names(self, request: Message) -> Fields:
+    def _get_action_names(self, request: Message) -> Fields:
         return {
-            "action_names": [action.name for action in self._problem(request["pddl_instance"]).domain.actions]
+            "action_names": [
+                action.name for action in self._find_problem(request["pddl_instance"]).domain.actions
+            ]
         }
 
     def _check_condition(self, request: Message) -> Fields:
         action = request["action"]
-        unsatisfied = self._problem(action["pddl_instance"]).unsatisfied(action["name"], action["args"])
-        return {"sat": not unsatisfied, "unsatisfied_conditions": unsatisfied}
+        unsatisfied_conditions = self._find_problem(action["pddl_instance"]).unsatisfied_conditions(
+            action["name"], action["args"]
+        )
+        return {"sat": not unsatisfied_conditions, "unsatisfied_conditions": unsatisfied_conditions}
 
-    def _effects(self, request: Message) -> Fields:
+    def _get_action_effects(self, request: Message) -> Fields:
         action = request["action"]
         name = action["pddl_instance"]
         fluents, functions = [], []
-        for change in self._problem(name).changes(action["name"], action["args"]):
-            fluent, time = _fluent(name, change.ground), {"time_point": change.time_point}
+        for change in self._find_problem(name).action_changes(action["name"], action["args"]):
+            fluent, time = _make_fluent(name, change.ground), {"time_point": change.time_point}
             if change.sign:
                 value = {"operator_type": change.sign, "value": change.value}
                 functions.append({"function": fluent, **time, **value})
@@ -217,51 +224,51 @@ class PddlManager(GoalHandler, Closing):
     # --- goals --------------------------------------------------------------------------------------------
 
     def _create_goal(self, request: Message) -> Fields:
-        problem = self._problem(request["pddl_instance"])
+        problem = self._find_problem(request["pddl_instance"])
         problem.goals[request["goal_instance"]] = ManagedGoal()
         return {}
 
     def _set_goals(self, request: Message) -> Fields:
         goal = request["goal_instance"]
         for item in request["fluents"]:
-            self._problem(item["pddl_instance"]).add_goal_fluent(goal, item["name"], item["args"])
+            self._find_problem(item["pddl_instance"]).add_goal_fluent(goal, item["name"], item["args"])
         for item in request["functions"]:
-            problem = self._problem(item["pddl_instance"])
+            problem = self._find_problem(item["pddl_instance"])
             problem.add_goal_function(goal, item["name"], item["args"], item["value"])
         return {}
 
     def _clear_goals(self, request: Message) -> Fields:
-        self._problem(request["pddl_instance"]).goal(request["goal_instance"]).formulas.clear()
+        self._find_problem(request["pddl_instance"]).find_goal(request["goal_instance"]).formulas.clear()
         return {}
 
     def _set_filter(self, request: Message, field: str) -> Fields:
-        goal = self._problem(request["pddl_instance"]).goal(request["goal_instance"])
-        setattr(goal, field, tuple(request[field]))
+        goal = self._find_problem(request["pddl_instance"]).find_goal(request["goal_instance"])
+        setattr(goal, f"kept_{field}", tuple(request[field]))
         return {}
 
     # --- planning -----------------------------------------------------------------------------------------
 
     def decide(self, served: ServedGoal) -> GoalResponse:
         """Reject a goal while :data:`MAX_WAITING` goals wait."""
-        return super().decide(served) if len(self._waiting) < MAX_WAITING else GoalResponse.REJECT
+        return super().decide(served) if len(self._waiting_goals) < MAX_WAITING_GOALS else GoalResponse.REJECT
 
     def begin(self, served: ServedGoal) -> None:
-        """Queue a goal; planning starts after its sender has received the acceptance."""
-        self._waiting.append(served)
+        """Queue a goal, since its sender must receive the acceptance before the result."""
+        self._waiting_goals.append(served)
 
-    def step(self) -> None:
-        """Plan for the waiting goals. No virtual time passes."""
-        while self._waiting:
-            served = self._waiting.popleft()
-            served.finish(GoalStatus.SUCCEEDED, self._plan(served.goal))
+    def plan_waiting_goals(self) -> None:
+        """Plan for the waiting goals; planning takes no virtual time."""
+        while self._waiting_goals:
+            served = self._waiting_goals.popleft()
+            served.finish(GoalStatus.SUCCEEDED, self._plan_goal(served.goal))
 
-    def _plan(self, goal: Message) -> Fields:
+    def _plan_goal(self, goal: Message) -> Fields:
         name, instance = goal["pddl_instance"], goal["goal_instance"]
         self._log.info("Start planning...")
         if self._planning is None:
             self._planning = PlanningService(at_once=1)
         try:
-            domain, problem = self._problem(name).filtered(instance, f"{name}_{instance}")
+            domain, problem = self._find_problem(name).filter_problem(instance, f"{name}_{instance}")
         except PddlError as error:
             self._log.error(str(error))
             return {"success": False}
@@ -270,7 +277,7 @@ class PddlManager(GoalHandler, Closing):
             self._log.warn(f"no plan: {result.message}")
             return {"success": False}
         self._log.info(f"Successfully planned, by {result.planner} in {result.seconds:.1f} s")
-        return {"success": True, "actions": list(_timed(result.actions, name, instance))}
+        return {"success": True, "actions": list(_add_times(result.actions, name, instance))}
 
     def close(self) -> None:
         self._server.close()
@@ -279,21 +286,21 @@ class PddlManager(GoalHandler, Closing):
         self._node.close()
 
 
-def _fluent(instance: str, ground: tuple[str, tuple[str, ...]]) -> dict[str, Any]:
+def _make_fluent(instance: str, ground: tuple[str, tuple[str, ...]]) -> dict[str, Any]:
     name, arguments = ground
     return {"pddl_instance": instance, "name": name, "args": list(arguments)}
 
 
-def _timed(actions: Iterable[PlannedAction], instance: str, goal: str) -> Iterable[Fields]:
-    """Yield a plan's actions with times; actions that start at about the same time have one class."""
+def _add_times(actions: Iterable[PlannedAction], instance: str, goal: str) -> Iterable[Fields]:
+    """Yield a plan's actions with times; actions that start at about the same time have the same class."""
     group, begun = 0, 0.0
     for number, action in enumerate(actions):
-        # the actions of a plan without times start one after another
+        # in a plan without times, an action a second starts
         start = float(number) if action.start is None else action.start
-        if start - begun > _GROUP_S:
+        if start - begun > _MAX_GROUP_GAP_S:
             group, begun = group + 1, start
         yield {
-            **_fluent(instance, (action.name, action.arguments)),
+            **_make_fluent(instance, (action.name, action.arguments)),
             "goal_instance": goal,
             "start_time": start,
             "duration": action.duration or 0.0,
@@ -301,8 +308,8 @@ def _timed(actions: Iterable[PlannedAction], instance: str, goal: str) -> Iterab
         }
 
 
-def _render(folder: Path, name: str) -> str:
-    """Return the text of a file, rendered if the file is a jinja2 template; empty if no file is named."""
+def _read_template(folder: Path, name: str) -> str:
+    """Return the text of a file, rendered if the file is a jinja2 template; empty for an empty name."""
     if not name:
         return ""
     file = folder / name
@@ -310,7 +317,7 @@ def _render(folder: Path, name: str) -> str:
         text = file.read_text("utf-8", "replace")
     except OSError as error:
         raise PddlError(f"cannot read the file: {error.strerror}", file=file) from None
-    if not any(mark in text for mark in _MARKS):
+    if not any(mark in text for mark in _TEMPLATE_MARKS):
         return text
     try:
         from jinja2 import FileSystemLoader, TemplateError  # noqa: PLC0415 - few domains are templates

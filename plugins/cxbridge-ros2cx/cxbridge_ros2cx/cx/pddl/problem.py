@@ -1,7 +1,7 @@
-"""A PDDL problem that changes: objects, fluents, functions, and several goals with filters.
+"""A PDDL problem that services change: objects, fluents, functions, and several goals with filters.
 
-Names are lower case, as in unified-planning's reader, which the original node uses. A domain may use
-undeclared requirements.
+As in the node ``pddl_manager`` of the ROS 2 CX, which reads PDDL with unified-planning, names are in lower
+case, and a domain may use requirements that it does not declare.
 """
 
 from __future__ import annotations
@@ -35,21 +35,21 @@ from cxbridge.executive.pddl.ast import (
 from cxbridge.executive.pddl.problems import problem_of_facts
 from cxbridge.executive.problem.truth import KnownState
 
-BASE: Final = "base"  # name of the goal that each problem has from the start
+BASE_GOAL: Final = "base"  # the name of the goal that each problem has from the start
 
 _REQUIREMENTS: Final = (
     ":strips :typing :negative-preconditions :disjunctive-preconditions :equality :quantified-preconditions"
     " :conditional-effects :fluents :numeric-fluents :durative-actions :adl"
 )
-_DECLARED: Final = re.compile(r"\(\s*:requirements[^()]*\)")
-_HEAD: Final = re.compile(r"\(\s*define\s*\(\s*domain\s+[^\s()]+\s*\)")
+_REQUIREMENTS_SECTION: Final = re.compile(r"\(\s*:requirements[^()]*\)")
+_DOMAIN_HEAD: Final = re.compile(r"\(\s*define\s*\(\s*domain\s+[^\s()]+\s*\)")
 _COMMENT: Final = re.compile(r";[^\n]*")
-_TIMES: Final = {"at start": "START", "at end": "END"}
-_SIGNS: Final = {"assign": "=", "increase": "+", "decrease": "-"}
+_TIME_POINTS: Final = {"at start": "START", "at end": "END"}
+_OPERATORS: Final = {"assign": "=", "increase": "+", "decrease": "-"}
 
 
-class Change(Struct, frozen=True):
-    """A change that an action makes.
+class FluentChange(Struct, frozen=True):
+    """The effect of an action on a fluent or a function.
 
     :param time_point: START or END.
     :param sign: the operator on a function's value: ``=``, ``+`` or ``-``; empty for a fluent.
@@ -63,12 +63,12 @@ class Change(Struct, frozen=True):
 
 
 class ManagedGoal(Struct):
-    """A goal and the filters of its problem; an empty filter excludes nothing."""
+    """A goal, and the names of the objects, actions and fluents that planning keeps; empty to keep all."""
 
     formulas: list[Formula] = []
-    objects: tuple[str, ...] = ()
-    actions: tuple[str, ...] = ()
-    fluents: tuple[str, ...] = ()
+    kept_objects: tuple[str, ...] = ()
+    kept_actions: tuple[str, ...] = ()
+    kept_fluents: tuple[str, ...] = ()
 
 
 class ManagedProblem:
@@ -78,26 +78,31 @@ class ManagedProblem:
     """
 
     def __init__(self, domain_text: str, problem_text: str = "", file: str = "") -> None:
-        self.domain = domain = parse_domain(_with_all_requirements(domain_text), file)
+        self.domain = domain = parse_domain(_declare_all_requirements(domain_text), file)
         self.objects: dict[str, str] = dict(pairs_of(domain.constants))
         self.fluents: dict[Ground, None] = {}  # the true fluents; a dict keeps their order
         self.functions: dict[Ground, float] = {}
-        self.goals: dict[str, ManagedGoal] = {BASE: ManagedGoal()}
+        self.goals: dict[str, ManagedGoal] = {BASE_GOAL: ManagedGoal()}
         self._parents = {name: parent or "object" for name, parent in pairs_of(domain.types)}
-        self._predicates = {predicate.name: predicate.parameters for predicate in domain.predicates}
-        self._functions = {function.name: function.parameters for function in domain.functions}
+        self._predicate_parameters = {predicate.name: predicate.parameters for predicate in domain.predicates}
+        self._function_parameters = {function.name: function.parameters for function in domain.functions}
         if problem_text:
             problem = parse_problem(_COMMENT.sub("", problem_text).lower(), domain, file)
             self.objects.update((name, kind or "object") for name, kind in pairs_of(problem.objects))
-            self.fluents = dict.fromkeys((atom.predicate, _names(atom.arguments)) for atom in problem.init)
+            self.fluents = dict.fromkeys(
+                (atom.predicate, _argument_names(atom.arguments)) for atom in problem.init
+            )
             self.functions = {
-                (call.function, _names(call.arguments)): value for call, value in problem.numbers
+                (call.function, _argument_names(call.arguments)): value for call, value in problem.numbers
             }
 
     # --- objects and facts --------------------------------------------------------------------------------
 
     def _make_ground(self, name: str, arguments: Sequence[str]) -> Ground:
-        """Return a fluent or function with its arguments, which must be objects of the problem."""
+        """Return a fluent or function with its arguments.
+
+        :raises PddlError: if an argument is not an object of the problem.
+        """
         for argument in arguments:
             if argument not in self.objects:
                 raise PddlError(f"there is no object '{argument}'")
@@ -108,7 +113,7 @@ class ManagedProblem:
 
         :raises PddlError: if the predicate or an object is unknown.
         """
-        self._check_arguments(name, arguments, self._predicates)
+        self._check_arguments(name, arguments, self._predicate_parameters)
         ground = self._make_ground(name, arguments)
         if value:
             self.fluents[ground] = None
@@ -120,7 +125,7 @@ class ManagedProblem:
 
         :raises PddlError: if the function or an object is unknown.
         """
-        self._check_arguments(name, arguments, self._functions)
+        self._check_arguments(name, arguments, self._function_parameters)
         self.functions[self._make_ground(name, arguments)] = value
 
     @staticmethod
@@ -151,7 +156,7 @@ class ManagedProblem:
         return [name for name, kind in self.objects.items() if not kinds or self._is_subtype(kind, kinds)]
 
     def _is_subtype(self, kind: str, kinds: Sequence[str]) -> bool:
-        visited: set[str] = set()  # types may inherit from each other in a circle
+        visited: set[str] = set()  # a domain may have types that inherit from each other in a circle
         while kind not in kinds and kind in self._parents and kind not in visited:
             visited.add(kind)
             kind = self._parents[kind]
@@ -162,7 +167,7 @@ class ManagedProblem:
 
     # --- actions ------------------------------------------------------------------------------------------
 
-    def _bind(
+    def _bind_arguments(
         self, action: str, arguments: Sequence[str]
     ) -> tuple[Formula | None, Formula | None, dict[str, str]]:
         """Return the condition and the effect of an action, and the values of its variables."""
@@ -178,49 +183,56 @@ class ManagedProblem:
             dict(zip(variables, self._make_ground(action, arguments)[1], strict=True)),
         )
 
-    def unsatisfied(self, action: str, arguments: Sequence[str]) -> list[str]:
+    def unsatisfied_conditions(self, action: str, arguments: Sequence[str]) -> list[str]:
         """Return the unsatisfied start conditions of an action.
 
         :raises PddlError: if the action or an object is unknown.
         """
-        condition, _, bound = self._bind(action, arguments)
+        condition, _, bindings = self._bind_arguments(action, arguments)
         truth = KnownState(self.fluents, self.functions, self.instances_of)
         return [
-            _format_condition(conjunct, bound)
-            for time, conjunct in _conjuncts(condition)
-            if time == "START" and not conjunct.holds(truth, bound)
+            _format_condition(conjunct, bindings)
+            for time, conjunct in _find_conjuncts(condition)
+            if time == "START" and not conjunct.holds(truth, bindings)
         ]
 
-    def changes(self, action: str, arguments: Sequence[str]) -> Iterator[Change]:
+    def action_changes(self, action: str, arguments: Sequence[str]) -> Iterator[FluentChange]:
         """Yield the changes that an action makes.
 
         :raises PddlError: if the action or an object is unknown, or an effect is conditional.
         """
-        _, effect, bound = self._bind(action, arguments)
+        _, effect, bindings = self._bind_arguments(action, arguments)
         truth = KnownState(self.fluents, self.functions, self.instances_of)
-        for time, conjunct in _conjuncts(effect):
+        for time, conjunct in _find_conjuncts(effect):
             match conjunct:
                 case Atom(predicate=name, arguments=terms):
-                    yield Change((name, _names(terms, bound)), time, "", 1.0)
+                    yield FluentChange((name, _argument_names(terms, bindings)), time, "", 1.0)
                 case Not(part=Atom(predicate=name, arguments=terms)):
-                    yield Change((name, _names(terms, bound)), time, "", 0.0)
+                    yield FluentChange((name, _argument_names(terms, bindings)), time, "", 0.0)
                 case NumericChange(operator=sign, target=FunctionTerm() as target, amount=amount) if (
-                    sign in _SIGNS
+                    sign in _OPERATORS
                 ):
-                    value = truth.number(amount, bound)
+                    value = truth.number(amount, bindings)
                     if value is None:
                         raise PddlError(
                             f"'{action}' changes {target.function} by an expression without a value"
                         )
-                    yield Change(
-                        (target.function, _names(target.arguments, bound)), time, _SIGNS[sign], value
+                    yield FluentChange(
+                        (target.function, _argument_names(target.arguments, bindings)),
+                        time,
+                        _OPERATORS[sign],
+                        value,
                     )
                 case _:
                     raise PddlError(f"an effect of '{action}' is neither a fluent nor a function")
 
     # --- goals --------------------------------------------------------------------------------------------
 
-    def goal(self, name: str) -> ManagedGoal:
+    def find_goal(self, name: str) -> ManagedGoal:
+        """Return a goal of the problem.
+
+        :raises PddlError: if there is no such goal.
+        """
         if name not in self.goals:
             raise PddlError(f"there is no goal instance '{name}'", hint=f"there are: {', '.join(self.goals)}")
         return self.goals[name]
@@ -230,86 +242,91 @@ class ManagedProblem:
 
         :raises PddlError: if the goal, the predicate or an object is unknown.
         """
-        self._check_arguments(name, arguments, self._predicates)
+        self._check_arguments(name, arguments, self._predicate_parameters)
         ground = self._make_ground(name, arguments)
-        self.goal(goal).formulas.append(Atom(name, tuple(map(Constant, ground[1]))))
+        self.find_goal(goal).formulas.append(Atom(name, tuple(map(Constant, ground[1]))))
 
     def add_goal_function(self, goal: str, name: str, arguments: Sequence[str], value: float) -> None:
         """Add a function value to a goal.
 
         :raises PddlError: if the goal, the function or an object is unknown.
         """
-        self._check_arguments(name, arguments, self._functions)
+        self._check_arguments(name, arguments, self._function_parameters)
         ground = self._make_ground(name, arguments)
         term = FunctionTerm(name, tuple(map(Constant, ground[1])))
-        self.goal(goal).formulas.append(TermComparison("=", term, Constant(f"{value:g}")))
+        self.find_goal(goal).formulas.append(TermComparison("=", term, Constant(f"{value:g}")))
 
-    def filtered(self, goal: str, name: str) -> tuple[Domain, Problem]:
-        """Return the domain and the problem of a goal, with the goal's filters applied."""
-        selected = self.goal(goal)
-        objects, fluents = _filter(selected.objects), _filter(selected.fluents)
-        actions = _filter(selected.actions)
+    def filter_problem(self, goal: str, name: str) -> tuple[Domain, Problem]:
+        """Return the domain and the problem of a goal, with the filters of the goal applied.
+
+        :param name: the name of the returned problem.
+        """
+        managed_goal = self.find_goal(goal)
+        is_kept_object = _make_filter(managed_goal.kept_objects)
+        is_kept_fluent = _make_filter(managed_goal.kept_fluents)
+        is_kept_action = _make_filter(managed_goal.kept_actions)
         domain = self.domain
-        if selected.actions:  # without its text, which has all actions: planners then get the kept actions
-            kept_actions = tuple(action for action in domain.actions if actions(action.name))
+        if managed_goal.kept_actions:
+            kept_actions = tuple(action for action in domain.actions if is_kept_action(action.name))
+            # without the text, which has all actions: planners then get a text of the kept actions
             domain = replace(domain, actions=kept_actions, text="")
 
         def is_kept(ground: Ground) -> bool:
-            return fluents(ground[0]) and all(map(objects, ground[1]))
+            return is_kept_fluent(ground[0]) and all(map(is_kept_object, ground[1]))
 
         problem = problem_of_facts(
             domain,
-            [(name, kind) for name, kind in self.objects.items() if objects(name)],
+            [(name, kind) for name, kind in self.objects.items() if is_kept_object(name)],
             [fluent for fluent in self.fluents if is_kept(fluent)],
-            And(tuple(selected.formulas)),
+            And(tuple(managed_goal.formulas)),
             re.sub(r"\W", "_", name) or "problem",
             [(ground, value) for ground, value in self.functions.items() if is_kept(ground)],
         )
         return domain, problem
 
 
-def _filter(names: tuple[str, ...]) -> Callable[[str], bool]:
+def _make_filter(names: tuple[str, ...]) -> Callable[[str], bool]:
     return lambda name: not names or name in names
 
 
-def _with_all_requirements(text: str) -> str:
-    """Return a domain in lower case that declares all requirements."""
-    plain = _DECLARED.sub("", _COMMENT.sub("", text).lower())
-    return _HEAD.sub(lambda head: f"{head[0]} (:requirements {_REQUIREMENTS})", plain, count=1)
+def _declare_all_requirements(text: str) -> str:
+    """Return a domain without comments, in lower case, that declares all requirements."""
+    stripped_text = _REQUIREMENTS_SECTION.sub("", _COMMENT.sub("", text).lower())
+    return _DOMAIN_HEAD.sub(lambda head: f"{head[0]} (:requirements {_REQUIREMENTS})", stripped_text, count=1)
 
 
-def _names(terms: Sequence[Term], bound: dict[str, str] | None = None) -> tuple[str, ...]:
+def _argument_names(terms: Sequence[Term], bindings: dict[str, str] | None = None) -> tuple[str, ...]:
     names = []
     for term in terms:
-        if isinstance(term, Variable) and bound is not None:
-            names.append(bound.get(term.name, term.name))
+        if isinstance(term, Variable) and bindings is not None:
+            names.append(bindings.get(term.name, term.name))
         else:
             names.append(getattr(term, "name", ""))
     return tuple(names)
 
 
-def _conjuncts(formula: Formula | None, time: str = "START") -> Iterator[tuple[str, Formula]]:
-    """Yield the formulas of a conjunction with their time points."""
+def _find_conjuncts(formula: Formula | None, time: str = "START") -> Iterator[tuple[str, Formula]]:
+    """Yield the formulas of a conjunction, each after its time point: START, END or ALL."""
     match formula:
         case None:
             return
         case And(parts=formulas):
             for conjunct in formulas:
-                yield from _conjuncts(conjunct, time)
+                yield from _find_conjuncts(conjunct, time)
         case Timed(when=when, part=timed):
-            yield from _conjuncts(timed, _TIMES.get(when, "ALL"))
+            yield from _find_conjuncts(timed, _TIME_POINTS.get(when, "ALL"))
         case _:
             yield time, formula
 
 
-def _format_condition(formula: Formula, bound: dict[str, str]) -> str:
+def _format_condition(formula: Formula, bindings: dict[str, str]) -> str:
     """Return a condition in unified-planning's notation."""
     match formula:
         case Atom(predicate=name, arguments=terms):
-            arguments = ", ".join(_names(terms, bound))
+            arguments = ", ".join(_argument_names(terms, bindings))
             return f"{name}({arguments})" if arguments else name
         case Not(part=negated):
-            return f"(not {_format_condition(negated, bound)})"
+            return f"(not {_format_condition(negated, bindings)})"
         case _:
             from cxbridge.executive.pddl.printer import format_formula  # noqa: PLC0415 - few conditions are neither atoms nor negations
 

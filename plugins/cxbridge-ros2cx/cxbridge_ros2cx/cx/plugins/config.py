@@ -1,4 +1,7 @@
-"""``cx::ConfigPlugin``: values of YAML files as facts ``confval``."""
+"""The plug-in ``cx::ConfigPlugin``: values of YAML files as facts ``confval``.
+
+Rules call ``config-load`` with a file and a prefix: the keys that lead to the values, separated by slashes.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ _TEMPLATE: Final = (
     " (slot is-list (type SYMBOL) (allowed-values TRUE FALSE) (default FALSE)) (multislot list-value))"
 )
 
-# a quoted or a plain key; a quoted key may contain slashes
+# a quoted or an unquoted key of a prefix; a quoted key may contain slashes
 _SEGMENT: Final = re.compile(r"'([^']*)'|([^/']+)")
 
 Slots = dict[str, Value]
@@ -38,49 +41,52 @@ class ConfigPlugin(CxPlugin):
             "config-load", lambda file, prefix: self._load(env, Path(file), prefix), 2, types="*;sy;sy"
         )
 
-    def split(self, prefix: str) -> tuple[str, list[str]]:
+    def split_prefix(self, prefix: str) -> tuple[str, list[str]]:
         """Return the path prefix of the facts, and the keys that lead to the values."""
         path = f"/{prefix.removeprefix('/')}".removesuffix("/") if prefix else ""
         return path, [segment for segment in path.split("/") if segment]
 
     def _load(self, env: ClipsEnvironment, file: Path, prefix: str) -> None:
         """Assert a fact for each value below a prefix of a YAML file."""
-        path, segments = self.split(prefix)
+        path, segments = self.split_prefix(prefix)
         try:
             data = file.read_bytes()
         except OSError as error:
             self.log.error(str(ConfigError(f"cannot read the file: {error.strerror}", file=file)))
             return
         try:
-            # as in the original, only the first document of the file counts
-            node = _below(parse_documents(data, str(file))[:1], segments, str(file))
-            for slots in self.facts(node, path):
+            # as in the ROS 2 CX, only the first document of the file counts
+            node = _find_node(parse_documents(data, str(file))[:1], segments, str(file))
+            for slots in self.make_slots(node, path):
                 env.assert_fact("confval", slots)
         except ConfigError as error:
             self.log.error(str(error))
 
-    def facts(self, node: YamlNode | None, path: str) -> Iterator[Slots]:
-        return _facts(node, path)
+    def make_slots(self, node: YamlNode | None, path: str) -> Iterator[Slots]:
+        return _map_slots(node, path)
 
 
-class NewerConfigPlugin(ConfigPlugin):
-    """The plug-in since pull request 33 (June 2026): quoted keys, and prefixes of lists and scalars."""
+class QuotedKeyConfigPlugin(ConfigPlugin):
+    """The plug-in since pull request 33 of carologistics/clips_executive (June 2026).
 
-    def split(self, prefix: str) -> tuple[str, list[str]]:
+    Keys of a prefix may be quoted, and a prefix may lead to a list or a scalar.
+    """
+
+    def split_prefix(self, prefix: str) -> tuple[str, list[str]]:
         """Return the path prefix of the facts, and the keys; single quotes enclose one key."""
-        segments = [quoted or plain for quoted, plain in _SEGMENT.findall(prefix)]
+        segments = [quoted or unquoted for quoted, unquoted in _SEGMENT.findall(prefix)]
         return "".join(f"/{segment}" for segment in segments), segments
 
-    def facts(self, node: YamlNode | None, path: str) -> Iterator[Slots]:
+    def make_slots(self, node: YamlNode | None, path: str) -> Iterator[Slots]:
         if isinstance(node, YamlList):
-            yield from _list_facts(node, path)
+            yield from _list_slots(node, path)
         elif isinstance(node, YamlScalar):
-            yield {"path": path, **_scalar(node)}
+            yield {"path": path, **_scalar_slots(node)}
         else:
-            yield from _facts(node, path)
+            yield from _map_slots(node, path)
 
 
-def _below(roots: list[YamlNode], segments: list[str], file: str) -> YamlNode | None:
+def _find_node(roots: list[YamlNode], segments: list[str], file: str) -> YamlNode | None:
     """Return the node below the keys of a prefix."""
     node = roots[0] if roots else None
     for segment in segments:
@@ -92,41 +98,41 @@ def _below(roots: list[YamlNode], segments: list[str], file: str) -> YamlNode | 
     return node
 
 
-def _facts(node: YamlNode | None, path: str, *, in_list: bool = False) -> Iterator[Slots]:
+def _map_slots(node: YamlNode | None, path: str, *, in_list: bool = False) -> Iterator[Slots]:
     """Yield the slots of the facts for the values below a map; within a list each value is a string."""
     for key, value in node.pairs if isinstance(node, YamlMap) else ():
         name = key.text if isinstance(key, YamlScalar) else ""
         if isinstance(value, YamlMap):
-            yield from _facts(value, f"{path}/{name}", in_list=in_list)
+            yield from _map_slots(value, f"{path}/{name}", in_list=in_list)
         elif isinstance(value, YamlList):
-            yield from _list_facts(value, f"{path}/{name}")
+            yield from _list_slots(value, f"{path}/{name}")
         elif value.null:
             raise value.mark.error("NULL YAML KEY")
         else:
-            slots = _scalar(value)
-            # the type stays that of the scalar, only the value is text
+            slots = _scalar_slots(value)
+            # as in the ROS 2 CX, within a list the value is a STRING, but the type is that of the scalar
             yield {"path": f"{path}/{name}", **slots, **({"value": value.text} if in_list else {})}
 
 
-def _list_facts(node: YamlList, path: str) -> Iterator[Slots]:
-    """Yield the slots of the facts for a list: all scalars as one fact, maps by their indices."""
+def _list_slots(node: YamlList, path: str) -> Iterator[Slots]:
+    """Yield the slots of the facts for a list: one fact has all scalars; maps are named by their indices."""
     scalars = tuple(item.text for item in node.items if isinstance(item, YamlScalar))
     if scalars:
         yield {"path": path, "type": Symbol("STRING"), "is-list": TRUE, "list-value": scalars}
-    # scalars have no index, so they do not count
+    # as in the ROS 2 CX, an index counts maps and lists, but no scalars
     nested = [item for item in node.items if not isinstance(item, YamlScalar)]
     for index, item in enumerate(nested):
         if isinstance(item, YamlList):
-            yield from _list_facts(item, f"{path}/{index}")
+            yield from _list_slots(item, f"{path}/{index}")
         else:
-            yield from _facts(item, f"{path}/{index}", in_list=True)
+            yield from _map_slots(item, f"{path}/{index}", in_list=True)
 
 
-def _scalar(node: YamlScalar) -> Slots:
+def _scalar_slots(node: YamlScalar) -> Slots:
     kind = scalar_type(node.text)
     value: Value = node.text
     if kind == "BOOL":
-        # as in the original, only these two words are changed: yes stays yes
+        # as in the ROS 2 CX, only these two words are changed: yes stays yes
         value = Symbol(node.text.upper() if node.text in ("true", "false") else node.text)
     elif kind != "STRING":
         value = clips_scalar(node.text)

@@ -1,4 +1,4 @@
-"""``cx::ExamplePlugin``: logs its life cycle."""
+"""The plug-in ``cx::ExamplePlugin``, a template for authors of plug-ins."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class ExamplePlugin(CxPlugin):
-    """Logs each environment and nothing else."""
+    """Logs the creation and the end of each environment."""
 
     def init_context(self, env: ClipsEnvironment) -> None:
         self.log.info(f"Initializing plugin for environment {env.name}")

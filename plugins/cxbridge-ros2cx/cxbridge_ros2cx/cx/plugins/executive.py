@@ -1,4 +1,4 @@
-"""``cx::ExecutivePlugin``: ticks and time facts."""
+"""The plug-in ``cx::ExecutivePlugin``: runs the rules of its environments at a fixed rate."""
 
 from __future__ import annotations
 
@@ -15,36 +15,36 @@ if TYPE_CHECKING:
     from cxbridge_ros2.node import Publisher
     from cxbridge_ros2cx.cx.parameters import NodeParameters
 
-CLASS: Final = "cx::ExecutivePlugin"
-_REFRESHED: Final = "clips_executive/refresh_agenda"
-_DEFAULT_HZ: Final = 10  # the original's default
-_MAX_HZ: Final = 10_000
-_SALIENCE: Final = "?*PRIORITY-TIME-RETRACT*"
-# the time fact is retracted last, so that each rule has seen it before
+CLASS_NAME: Final = "cx::ExecutivePlugin"
+_REFRESH_TOPIC: Final = "clips_executive/refresh_agenda"
+_DEFAULT_HZ: Final = 10  # the default of the ROS 2 CX
+_MAX_HZ: Final = 10_000  # far above useful rates: a typing error would only load the processor
+_SALIENCE_GLOBAL: Final = "?*PRIORITY-TIME-RETRACT*"
+# the rule with the lowest salience retracts the time fact, after all further rules could use the fact
 _CONSTRUCTS: Final = (
-    f"(defglobal {_SALIENCE} = -10000)",
-    f"(defrule time-retract (declare (salience {_SALIENCE})) ?time <- (time $?) => (retract ?time))",
+    f"(defglobal {_SALIENCE_GLOBAL} = -10000)",
+    f"(defrule time-retract (declare (salience {_SALIENCE_GLOBAL})) ?time <- (time $?) => (retract ?time))",
 )
 
 
 class ExecutivePlugin(CxPlugin):
     """Runs the rules of its environments at its rate, each time with a fact ``(time SECONDS)``."""
 
-    refreshed_type = "std_msgs/msg/Empty"
+    refresh_type = "std_msgs/msg/Empty"
 
     @property
-    def refreshed_topic(self) -> str:
-        return self.context.ros.full_name(_REFRESHED)
+    def refresh_topic(self) -> str:
+        return self.context.ros.full_name(_REFRESH_TOPIC)
 
     def initialize(self) -> None:
         """Read the rate and start the timer."""
         self._asserts_time = self.parameters.get(self.parameter("assert_time"), default=True)
-        self._timer = RefreshTimer(self.context.clock, period_us(self.name, self.parameters))
-        self._times: dict[StockEnvironment, NumberFact] = {}
-        self._refreshed: Publisher | None = None
+        self._timer = RefreshTimer(self.context.clock, read_period_us(self.name, self.parameters))
+        self._time_facts: dict[StockEnvironment, NumberFact] = {}
+        self._refresh_publisher: Publisher | None = None
         if self.parameters.get(self.parameter("publish_on_refresh"), default=False):
-            self._refreshed = self.context.ros.node.create_publisher(
-                self.refreshed_topic, self.refreshed_type
+            self._refresh_publisher = self.context.ros.node.create_publisher(
+                self.refresh_topic, self.refresh_type
             )
 
     def init_context(self, env: ClipsEnvironment) -> None:
@@ -52,41 +52,41 @@ class ExecutivePlugin(CxPlugin):
         if isinstance(env, StockEnvironment):
             for name in ("now", "now-systime"):
                 env.define(name, self._now_s)
-            self._init_times(env)
-        else:  # the environment of an inspection, in which no rule fires
+            self._init_time_fact(env)
+        else:  # an environment for inspection, in which no rule fires
             env.time_of = lambda time_us: (time_us / MICROSECONDS,)
 
-    def _init_times(self, env: StockEnvironment) -> None:
-        if env not in self._times:  # a plug-in that is loaded again only defines its functions
+    def _init_time_fact(self, env: StockEnvironment) -> None:
+        if env not in self._time_facts:  # an environment may load the plug-in twice
             for construct in _CONSTRUCTS:
                 env.build(construct)
             env.eval("(unwatch facts time)")
             env.eval("(unwatch rules time-retract)")
-            self._times[env] = NumberFact(env.env, "time")
+            self._time_facts[env] = NumberFact(env.env, "time")
 
     def _now_s(self) -> float:
         return self.context.clock.now_us() / MICROSECONDS
 
     def tick(self) -> None:
-        """When a tick is due, run the rules of the environments in the order in which they were loaded."""
+        """When a tick is due, run the rules of the environments, in the order of their loading."""
         if not self._timer.advance_if_due():
             return
-        for env, time in list(self._times.items()):
+        for env, time_fact in list(self._time_facts.items()):
             with env.lock:
                 if self._asserts_time:
-                    time.add(self._now_s())
+                    time_fact.add(self._now_s())
                 self.context.run_environment(env)
-        if self._refreshed is not None:
-            self._refreshed.publish({})
+        if self._refresh_publisher is not None:
+            self._refresh_publisher.publish({})
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Stop running the rules of the environment."""
-        time = self._times.pop(env, None) if isinstance(env, StockEnvironment) else None
-        if time is not None:
-            time.dispose()
+        time_fact = self._time_facts.pop(env, None) if isinstance(env, StockEnvironment) else None
+        if time_fact is not None:
+            time_fact.dispose()
 
 
-def period_us(plugin: str, parameters: NodeParameters) -> int:
+def read_period_us(plugin: str, parameters: NodeParameters) -> int:
     """Return the time between two ticks of an executive plug-in.
 
     :raises ConfigError: if the rate is not an integer from 1 to 10000.
@@ -94,15 +94,15 @@ def period_us(plugin: str, parameters: NodeParameters) -> int:
     name = f"{plugin}.refresh_rate"
     rate = parameters.get(name, _DEFAULT_HZ)
     if not 0 < rate <= _MAX_HZ:
-        raise parameters.wrong(name, f"cannot be {rate}", f"Hz, from 1 to {_MAX_HZ}")
+        raise parameters.make_error(name, f"cannot be {rate}", f"Hz, from 1 to {_MAX_HZ}")
     return MICROSECONDS // rate
 
 
-def tick_period_us(parameters: NodeParameters) -> int:
-    """Return the tick period of the fastest executive plug-in, by default that of the original."""
+def shortest_period_us(parameters: NodeParameters) -> int:
+    """Return the shortest time between two ticks of the executive plug-ins in the parameters."""
     plugins = [
         name.removesuffix(".plugin")
         for name, parameter in parameters
-        if parameter.value == CLASS and "." in name
+        if parameter.value == CLASS_NAME and "." in name
     ]
-    return min((period_us(name, parameters) for name in plugins), default=MICROSECONDS // _DEFAULT_HZ)
+    return min((read_period_us(name, parameters) for name in plugins), default=MICROSECONDS // _DEFAULT_HZ)

@@ -1,4 +1,4 @@
-"""``cx::FileLoadPlugin``: the CLIPS files of an environment."""
+"""The plug-in ``cx::FileLoadPlugin``: loads the CLIPS files of an environment."""
 
 from __future__ import annotations
 
@@ -14,61 +14,58 @@ from cxbridge_ros2cx.cx.plugin import CxPlugin
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-_LISTS = ("load", "batch", "cleanup_batch")
+_FILE_LISTS = ("load", "batch", "cleanup_batch")
 
 
 class FileLoadPlugin(CxPlugin):
-    """Loads and executes files in a new environment, and clean-up files at its end."""
+    """Loads files into a new environment, then executes batch files, and clean-up files at the end."""
 
     def initialize(self) -> None:
-        """Find the files: absolute paths, or files in the share folders of packages.
-
-        Missing files are logged; the existing ones are loaded.
-        """
-        self._files: dict[str, list[Path]] = {name: [] for name in _LISTS}
+        """Find the files, by absolute paths or in the share folders of packages; log the missing files."""
+        self._files: dict[str, list[Path]] = {name: [] for name in _FILE_LISTS}
         packages = self.parameters.get_strings(self.parameter("pkg_share_dirs"))
-        folders = [folder for package in packages if (folder := self._share(package)) is not None]
-        for name in _LISTS:
+        folders = [folder for package in packages if (folder := self._find_share_folder(package)) is not None]
+        for name in _FILE_LISTS:
             for file in self.parameters.get_strings(self.parameter(name)):
-                # joined to any folder, an absolute path stays itself; without folders, only absolute paths
-                # count
+                # `folder / file` is `file` if that is absolute; without any folder, only absolute paths are
+                # found
                 candidates = [folder / file for folder in folders] or [Path(file)] * Path(file).is_absolute()
                 path = next((path for path in candidates if path.is_file()), None)
                 if path is None:
-                    self.log.error(str(self._missing(name, file, folders)))
+                    self.log.error(str(self._missing_file_error(name, file, folders)))
                 else:
                     self._files[name].append(path.resolve())
 
-    def _share(self, package: str) -> Path | None:
-        folder = self.context.packages.share(package)
+    def _find_share_folder(self, package: str) -> Path | None:
+        folder = self.context.packages.share_folder(package)
         if folder is None:
             fault = f"names a package that is not there: {package}"
             hint = "name a checkout or workspace that has the package with --ros2cx, or source a ROS"
-            self.log.error(str(self.parameters.wrong(self.parameter("pkg_share_dirs"), fault, hint)))
+            self.log.error(str(self.parameters.make_error(self.parameter("pkg_share_dirs"), fault, hint)))
         return folder
 
-    def _missing(self, name: str, file: str, folders: list[Path]) -> ConfigError:
+    def _missing_file_error(self, name: str, file: str, folders: list[Path]) -> ConfigError:
         searched = ", ".join(map(str, folders)) or "no folder"
-        return self.parameters.wrong(
+        return self.parameters.make_error(
             self.parameter(name), f"names a file that is not there: {file}", f"searched: {searched}"
         )
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Load the files, then execute the batch files."""
         self.log.info(f"Initializing plugin for environment {env.name}")
-        if self.context.is_look:  # the caller loads the files
+        if self.context.is_inspection:  # the caller loads the files
             return
         for name, execute in (("load", env.load), ("batch", env.batch)):
             for file in self._files[name]:
-                # since pull request 33, each file starts in MAIN: the previous file may have left another
+                # since pull request 33, each file starts in MAIN: the previous file may have changed the
                 # module
-                if self.context.is_newer:
+                if self.context.has_2026_changes:
                     env.call("set-current-module", Symbol("MAIN"))
                 if not execute(file):
-                    # the text of the original
+                    # the text of the ROS 2 CX
                     raise ClipsError(f"Failed to load file '{file}' failed!, aborting...")
 
-    def files(self) -> list[LoadedFile]:
+    def loaded_files(self) -> list[LoadedFile]:
         """Return the files that are loaded or executed, including the clean-up files."""
         loaded_files = []
         for name, files in self._files.items():
@@ -79,5 +76,5 @@ class FileLoadPlugin(CxPlugin):
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Execute the clean-up files."""
-        for file in () if self.context.is_look else self._files["cleanup_batch"]:
+        for file in () if self.context.is_inspection else self._files["cleanup_batch"]:
             env.batch(file)

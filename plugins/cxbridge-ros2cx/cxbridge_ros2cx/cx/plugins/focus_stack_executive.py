@@ -1,6 +1,8 @@
-"""``cx::ExecutivePlugin`` since pull request 33 of carologistics/clips_executive (June 2026).
+"""The plug-in ``cx::ExecutivePlugin`` since pull request 33 of carologistics/clips_executive (June 2026).
 
-It runs rules in passes over a focus stack, up to a limit, and offers services.
+A tick runs the rules in passes: each pass focuses on the CLIPS modules of a configured stack, one after
+another, until no rule fires or a limit is reached. Services pause and resume the ticks, and evaluate CLIPS
+commands.
 """
 
 from __future__ import annotations
@@ -23,8 +25,8 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge_ros2.messages import Message
 
-_MAIN: Final = "MAIN"
-# the original's texts about the error codes of CLIPS
+_MAIN_MODULE: Final = "MAIN"
+# the texts of the ROS 2 CX for the error codes of CLIPS
 _EVAL_ERRORS: Final = {
     "EE_PARSING_ERROR": "syntax error while parsing the expression.",
     "EE_PROCESSING_ERROR": "error occurred while executing the parsed expression.",
@@ -36,24 +38,24 @@ _BUILD_ERRORS: Final = {
 }
 
 
-class NewerExecutivePlugin(ExecutivePlugin):
-    """Runs rules in passes until none fires; the first pass of a tick has the fact ``(time SECONDS)``."""
+class FocusStackExecutivePlugin(ExecutivePlugin):
+    """Runs rules in passes until no rule fires; in the first pass of a tick there is a time fact."""
 
-    refreshed_type = "std_msgs/msg/Int64"
+    refresh_type = "std_msgs/msg/Int64"
 
     def initialize(self) -> None:
         """Read the parameters, start the timer and offer the services."""
         super().initialize()
         self._is_paused = not self.parameters.get(self.parameter("autostart"), default=True)
-        self._managed: list[StockEnvironment] = []
+        self._environments: list[StockEnvironment] = []
         if self.context.ros.has_peers:
-            self._serve()
+            self._offer_services()
 
     @property
-    def refreshed_topic(self) -> str:
+    def refresh_topic(self) -> str:
         return f"{self.parameters.name}/{self.name}/refresh_agenda"
 
-    def _serve(self) -> None:
+    def _offer_services(self) -> None:
         node, prefix = self.context.ros.node, f"{self.parameters.name}/{self.name}"
         for name, trigger in (
             ("pause", self._pause),
@@ -61,49 +63,49 @@ class NewerExecutivePlugin(ExecutivePlugin):
             ("tick_once", self._tick_once),
         ):
             node.serve(f"{prefix}/{name}", "std_srvs/srv/Trigger", trigger, right=Right.CONTROL)
-        try:  # the types are those of cx_msgs, which a run without a workspace lacks
+        try:  # the package cx_msgs with the types is missing if no workspace is named
             for name, command in (("eval", self._eval), ("build", self._build)):
                 node.serve(f"{prefix}/{name}", "cx_msgs/srv/ClipsCommand", command, right=Right.PROGRAMS)
         except Ros2Error as error:
             self.log.warn(f"eval and build are not offered: {error.message}")
 
-    def _init_times(self, env: StockEnvironment) -> None:
+    def _init_time_fact(self, env: StockEnvironment) -> None:
         # (unwatch facts time) needs the template, which the first fact creates
         index = env.assert_string(f"(time {self._now_s()})")
         env.eval("(unwatch facts time)")
         if index is not None:
             env.retract(index)
-        if env not in self._managed:
-            self._managed.append(env)
+        if env not in self._environments:
+            self._environments.append(env)
 
     # --- ticks --------------------------------------------------------------------------------------------
 
     def tick(self) -> None:
         """Run the rules of the environments when a tick is due, unless paused."""
         if self._timer.advance_if_due() and not self._is_paused:
-            self._run_all()
+            self._run_environments()
 
-    def _run_all(self) -> None:
+    def _run_environments(self) -> None:
         fired = 0
-        for env in list(self._managed):
+        for env in list(self._environments):
             with env.lock:
                 fired += self._run_passes(env)
-        if self._refreshed is not None:
-            self._refreshed.publish({"data": fired})
+        if self._refresh_publisher is not None:
+            self._refresh_publisher.publish({"data": fired})
 
     def _run_passes(self, env: StockEnvironment) -> int:
         """Run passes until no rule fires or the limit is reached."""
         stack, limit = self._focus_stack(env), self.parameters.get(f"{env.name}.rule_limit", -1)
-        env.call("set-current-module", Symbol(_MAIN))
-        time = env.assert_ordered("time", (self._now_s(),)) if self._asserts_time else None
+        env.call("set-current-module", Symbol(_MAIN_MODULE))
+        time_fact = env.assert_ordered("time", (self._now_s(),)) if self._asserts_time else None
         fired = 0
         while True:
-            passed = self._run_pass(env, stack, limit)
-            if time is not None:  # rules of later passes do not see the time
-                env.retract(time)
-                time = None
-            fired += passed
-            if not passed:
+            pass_firings = self._run_pass(env, stack, limit)
+            if time_fact is not None:  # the time fact is for the first pass only
+                env.retract(time_fact)
+                time_fact = None
+            fired += pass_firings
+            if not pass_firings:
                 return fired
             if 0 <= limit <= fired:
                 self.log.error(f"Env '{env.name}': Rule fire limit of {limit} was reached.")
@@ -115,16 +117,16 @@ class NewerExecutivePlugin(ExecutivePlugin):
             return env.run(limit)
         fired = 0
         for module in stack:
-            if stack != [_MAIN]:  # MAIN alone has the focus already
+            if stack != [_MAIN_MODULE]:  # in a stack of MAIN alone, MAIN has the focus already
                 env.call("focus", Symbol(module))
             fired += self.context.run_environment(env)
         return fired
 
     def _focus_stack(self, env: StockEnvironment) -> list[str]:
-        """Return the modules of the focus stack; unknown modules are logged and left out."""
+        """Return the modules of the focus stack; log and omit unknown modules."""
         name = f"{env.name}.focus_stack"
         if self.parameters.find(name) is None:
-            return [_MAIN]
+            return [_MAIN_MODULE]
         modules = []
         for module in self.parameters.get_strings(name):
             if lib.FindDefmodule(env.env, encode(module)) == ffi.NULL:
@@ -149,30 +151,30 @@ class NewerExecutivePlugin(ExecutivePlugin):
         return {"success": True, "message": f"executive {change}."}
 
     def _tick_once(self, _request: Message) -> Message:
-        self._run_all()
+        self._run_environments()
         return {"success": True, "message": "Tick executed."}
 
-    def _command(
+    def _run_command(
         self,
         request: Message,
-        act: Callable[[StockEnvironment, bytes], int],
+        execute: Callable[[StockEnvironment, bytes], int],
         operation: str,
         errors: dict[str, str],
     ) -> Mapping[str, Any]:
         name = request["env_name"]
         # an empty name means the first environment
-        env = next((env for env in self._managed if name in ("", env.name)), None)
+        env = next((env for env in self._environments if name in ("", env.name)), None)
         if env is None:
-            error = f"Environment '{name}' not found." if self._managed else "No environments available."
+            error = f"Environment '{name}' not found." if self._environments else "No environments available."
             return {"success": False, "message": error}
         with env.lock:
-            code = act(env, encode(request["command"]))
+            code = execute(env, encode(request["command"]))
             env.api.clear_halt()
         reason = next((text for name, text in errors.items() if getattr(lib, name) == code), "")
         return {"success": not reason, "message": f"{operation} failed: {reason}" if reason else ""}
 
     def _eval(self, request: Message) -> Mapping[str, Any]:
-        return self._command(
+        return self._run_command(
             request,
             lambda env, text: int(lib.Eval(env.env, text, ffi.new("CLIPSValue *"))),
             "Eval",
@@ -180,8 +182,10 @@ class NewerExecutivePlugin(ExecutivePlugin):
         )
 
     def _build(self, request: Message) -> Mapping[str, Any]:
-        return self._command(request, lambda env, text: int(lib.Build(env.env, text)), "Build", _BUILD_ERRORS)
+        return self._run_command(
+            request, lambda env, text: int(lib.Build(env.env, text)), "Build", _BUILD_ERRORS
+        )
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Stop running the rules of the environment."""
-        self._managed = [managed for managed in self._managed if managed is not env]
+        self._environments = [other for other in self._environments if other is not env]

@@ -1,6 +1,7 @@
-"""``cx::CX<Package><Type>Plugin``: the generated plug-ins of the original, per message, service or action.
+"""The plug-ins ``cx::CX<Package><Type>Plugin``, one for each ROS message, service or action.
 
-Here the class is built at run time from the definition of the type.
+The build of the ROS 2 CX generates these classes. Here :class:`GeneratedPlugin` reads the definition of the
+type when an environment loads the plug-in.
 """
 
 from __future__ import annotations
@@ -20,64 +21,77 @@ if TYPE_CHECKING:
     from cxbridge_ros2.actions import GoalHandler
     from cxbridge_ros2cx.cx.plugin import NodeContext
 
-# The messages in a definition of a service or an action.
-SECTIONS: Final = {"msg": (), "srv": ("Request", "Response"), "action": ("Goal", "Feedback", "Result")}
+# the message types that a definition contains, by the kind of the definition
+MESSAGE_SECTIONS: Final = {
+    "msg": (),
+    "srv": ("Request", "Response"),
+    "action": ("Goal", "Feedback", "Result"),
+}
 
-CLASS: Final = re.compile(r"cx::CX(\w+)Plugin")
-# the ends of words in StdMsgsTFMessage: T|F and s|T
-_UPPER: Final = re.compile(r"([A-Z])(?=[A-Z][a-z])")
-_WORD: Final = re.compile(r"([a-z0-9])([A-Z])")
+CLASS_PATTERN: Final = re.compile(r"cx::CX(\w+)Plugin")
+# the ends of words in StdMsgsTFMessage: TF|Message, and Msgs|TF
+_CAPITALS_END: Final = re.compile(r"([A-Z])(?=[A-Z][a-z])")
+_WORD_END: Final = re.compile(r"([a-z0-9])([A-Z])")
 
 
-def class_name(kind: TypeName) -> str:
-    return f"cx::CX{_camel(kind)}Plugin"
+def generated_class_name(type_name: TypeName) -> str:
+    return f"cx::CX{_camel_case_name(type_name)}Plugin"
 
 
-def prefix_of(kind: TypeName) -> str:
+def name_prefix(type_name: TypeName) -> str:
     """Return the prefix of a type's functions and templates: ``std-msgs-string-``."""
-    hyphenated = _WORD.sub(r"\1-\2", _UPPER.sub(r"\1-", _camel(kind)))
+    hyphenated = _WORD_END.sub(r"\1-\2", _CAPITALS_END.sub(r"\1-", _camel_case_name(type_name)))
     return f"{hyphenated.lower()}-"
 
 
-def _camel(kind: TypeName) -> str:
-    return "".join(word[:1].upper() + word[1:] for word in kind.package.split("_")) + kind.name
+def _camel_case_name(type_name: TypeName) -> str:
+    return "".join(word[:1].upper() + word[1:] for word in type_name.package.split("_")) + type_name.name
 
 
 def find_type(class_text: str, context: NodeContext) -> TypeName | None:
-    """Return the type whose generated plug-in has a class name; None if no known type has."""
-    if CLASS.fullmatch(class_text) is None:
+    """Return the type whose generated plug-in has a class name; None if there is no such type."""
+    if CLASS_PATTERN.fullmatch(class_text) is None:
         return None
-    kinds = map(parse_type, context.ros.definitions.names())
-    return next((kind for kind in kinds if class_name(kind) == class_text), None)
+    type_names = map(parse_type, context.ros.definitions.names())
+    return next(
+        (type_name for type_name in type_names if generated_class_name(type_name) == class_text), None
+    )
 
 
 class GeneratedPlugin(RosPlugin):
-    """The functions and templates of a type.
+    """Defines the functions and templates of a ROS type.
 
-    :param kind: the message, service or action.
+    :param type_name: the message, service or action.
     """
 
-    def __init__(self, name: str, context: NodeContext, kind: TypeName) -> None:
+    def __init__(self, name: str, context: NodeContext, type_name: TypeName) -> None:
         super().__init__(name, context)
-        self.kind = kind
-        prefix = prefix_of(kind)
-        if kind.kind == "msg":
-            self.endpoints = (Topics(self, prefix, kind),)
-        elif kind.kind == "srv":
-            self.endpoints = (ServiceClients(self, prefix, kind), ServiceServers(self, prefix, kind))
+        self.type_name = type_name
+        prefix = name_prefix(type_name)
+        if type_name.kind == "msg":
+            self.endpoints = (Topics(self, prefix, type_name),)
+        elif type_name.kind == "srv":
+            self.endpoints = (
+                ServiceClients(self, prefix, type_name),
+                ServiceServers(self, prefix, type_name),
+            )
         else:
-            self.endpoints = (ActionClients(self, prefix, kind), ActionServers(self, prefix, kind))
+            self.endpoints = (ActionClients(self, prefix, type_name), ActionServers(self, prefix, type_name))
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        kind, prefix = self.kind, prefix_of(self.kind)
-        if kind.kind == "msg":
-            self.define_message(env, prefix, kind, "create-message", "destroy-message")
-        for section in SECTIONS[kind.kind]:
-            self.define_message(env, f"{prefix}{section.lower()}-", kind.derive(section), "create", "destroy")
+        type_name, prefix = self.type_name, name_prefix(self.type_name)
+        if type_name.kind == "msg":
+            self.define_message(env, prefix, type_name, "create-message", "destroy-message")
+        for section in MESSAGE_SECTIONS[type_name.kind]:
+            self.define_message(
+                env, f"{prefix}{section.lower()}-", type_name.derive(section), "create", "destroy"
+            )
         for endpoints in self.endpoints:
             endpoints.define(env)
 
     def handlers(self, env: ClipsEnvironment, server: str) -> list[GoalHandler]:
-        """Return the handlers of an action server of an environment; empty without such a server."""
+        """Return the handlers of an environment's action server; empty if there is no such server."""
         servers = (endpoints for endpoints in self.endpoints if isinstance(endpoints, ActionServers))
-        return [handler for endpoints in servers if (handler := endpoints.handler(env, server)) is not None]
+        return [
+            handler for endpoints in servers if (handler := endpoints.find_handler(env, server)) is not None
+        ]

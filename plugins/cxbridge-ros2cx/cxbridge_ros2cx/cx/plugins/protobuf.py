@@ -1,4 +1,7 @@
-"""``cx::ProtobufPlugin``: protobuf messages and their connections."""
+"""The plug-in ``cx::ProtobufPlugin``: protobuf messages and their connections.
+
+The plug-in adapts the feature of cxbridge-protobuf to the templates and texts of the ROS 2 CX.
+"""
 
 from __future__ import annotations
 
@@ -18,36 +21,38 @@ if TYPE_CHECKING:
     from cxbridge_protobuf.inbox import Received
     from cxbridge_ros2cx.cx.plugin import NodeContext
 
-_SENDER: Final = (
+_SENDER_SLOTS: Final = (
     "(slot comp-id (type INTEGER)) (slot msg-type (type INTEGER))"
     " (slot rcvd-via (type SYMBOL) (allowed-values STREAM BROADCAST)) (multislot rcvd-from (cardinality 2 2))"
 )
-_FAILED: Final = f"{_SENDER} (slot client-id (type INTEGER)) (slot message (type STRING))"
+_FAILURE_SLOTS: Final = f"{_SENDER_SLOTS} (slot client-id (type INTEGER)) (slot message (type STRING))"
 _TEMPLATES: Final = {
-    "protobuf-msg": f"(slot type (type STRING)) {_SENDER} (slot rcvd-at (type FLOAT))"
+    "protobuf-msg": f"(slot type (type STRING)) {_SENDER_SLOTS} (slot rcvd-at (type FLOAT))"
     " (slot client-type (type SYMBOL) (allowed-values SERVER CLIENT PEER)) (slot client-id (type INTEGER))"
     " (slot ptr (type EXTERNAL-ADDRESS))",
-    "protobuf-receive-failed": _FAILED,
-    "protobuf-server-receive-failed": _FAILED,
+    "protobuf-receive-failed": _FAILURE_SLOTS,
+    "protobuf-server-receive-failed": _FAILURE_SLOTS,
 }
-_CLEANUPS: Final = {
+_CLEANUP_ACTIONS: Final = {
     "receive-failed": ("(protobuf-receive-failed)", ""),
     "server-receive-failed": ("(protobuf-server-receive-failed)", ""),
     "message": ("(protobuf-msg (ptr ?message))", "(pb-destroy ?message)"),
 }
-# the low salience lets the rules of agents see a message before it is destroyed
-_RULE: Final = "(defrule protobuf-cleanup-{} (declare (salience -10000)) ?fact <- {} => {} (retract ?fact))"
+# the low salience lets the rules of agents use a message before this rule destroys it
+_CLEANUP_RULE: Final = (
+    "(defrule protobuf-cleanup-{} (declare (salience -10000)) ?fact <- {} => {} (retract ?fact))"
+)
 
 
-class _User(ProtobufUser):
-    """The protobuf state of an environment, with the original's templates and texts."""
+class _CxProtobufUser(ProtobufUser):
+    """The protobuf state of an environment, with the values and texts of the ROS 2 CX."""
 
     def register(self, full_name: str) -> Value:
-        """Register a type; the plug-in's own types are registered already."""
+        """Register a type. TRUE for a registered type, too: the plug-in has registered its own types."""
         return TRUE if self.types.is_registered(full_name) else super().register(full_name)
 
     def sender(self, event: Received) -> Value:
-        """Return the address and the port of a sender; the original does not know a server's address."""
+        """Return the address and the port of a sender; as in the ROS 2 CX, a server has no address."""
         if event.origin.value == "CLIENT":
             return (Symbol(""),)
         return (Symbol(event.host), event.port)
@@ -59,40 +64,48 @@ class _User(ProtobufUser):
         return str(message).replace("\n", " ")
 
 
-class _Feature(ProtobufFeature):
-    user: ClassVar[type[ProtobufUser]] = _User
+class _CxProtobufFeature(ProtobufFeature):
+    user: ClassVar[type[ProtobufUser]] = _CxProtobufUser
 
 
 class ProtobufPlugin(CxPlugin):
     """Defines the ``pb-*`` functions and the facts of received messages.
 
-    :param linked: the .proto files of a generated plug-in; empty for the plug-in with paths in parameters.
+    :param proto_files: the .proto files of a generated plug-in; empty for the plug-in whose parameters name
+        the folders.
     """
 
-    def __init__(self, name: str, context: NodeContext, linked: Sequence[Path] = ()) -> None:
+    def __init__(self, name: str, context: NodeContext, proto_files: Sequence[Path] = ()) -> None:
         super().__init__(name, context)
-        self._linked = tuple(linked)
+        self._proto_files = tuple(proto_files)
         self._environments: list[ClipsEnvironment] = []
 
     def initialize(self) -> None:
         """Find the folders with message definitions."""
         packages = self.parameters.get_strings(self.parameter("pkg_share_dirs"))
         shares = [
-            share for package in packages if (share := self.context.packages.share(package)) is not None
+            share_folder
+            for package in packages
+            if (share_folder := self.context.packages.share_folder(package)) is not None
         ]
-        folders = [file.parent for file in self._linked]
-        for text in self.parameters.get_strings(self.parameter("proto_paths")):
-            # an absolute path stays itself below any share folder
+        folders = [file.parent for file in self._proto_files]
+        for path_text in self.parameters.get_strings(self.parameter("proto_paths")):
+            # `share / path_text` is `path_text` if that is absolute
             folder_path = next(
-                (folder for share in (Path("/"), *shares) if (folder := share / text).is_dir()), None
+                (
+                    folder
+                    for share_folder in (Path("/"), *shares)
+                    if (folder := share_folder / path_text).is_dir()
+                ),
+                None,
             )
             if folder_path is None:
-                fault = f"names a folder that is not there: {text}"
-                self.log.error(str(self.parameters.wrong(self.parameter("proto_paths"), fault)))
+                fault = f"names a folder that is not there: {path_text}"
+                self.log.error(str(self.parameters.make_error(self.parameter("proto_paths"), fault)))
             else:
                 folders.append(folder_path.resolve())
         settings = ProtobufSettings(tuple(dict.fromkeys(folders)))
-        self._feature = _Feature(settings, self.context.connections, templates=False)
+        self._feature = _CxProtobufFeature(settings, self.context.connections, templates=False)
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define functions, templates and rules."""
@@ -101,11 +114,11 @@ class ProtobufPlugin(CxPlugin):
         for name, slots in _TEMPLATES.items():
             if not env.has_template(name):
                 env.build(f"(deftemplate {name} {slots})")
-        for name, (pattern, action) in _CLEANUPS.items():
-            env.build(_RULE.format(name, pattern, action))
+        for name, (pattern, action) in _CLEANUP_ACTIONS.items():
+            env.build(_CLEANUP_RULE.format(name, pattern, action))
         self._environments.append(env)
 
-    def take(self) -> None:
+    def receive_messages(self) -> None:
         """Assert received messages."""
         for env in self._environments:
             with env.lock:

@@ -1,4 +1,7 @@
-"""``cx::RosMsgsPlugin``: topics, services and actions of any type, by name."""
+"""The plug-in ``cx::RosMsgsPlugin``: topics, services and action clients of any ROS type.
+
+Functions for rules take the type as an argument, in place of a generated plug-in for each type.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from cxbridge.executive.host.values import FALSE, ExternalAddress, Symbol
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2cx.cx.ros.action_clients import ActionClients
 from cxbridge_ros2cx.cx.ros.messages import FieldError
-from cxbridge_ros2cx.cx.ros.plugin import Definition, RosPlugin
+from cxbridge_ros2cx.cx.ros.plugin import FunctionDefinition, RosPlugin
 from cxbridge_ros2cx.cx.ros.services import ServiceClients, ServiceServers
 from cxbridge_ros2cx.cx.ros.topics import Topics
 
@@ -17,53 +20,53 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.values import Value
 
-PREFIX: Final = "ros-msgs-"
-_UUID_BYTES: Final = 16  # a goal's id in action_msgs
+NAME_PREFIX: Final = "ros-msgs-"
+_UUID_BYTES: Final = 16  # the length of a goal's id in action_msgs
 
 
 class RosMsgsPlugin(RosPlugin):
-    """Messages, topics, services, and clients of services and actions, selected by type name."""
+    """Defines the functions ``ros-msgs-...``."""
 
     def initialize(self) -> None:
         self.endpoints = (
-            Topics(self, PREFIX),
-            ServiceClients(self, PREFIX),
-            ServiceServers(self, PREFIX),
-            ActionClients(self, PREFIX),
+            Topics(self, NAME_PREFIX),
+            ServiceClients(self, NAME_PREFIX),
+            ServiceServers(self, NAME_PREFIX),
+            ActionClients(self, NAME_PREFIX),
         )
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        functions: tuple[Definition, ...] = (
+        functions: tuple[FunctionDefinition, ...] = (
             ("create-message", lambda text: self.messages.create(parse_type(text)), "sy"),
             ("destroy-message", self.messages.destroy, "e"),
-            ("get-field", self._get, "e;sy"),
-            ("set-field", self._set, "e;sy;*"),
+            ("get-field", self._get_field, "e;sy"),
+            ("set-field", self._set_field, "e;sy;*"),
         )
-        self.define_all(env, PREFIX, functions)
-        self.define(env, f"{PREFIX}goal-uuid-to-string", self._uuid_text, "m", "y")
+        self.define_functions(env, NAME_PREFIX, functions)
+        self.define_function(env, f"{NAME_PREFIX}goal-uuid-to-string", self._format_uuid, "m", "y")
         for endpoints in self.endpoints:
             endpoints.define(env)
 
-    def _get(self, address: ExternalAddress, field: str) -> Value:
+    def _get_field(self, address: ExternalAddress, field: str) -> Value:
         try:
             return self.messages.get(address, field)
         except FieldError as error:
             self.log.error(f"Failed to retrieve field {field}: {error}")
             return FALSE
 
-    def _set(self, address: ExternalAddress, field: str, value: Value) -> None:
+    def _set_field(self, address: ExternalAddress, field: str, value: Value) -> None:
         try:
             self.messages.set(address, field, value)
         except FieldError as error:
             self.log.error(f"Failed to set field {field}: {error}")
 
-    def _uuid_text(self, numbers: tuple[Value, ...]) -> Value:
-        # each integer is cut to a byte
-        values = [number & 0xFF for number in numbers if isinstance(number, int)]
-        if len(values) != _UUID_BYTES or len(numbers) != _UUID_BYTES:
+    def _format_uuid(self, numbers: tuple[Value, ...]) -> Value:
+        # as in C++, an integer is cut to a byte
+        octets = [number & 0xFF for number in numbers if isinstance(number, int)]
+        if len(octets) != _UUID_BYTES or len(numbers) != _UUID_BYTES:
             self.log.error("Invalid UUID passed, expected multifield of 16 integers")
             return FALSE
-        return Symbol(uuid.UUID(bytes=bytes(values)))
+        return Symbol(uuid.UUID(bytes=bytes(octets)))
 
     def finalize(self) -> None:
         """Warn about messages that the rules never destroyed."""

@@ -1,4 +1,7 @@
-"""``cx::RosParamPlugin``: reads parameters of the node in rules."""
+"""The plug-in ``cx::RosParamPlugin``: rules read parameters of the node.
+
+As in ROS, the first read of a parameter declares the parameter with a default, which determines its type.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +9,17 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import FALSE, TRUE, Value
-from cxbridge_ros2cx.cx.parameters import Scalar
+from cxbridge_ros2cx.cx.parameters import ParameterValue, Scalar
 from cxbridge_ros2cx.cx.plugin import CxPlugin
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-# parameters that the original's node itself declares, with its defaults, which rules see. CxNode.init has
-# the default of the original's launch file.
-_DEFAULTS: Final[dict[str, Scalar]] = {"autostart_node": False, "bond_heartbeat_period": 0.0}
+# The parameters that the node of the ROS 2 CX declares itself, with the defaults that rules see. CxNode.init
+# has another default of `autostart_node`: that of the launch file.
+_DECLARED_DEFAULTS: Final[dict[str, Scalar]] = {"autostart_node": False, "bond_heartbeat_period": 0.0}
 
-_BOOLS: Final = frozenset({"TRUE", "FALSE"})
+_BOOL_WORDS: Final = frozenset({"TRUE", "FALSE"})
 
 
 class RosParamPlugin(CxPlugin):
@@ -24,48 +27,52 @@ class RosParamPlugin(CxPlugin):
 
     def initialize(self) -> None:
         """Start with the declared parameters of the node."""
-        self._declared: dict[str, Scalar | tuple[Scalar, ...]] = dict(_DEFAULTS)
+        self._declared: dict[str, ParameterValue] = dict(_DECLARED_DEFAULTS)
 
     def init_context(self, env: ClipsEnvironment) -> None:
         # any result; the name as SYMBOL or STRING, a default of any type
-        env.define("ros-param-get-value", self._get, 2, types="*;sy;*")
+        env.define("ros-param-get-value", self._get_parameter, 2, types="*;sy;*")
 
-    def _get(self, name: str, default: Value) -> Value:
+    def _get_parameter(self, name: str, default: Value) -> Value:
         """Return a parameter's value and declare it with the type of its default."""
         parameter = self.parameters.find(str(name))
-        default_value = _ros_value(default)
+        default_value = _to_ros_value(default)
         value = self._declared.get(str(name), default_value) if parameter is None else parameter.value
         self._declared[str(name)] = value
         if not _has_same_type(value, default_value):
             raise ClipsError(f"the parameter '{name}' is {value!r}: its type is not that of the default")
-        return _clips_value(value)
+        return _to_clips_value(value)
 
 
-def _ros_value(value: Value) -> Scalar | tuple[Scalar, ...]:
+def _to_ros_value(value: Value) -> ParameterValue:
+    """Return the parameter value for a CLIPS value.
+
+    :raises ClipsError: if ROS parameters have no such value.
+    """
     if isinstance(value, tuple):
-        kinds = {type(_ros_value(element)) for element in value}
+        kinds = {type(_to_ros_value(element)) for element in value}
         if len(kinds) > 1:
             raise ClipsError("the values of a list must be of one type")
-        # CLIPS has no nested multifields: the test only tells the type checker so
-        return tuple(element for element in map(_ros_value, value) if not isinstance(element, tuple))
+        # CLIPS has no nested multifields: the check is for the type checker
+        return tuple(element for element in map(_to_ros_value, value) if not isinstance(element, tuple))
     if isinstance(value, str):
-        # as in the original, the STRING "TRUE" is a bool, too
-        return value == "TRUE" if value in _BOOLS else str(value)
+        # as in the ROS 2 CX, the STRING "TRUE" is a bool, too
+        return value == "TRUE" if value in _BOOL_WORDS else str(value)
     if isinstance(value, int | float):
         return value
     raise ClipsError(f"a parameter cannot be {value!r}")
 
 
-def _has_same_type(value: Scalar | tuple[Scalar, ...], default: Scalar | tuple[Scalar, ...]) -> bool:
+def _has_same_type(value: ParameterValue, default: ParameterValue) -> bool:
     if isinstance(value, tuple) and isinstance(default, tuple):
-        default = default or ("",)  # as in the original, an empty list is a list of strings
+        default = default or ("",)  # as in the ROS 2 CX, an empty list is a list of strings
         return not value or type(value[0]) is type(default[0])
     return type(value) is type(default)
 
 
-def _clips_value(value: Scalar | tuple[Scalar, ...]) -> Value:
+def _to_clips_value(value: ParameterValue) -> Value:
     if isinstance(value, tuple):
-        return tuple(map(_clips_value, value))
+        return tuple(map(_to_clips_value, value))
     if isinstance(value, bool):
         return TRUE if value else FALSE
     return value

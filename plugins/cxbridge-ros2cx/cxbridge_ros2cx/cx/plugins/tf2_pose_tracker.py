@@ -1,4 +1,8 @@
-"""``cx::Tf2PoseTrackerPlugin``: keeps the pose of a frame relative to another in a fact."""
+"""The plug-in ``cx::Tf2PoseTrackerPlugin``: facts with the poses of coordinate frames.
+
+Rules start lookups of a child frame relative to a parent frame. Each lookup updates its fact at a fixed rate
+from the transforms on ``/tf`` and ``/tf_static``.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +18,7 @@ from cxbridge.rights import Right
 from cxbridge.space.tf.buffer import TransformBuffer
 from cxbridge_ros2.frames import TF_MESSAGE_TYPE, decode_transform
 from cxbridge_ros2.qos import PROFILES
-from cxbridge_ros2cx.cx.ros.plugin import Handles, RosPlugin
+from cxbridge_ros2cx.cx.ros.plugin import HandleTable, RosPlugin
 from cxbridge_ros2cx.refresh import RefreshTimer
 
 if TYPE_CHECKING:
@@ -23,22 +27,23 @@ if TYPE_CHECKING:
     from cxbridge.space.tf.buffer import StampedTransform
     from cxbridge_ros2.messages import Message
 
-_TEMPLATE: Final = "tf2-tracked-pose"
+_POSE_TEMPLATE: Final = "tf2-tracked-pose"
 _SLOTS: Final = (
     "(slot parent (type STRING)) (slot child (type STRING)) (slot stamp (type FLOAT))"
     " (multislot translation (type FLOAT) (cardinality 3 3))"
     " (multislot rotation (type FLOAT) (cardinality 4 4)) (slot timer (type EXTERNAL-ADDRESS))"
 )
-# addresses of different kinds have different ranges, so a mixed-up handle is unknown
-_FIRST_TIMER: Final = 0x5300_0000_1000
+# the start of a separate range of addresses, as HandleTable requires
+_FIRST_ADDRESS: Final = 0x5300_0000_1000
 _TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))
 
 
-class _Lookup(Struct, eq=False):
-    """A tracked frame.
+class _PeriodicLookup(Struct, eq=False):
+    """A lookup that a rule has started.
 
-    :param fact: the index of the fact; None before the first success.
-    :param values: the slot values of the fact.
+    :param address: the handle of the lookup, which is set when the table allocates it.
+    :param fact: the index of the fact; None before the first successful lookup.
+    :param pose_slots: the pose in the fact.
     """
 
     env: ClipsEnvironment
@@ -47,7 +52,7 @@ class _Lookup(Struct, eq=False):
     timer: RefreshTimer
     address: ExternalAddress = ExternalAddress(0)
     fact: int | None = None
-    values: dict[str, Value] = {}
+    pose_slots: dict[str, Value] = {}
 
 
 class Tf2PoseTrackerPlugin(RosPlugin):
@@ -56,8 +61,8 @@ class Tf2PoseTrackerPlugin(RosPlugin):
     def initialize(self) -> None:
         """Subscribe to the transforms."""
         self._buffer = TransformBuffer()
-        self._timers: Handles[_Lookup] = Handles("timer", _FIRST_TIMER)
-        self._lookups: list[_Lookup] = []
+        self._lookup_handles: HandleTable[_PeriodicLookup] = HandleTable("timer", _FIRST_ADDRESS)
+        self._lookups: list[_PeriodicLookup] = []
         for topic, profile, is_static in _TOPICS:
             receive = partial(self._receive, is_static=is_static)
             self.ros.node.subscribe(topic, TF_MESSAGE_TYPE, receive, PROFILES[profile], right=Right.CONTROL)
@@ -66,36 +71,38 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         for transform in message["transforms"]:
             try:
                 self._buffer.set_transform(decode_transform(transform), static=is_static)
-            except TransformError as error:  # the other frames of the message are valid
+            except TransformError as error:  # further frames of the message may be valid
                 self.log.warn(f"a frame is left out: {error.message}")
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        if not env.has_template(_TEMPLATE):
-            env.build(f"(deftemplate {_TEMPLATE} {_SLOTS})")
-        self.define(env, "tf2-start-periodic-lookup", partial(self._start, env), "sy;sy;d", "b")
-        self.define(env, "tf2-stop-periodic-lookup", self._stop, "e", "b")
+        if not env.has_template(_POSE_TEMPLATE):
+            env.build(f"(deftemplate {_POSE_TEMPLATE} {_SLOTS})")
+        self.define_function(
+            env, "tf2-start-periodic-lookup", partial(self._start_lookup, env), "sy;sy;d", "b"
+        )
+        self.define_function(env, "tf2-stop-periodic-lookup", self._stop_lookup, "e", "b")
 
-    def _start(self, env: ClipsEnvironment, parent: str, child: str, rate: float) -> Value:
+    def _start_lookup(self, env: ClipsEnvironment, parent: str, child: str, rate: float) -> Value:
         # the shortest period is a microsecond, the resolution of the clock
         if not 0 < rate <= MICROSECONDS:
             raise ClipsError(f"a rate cannot be {rate} Hz")
         timer = RefreshTimer(self.context.clock, round(MICROSECONDS / rate))
-        lookup = _Lookup(env, str(parent), str(child), timer)
-        lookup.address = self._timers.add(lookup)
+        lookup = _PeriodicLookup(env, str(parent), str(child), timer)
+        lookup.address = self._lookup_handles.add(lookup)
         self._lookups.append(lookup)
         return TRUE
 
-    def _stop(self, address: ExternalAddress) -> Value:
+    def _stop_lookup(self, address: ExternalAddress) -> Value:
         try:
-            self._lookups.remove(self._timers.find(address))
+            self._lookups.remove(self._lookup_handles.find(address))
         except ClipsError:
             self.log.warn("the timer to stop is unknown")
             return FALSE
-        self._timers.destroy(address)
+        self._lookup_handles.destroy(address)
         return TRUE
 
     def tick(self) -> None:
-        """Look up the frames that are due."""
+        """Do the lookups that are due."""
         for lookup in list(self._lookups):
             if lookup.timer.advance_if_due():
                 try:
@@ -106,14 +113,14 @@ class Tf2PoseTrackerPlugin(RosPlugin):
                     with lookup.env.lock:
                         self._update_fact(lookup, pose)
 
-    def _update_fact(self, lookup: _Lookup, pose: StampedTransform) -> None:
-        """Assert or modify the fact of a tracked frame."""
-        env, values = lookup.env, _values(pose)
-        previous_values, lookup.values = lookup.values, values
+    def _update_fact(self, lookup: _PeriodicLookup, pose: StampedTransform) -> None:
+        """Assert the fact of a lookup, or modify the changed slots of the present fact."""
+        env, pose_slots = lookup.env, _pose_slots(pose)
+        previous_values, lookup.pose_slots = lookup.pose_slots, pose_slots
         if lookup.fact is not None and env.has_fact(lookup.fact):
             slots = " ".join(
                 f"({name} {' '.join(map(show, value)) if isinstance(value, tuple) else show(value)})"
-                for name, value in values.items()
+                for name, value in pose_slots.items()
                 if previous_values.get(name) != value
             )
             env.eval(f"(modify {lookup.fact} {slots})")
@@ -121,8 +128,8 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         if lookup.fact is not None:
             self.log.warn("fact was retained but does not exist anymore")
         lookup.fact = env.assert_fact(
-            _TEMPLATE,
-            {"parent": lookup.parent, "child": lookup.child, **values, "timer": lookup.address},
+            _POSE_TEMPLATE,
+            {"parent": lookup.parent, "child": lookup.child, **pose_slots, "timer": lookup.address},
         )
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
@@ -130,14 +137,14 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         self._lookups = [lookup for lookup in self._lookups if lookup.env is not env]
 
 
-def _values(pose: StampedTransform) -> dict[str, Value]:
-    """Return stamp, translation and rotation; as in the original, whole numbers are INTEGERs."""
+def _pose_slots(pose: StampedTransform) -> dict[str, Value]:
+    """Return the slots of a pose; as in the ROS 2 CX, coordinates that are whole numbers are INTEGERs."""
     return {
         "stamp": pose.stamp_us / MICROSECONDS,
-        "translation": tuple(map(_number, pose.transform.translation)),
-        "rotation": tuple(map(_number, pose.transform.rotation)),
+        "translation": tuple(map(_to_clips_number, pose.transform.translation)),
+        "rotation": tuple(map(_to_clips_number, pose.transform.rotation)),
     }
 
 
-def _number(value: float) -> int | float:
+def _to_clips_number(value: float) -> int | float:
     return int(value) if value.is_integer() else value

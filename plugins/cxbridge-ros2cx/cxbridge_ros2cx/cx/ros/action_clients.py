@@ -1,4 +1,4 @@
-"""Action clients in rules: functions send goals; responses, feedback and results become facts."""
+"""Clients of ROS actions in rules: functions send goals; responses, feedback and results become facts."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from cxbridge_ros2cx.cx.ros.plugin import (
     STRING,
     SYMBOL,
     ClientEndpoint,
-    ClientEndpoints,
-    Definition,
+    ClientGroup,
     EndpointTable,
-    Handles,
+    FunctionDefinition,
+    HandleTable,
     RosPlugin,
 )
 
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 
 NO_HANDLE: Final = ExternalAddress(0)  # handle of a rejected goal
 
-# see Handles: each kind of handle has a separate range
+# the start of a separate range of addresses, as HandleTable requires
 _FIRST_HANDLE: Final = 0x5100_0000_1000
-_CODES: Final = {
+_RESULT_CODES: Final = {
     GoalStatus.SUCCEEDED: "SUCCEEDED",
     GoalStatus.CANCELED: "CANCELED",
     GoalStatus.ABORTED: "ABORTED",
@@ -46,7 +46,7 @@ _CODES: Final = {
 _RETURN_CODES: Final = ("ERROR_NONE", "ERROR_REJECTED", "ERROR_UNKNOWN_GOAL_ID", "ERROR_GOAL_TERMINATED")
 
 
-class _Names(Struct, frozen=True):
+class _FunctionNames(Struct, frozen=True):
     """Names of functions and templates, without the plug-in's prefix."""
 
     client: str
@@ -58,8 +58,8 @@ class _Names(Struct, frozen=True):
     feedback: str
 
 
-# The names of the plug-in ros_msgs, and those of the generated plug-ins.
-_GENERIC: Final = _Names(
+# the names in the plug-in ros_msgs, then the names in generated plug-ins
+_ROS_MSGS_NAMES: Final = _FunctionNames(
     "action-client",
     "create-action-client",
     "destroy-action-client",
@@ -68,7 +68,7 @@ _GENERIC: Final = _Names(
     "destroy-client-goal-handle",
     "feedback",
 )
-_GENERATED: Final = _Names(
+_GENERATED_NAMES: Final = _FunctionNames(
     "client",
     "create-client",
     "destroy-client",
@@ -79,48 +79,48 @@ _GENERATED: Final = _Names(
 )
 
 
-class ActionClients(ClientEndpoints[ClientEndpoint]):
+class ActionClients(ClientGroup[ClientEndpoint]):
     """The action clients of a plug-in."""
 
-    noun = "action"
-    server = "server"
-    sent = "Goal"
+    client_noun = "action"
+    server_noun = "server"
+    message_section = "Goal"
 
-    def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName | None = None) -> None:
-        super().__init__(plugin, prefix, kind)
-        self._names = _GENERIC if kind is None else _GENERATED
+    def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName | None = None) -> None:
+        super().__init__(plugin, prefix, type_name)
+        self._names = _ROS_MSGS_NAMES if type_name is None else _GENERATED_NAMES
         self.clients = EndpointTable(
             plugin, "action client", "Action client {name} not found in environment {env}"
         )
-        self.handles: Handles[SentGoal] = Handles("goal handle", _FIRST_HANDLE)
+        self.handles: HandleTable[SentGoal] = HandleTable("goal handle", _FIRST_HANDLE)
 
     def define(self, env: ClipsEnvironment) -> None:
         plugin, prefix, names = self.plugin, self.prefix, self._names
         self._define_templates(env)
-        functions: list[Definition] = [
-            (names.create, partial(self._create, env), "sy;sy" if self.kind is None else "sy"),
-            (names.destroy, partial(self.clients.end, env), "sy"),
+        functions: list[FunctionDefinition] = [
+            (names.create, partial(self._create_client, env), "sy;sy" if self.type_name is None else "sy"),
+            (names.destroy, partial(self.clients.close_endpoint, env), "sy"),
             (names.send, partial(self.send, env), "e;sy"),
-            (names.cancel, partial(self._cancel, env), "sy;e"),
+            (names.cancel, partial(self._cancel_goal, env), "sy;e"),
             (names.destroy_handle, self.handles.destroy, "e"),
         ]
-        cancel = partial(self._cancel_accepted_before, env)
-        if self.kind is None:
-            functions.append(("create-goal-request", self._create_goal, "sy"))
+        cancel = partial(self._cancel_goals_before, env)
+        if self.type_name is None:
+            functions.append(("create-goal-request", self._create_goal_message, "sy"))
         else:
             functions += (
                 ("client-cancel-all-goals", cancel, "sy"),
                 ("client-cancel-goals-before", cancel, "sy;dl"),
             )
-        plugin.define_all(env, prefix, functions)
-        self._define_handles(env)
+        plugin.define_functions(env, prefix, functions)
+        self._define_handle_functions(env)
 
-    def _create_goal(self, text: str) -> ExternalAddress:
-        return self.plugin.messages.create(self.type_of(text, "action").derive("Goal"))
+    def _create_goal_message(self, text: str) -> ExternalAddress:
+        return self.plugin.messages.create(self.resolve_type(text, "action").derive("Goal"))
 
     def _define_templates(self, env: ClipsEnvironment) -> None:
-        template, prefix, names = self.plugin.template, self.prefix, self._names
-        is_generic = self.kind is None
+        template, prefix, names = self.plugin.define_template, self.prefix, self._names
+        is_generic = self.type_name is None
         template(env, f"{prefix}{names.client}", server=STRING, **({"type": STRING} if is_generic else {}))
         template(env, f"{prefix}goal-response", server=STRING, client_goal_handle_ptr=ADDRESS)
         handle = {"server": STRING, "client_goal_handle_ptr": ADDRESS}
@@ -137,62 +137,62 @@ class ActionClients(ClientEndpoints[ClientEndpoint]):
             )
             template(env, f"{prefix}cancel-goal-entry", server=STRING, goal_id=STRING, stamp=FLOAT)
 
-    def _define_handles(self, env: ClipsEnvironment) -> None:
+    def _define_handle_functions(self, env: ClipsEnvironment) -> None:
         find = self.handles.find
 
         def status(address: ExternalAddress) -> Value:
             goal_status = find(address).status
-            return Symbol(goal_status.name) if self.kind is None else int(goal_status)
+            return Symbol(goal_status.name) if self.type_name is None else int(goal_status)
 
         def is_aware(address: ExternalAddress) -> Value:
-            """Return TRUE for each goal: here every client gets feedback and results."""
+            """Return TRUE for each known goal: here every client gets feedback and results."""
             find(address)
             return TRUE
 
-        functions: tuple[Definition, ...] = (
-            ("get-goal-id", lambda address: self.id_of(find(address)), "e"),
+        functions: tuple[FunctionDefinition, ...] = (
+            ("get-goal-id", lambda address: self.format_goal_id(find(address)), "e"),
             ("get-goal-stamp", lambda address: find(address).accepted_s, "e"),
             ("get-status", status, "e"),
             ("is-feedback-aware", is_aware, "e"),
             ("is-result-aware", is_aware, "e"),
         )
-        self.plugin.define_all(env, f"{self.prefix}client-goal-handle-", functions)
+        self.plugin.define_functions(env, f"{self.prefix}client-goal-handle-", functions)
 
-    def id_of(self, sent: SentGoal) -> str:
+    def format_goal_id(self, sent: SentGoal) -> str:
         """Return the id of a goal: a SYMBOL in the plug-in ros_msgs, a STRING in generated plug-ins."""
         text = str(uuid.UUID(bytes=sent.goal_id))
-        return Symbol(text) if self.kind is None else text
+        return Symbol(text) if self.type_name is None else text
 
-    def _create(self, env: ClipsEnvironment, server: str, text: str | None = None) -> None:
+    def _create_client(self, env: ClipsEnvironment, server: str, text: str | None = None) -> None:
         if self.clients.get(env, server) is not None:
             self.plugin.log.warn(f"Already registered to action client for {server}")
             return
-        kind, ros = self.type_of(text, "action"), self.plugin.ros
-        client = ActionClient(ros.node, ros.reach(server, kind), str(kind))
-        slots = {"server": str(server)} | self.type_slot(text)
+        type_name, ros = self.resolve_type(text, "action"), self.plugin.ros
+        client = ActionClient(ros.node, ros.prepare_client(server, type_name), str(type_name))
+        slots = {"server": str(server)} | self.make_type_slot(text)
         fact = self.plugin.add_fact(env, f"{self.prefix}{self._names.client}", slots)
-        self.clients[env, server] = ClientEndpoint(kind, client.close, fact, env, client, [])
+        self.clients[env, server] = ClientEndpoint(type_name, client.close, fact, env, client, [])
 
     def call(self, name: str, client: ClientEndpoint, fields: Mapping[str, Any]) -> None:
-        client.client.send(fields, _GoalFacts(self, client.env, name, client.kind))
+        client.client.send(fields, _GoalFactWriter(self, client.env, name, client.type_name))
 
-    def _cancel(self, env: ClipsEnvironment, server: str, address: ExternalAddress) -> None:
+    def _cancel_goal(self, env: ClipsEnvironment, server: str, address: ExternalAddress) -> None:
         self.find(env, server)
         self.handles.find(address).cancel()
 
-    def _cancel_accepted_before(self, env: ClipsEnvironment, server: str, seconds: float = 0.0) -> None:
+    def _cancel_goals_before(self, env: ClipsEnvironment, server: str, seconds: float = 0.0) -> None:
         """Cancel the goals that a server accepted before a time of the epoch; 0 cancels all goals."""
-        done = partial(self.assert_cancel_response, env, str(server), NO_HANDLE)
-        self.find(env, server).client.cancel_goals_until(float(seconds), done)
+        on_response = partial(self.assert_cancel_response, env, str(server), NO_HANDLE)
+        self.find(env, server).client.cancel_goals_until(float(seconds), on_response)
 
     def assert_cancel_response(
         self, env: ClipsEnvironment, server: str, handle: ExternalAddress, response: Message
     ) -> None:
         """Assert a server's response to a cancel request."""
         plugin, prefix = self.plugin, self.prefix
-        if self.kind is None:
-            kind = parse_type(CANCEL_GOAL_TYPE, "srv").derive("Response")
-            address = plugin.messages.take(kind, response)
+        if self.type_name is None:
+            type_name = parse_type(CANCEL_GOAL_TYPE, "srv").derive("Response")
+            address = plugin.messages.take(type_name, response)
             slots = {"server": server, "client-goal-handle-ptr": handle, "cancel-response-ptr": address}
             plugin.add_fact(env, f"{prefix}cancel-response", slots)
             return
@@ -207,14 +207,16 @@ class ActionClients(ClientEndpoints[ClientEndpoint]):
             plugin.add_fact(env, f"{prefix}cancel-goal-entry", slots)
 
 
-class _GoalFacts(GoalObserver):
-    """Asserts the events of a goal in order."""
+class _GoalFactWriter(GoalObserver):
+    """Asserts a fact for each event of a goal."""
 
-    def __init__(self, clients: ActionClients, env: ClipsEnvironment, server: str, kind: TypeName) -> None:
-        self._clients, self._env, self._server, self._kind = clients, env, server, kind
+    def __init__(
+        self, clients: ActionClients, env: ClipsEnvironment, server: str, type_name: TypeName
+    ) -> None:
+        self._clients, self._env, self._server, self._type_name = clients, env, server, type_name
         self._handle = NO_HANDLE
 
-    def _add(self, name: str, slots: Mapping[str, Value]) -> None:
+    def _add_goal_fact(self, name: str, slots: Mapping[str, Value]) -> None:
         clients = self._clients
         if clients.clients.get(self._env, self._server) is not None:  # rules may have destroyed the client
             clients.plugin.add_fact(self._env, f"{clients.prefix}{name}", {"server": self._server, **slots})
@@ -222,20 +224,20 @@ class _GoalFacts(GoalObserver):
     def on_response(self, sent: SentGoal) -> None:
         if sent.is_accepted:
             self._handle = self._clients.handles.add(sent)
-        self._add("goal-response", {"client-goal-handle-ptr": self._handle})
+        self._add_goal_fact("goal-response", {"client-goal-handle-ptr": self._handle})
 
     def on_feedback(self, sent: SentGoal, feedback: Message) -> None:  # noqa: ARG002
-        name = "feedback" if self._clients.kind is None else "goal-feedback"
-        address = self._clients.plugin.messages.take(self._kind.derive("Feedback"), feedback)
-        self._add(name, {"client-goal-handle-ptr": self._handle, "feedback-ptr": address})
+        name = "feedback" if self._clients.type_name is None else "goal-feedback"
+        address = self._clients.plugin.messages.take(self._type_name.derive("Feedback"), feedback)
+        self._add_goal_fact(name, {"client-goal-handle-ptr": self._handle, "feedback-ptr": address})
 
     def on_end(self, sent: SentGoal) -> None:
-        messages, kind = self._clients.plugin.messages, self._kind.derive("Result")
-        # a goal without a result, e.g. of a server that is gone, has the default result
-        address = messages.take(kind, sent.result) if sent.result else messages.create(kind)
-        code = Symbol(_CODES.get(sent.status, "UNKNOWN"))
-        slots = {"goal-id": self._clients.id_of(sent), "code": code, "result-ptr": address}
-        self._add("wrapped-result", slots)
+        messages, type_name = self._clients.plugin.messages, self._type_name.derive("Result")
+        # a goal without a result, e.g. after the end of its server, gets the default result
+        address = messages.take(type_name, sent.result) if sent.result else messages.create(type_name)
+        code = Symbol(_RESULT_CODES.get(sent.status, "UNKNOWN"))
+        slots = {"goal-id": self._clients.format_goal_id(sent), "code": code, "result-ptr": address}
+        self._add_goal_fact("wrapped-result", slots)
 
     def on_cancel_response(self, sent: SentGoal, response: Message) -> None:  # noqa: ARG002
         self._clients.assert_cancel_response(self._env, self._server, self._handle, response)

@@ -1,4 +1,4 @@
-"""Action servers in rules: a deffunction accepts goals, rules execute them by their handles."""
+"""Servers of ROS actions in rules: a deffunction accepts goals, rules execute the goals by their handles."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from cxbridge_ros2cx.cx.ros.plugin import (
     ADDRESS,
     STRING,
     Endpoint,
-    Endpoints,
+    EndpointGroup,
     EndpointTable,
-    Handles,
+    HandleTable,
     RosPlugin,
 )
 
@@ -27,40 +27,42 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
     from cxbridge_ros2.names import TypeName
 
-# see Handles: each kind of handle has a separate range
+# the start of a separate range of addresses, as HandleTable requires
 _FIRST_HANDLE: Final = 0x5200_0000_1000
 _CANCEL_ACCEPTED: Final = 2  # rclcpp_action::CancelResponse::ACCEPT
 
 
-class _Server(Endpoint):
+class _ActionServerEndpoint(Endpoint):
     handler: GoalHandler
 
 
-class ActionServers(Endpoints):
+class ActionServers(EndpointGroup):
     """The action servers of a generated plug-in."""
 
-    kind: TypeName
+    type_name: TypeName
 
-    def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName) -> None:
-        super().__init__(plugin, prefix, kind)
-        self._servers: EndpointTable[_Server] = EndpointTable(
+    def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName) -> None:
+        super().__init__(plugin, prefix, type_name)
+        self._servers: EndpointTable[_ActionServerEndpoint] = EndpointTable(
             plugin, "server", "Server {name} not found in environment {env}"
         )
-        self.handles: Handles[ServedGoal] = Handles("goal handle or result pointer", _FIRST_HANDLE)
+        self.handles: HandleTable[ServedGoal] = HandleTable("goal handle or result pointer", _FIRST_HANDLE)
 
     def define(self, env: ClipsEnvironment) -> None:
         plugin, prefix = self.plugin, self.prefix
-        plugin.template(env, f"{prefix}server", name=STRING)
-        plugin.template(env, f"{prefix}accepted-goal", server=STRING, server_goal_handle_ptr=ADDRESS)
-        plugin.define(env, f"{prefix}create-server", partial(self._create, env), "sy")
-        plugin.define(env, f"{prefix}destroy-server", partial(self._servers.end, env), "sy")
+        plugin.define_template(env, f"{prefix}server", name=STRING)
+        plugin.define_template(env, f"{prefix}accepted-goal", server=STRING, server_goal_handle_ptr=ADDRESS)
+        plugin.define_function(env, f"{prefix}create-server", partial(self._create_server, env), "sy")
+        plugin.define_function(
+            env, f"{prefix}destroy-server", partial(self._servers.close_endpoint, env), "sy"
+        )
         functions: tuple[tuple[str, Callable[..., Value], str], ...] = (
-            ("abort", partial(self._finish, GoalStatus.ABORTED), "e;e"),
-            ("succeed", partial(self._finish, GoalStatus.SUCCEEDED), "e;e"),
-            ("canceled", partial(self._finish, GoalStatus.CANCELED), "e;e"),
+            ("abort", partial(self._finish_goal, GoalStatus.ABORTED), "e;e"),
+            ("succeed", partial(self._finish_goal, GoalStatus.SUCCEEDED), "e;e"),
+            ("canceled", partial(self._finish_goal, GoalStatus.CANCELED), "e;e"),
             ("publish-feedback", self._publish_feedback, "e;e"),
-            ("get-goal", self._goal, "e"),
-            ("get-goal-id", lambda address: _id_text(self.handles.find(address)), "e"),
+            ("get-goal", self._get_goal, "e"),
+            ("get-goal-id", lambda address: _format_goal_id(self.handles.find(address)), "e"),
             ("is-canceling", partial(self._has_status, GoalStatus.CANCELING), "e"),
             ("is-executing", partial(self._has_status, GoalStatus.EXECUTING), "e"),
             ("is-active", partial(self._has_status, *GoalStatus.__members__.values()), "e"),
@@ -68,9 +70,11 @@ class ActionServers(Endpoints):
             ("destroy", self.handles.destroy, "e"),
         )
         for name, function, types in functions:
-            plugin.define(env, f"{prefix}server-goal-handle-{name}", self._with_error_log(function), types)
+            plugin.define_function(
+                env, f"{prefix}server-goal-handle-{name}", self._wrap_function(function), types
+            )
 
-    def _with_error_log(self, function: Callable[..., Value]) -> Callable[..., Value]:
+    def _wrap_function(self, function: Callable[..., Value]) -> Callable[..., Value]:
         """Return a function that logs an unknown handle and then returns FALSE."""
 
         def call(*arguments: Value) -> Value:
@@ -82,70 +86,77 @@ class ActionServers(Endpoints):
 
         return call
 
-    def _create(self, env: ClipsEnvironment, server: str) -> None:
+    def _create_server(self, env: ClipsEnvironment, server: str) -> None:
         if self._servers.get(env, server) is not None:
             self.plugin.log.warn(f"Already registered to server {server}")
             return
-        ros, handler = self.plugin.ros, _Handler(self, env, str(server))
+        ros, handler = self.plugin.ros, _DeffunctionGoalHandler(self, env, str(server))
         goal_server = GoalServer(
             ros.node,
             ros.full_name(server),
-            str(self.kind),
+            str(self.type_name),
             handler,
             self.plugin.context.clock,
             right=Right.CONTROL,
         )
         fact = self.plugin.add_fact(env, f"{self.prefix}server", {"name": str(server)})
-        self._servers[env, server] = _Server(self.kind, goal_server.close, fact, handler)
+        self._servers[env, server] = _ActionServerEndpoint(self.type_name, goal_server.close, fact, handler)
 
-    def handler(self, env: ClipsEnvironment, server: str) -> GoalHandler | None:
-        """Return the handler of an environment's server; None without such a server."""
+    def find_handler(self, env: ClipsEnvironment, server: str) -> GoalHandler | None:
+        """Return the handler of an environment's server; None if there is no such server."""
         endpoint = self._servers.get(env, server)
         return None if endpoint is None else endpoint.handler
 
-    def _goal(self, address: ExternalAddress) -> Value:
+    def _get_goal(self, address: ExternalAddress) -> Value:
         goal = self.handles.find(address).goal
-        return self.plugin.messages.take(self.kind.derive("Goal"), goal)
+        return self.plugin.messages.take(self.type_name.derive("Goal"), goal)
 
     def _has_status(self, *arguments: GoalStatus | ExternalAddress) -> Value:
-        """Return whether an active goal has one of the given states; the last argument is its handle."""
+        """Return whether a goal, the last argument, is active and has one of the preceding states."""
         *states, address = arguments
         assert isinstance(address, ExternalAddress)
         status = self.handles.find(address).status
         return TRUE if status in states and not status.is_final else FALSE
 
-    def _fields(self, address: ExternalAddress, suffix: str) -> dict[str, object]:
-        """Return the fields of a message after a check of its type."""
-        view, kind = self.plugin.messages.find(address), self.kind.derive(suffix)
-        if view.kind != kind:
-            raise ClipsError(f"a {kind} is wanted, not a {view.kind}")
+    def _find_fields(self, address: ExternalAddress, section: str) -> dict[str, object]:
+        """Return the fields of the message at an address.
+
+        :param section: the part of the action's definition: ``Result`` or ``Feedback``.
+        :raises ClipsError: if the message has another type.
+        """
+        view, message_type = self.plugin.messages.find(address), self.type_name.derive(section)
+        if view.type_name != message_type:
+            raise ClipsError(f"a {message_type} is wanted, not a {view.type_name}")
         return view.fields
 
-    def _finish(self, status: GoalStatus, address: ExternalAddress, result: ExternalAddress) -> None:
+    def _finish_goal(self, status: GoalStatus, address: ExternalAddress, result: ExternalAddress) -> None:
         served = self.handles.find(address)
         if served.status.is_final:
             raise ClipsError(f"the goal has ended: {served.status.name}")
-        served.finish(status, self._fields(result, "Result"))
+        served.finish(status, self._find_fields(result, "Result"))
 
     def _publish_feedback(self, address: ExternalAddress, feedback: ExternalAddress) -> None:
-        self.handles.find(address).publish_feedback(self._fields(feedback, "Feedback"))
+        self.handles.find(address).publish_feedback(self._find_fields(feedback, "Feedback"))
 
     def close(self, env: ClipsEnvironment) -> None:
         self._servers.close(env)
 
 
-class _Handler(GoalHandler):
-    """Calls deffunctions for the goals of a server at once."""
+class _DeffunctionGoalHandler(GoalHandler):
+    """Decides about the goals of a server by deffunctions, and asserts a fact for each accepted goal."""
 
     def __init__(self, servers: ActionServers, env: ClipsEnvironment, server: str) -> None:
         self._servers, self._env, self._server = servers, env, server
         self._plugin, self._prefix = servers.plugin, servers.prefix
-        self._addresses: dict[bytes, ExternalAddress] = {}
+        self._goal_addresses: dict[bytes, ExternalAddress] = {}
 
-    def _call(self, name: str, served: ServedGoal, argument: Value) -> Value:
-        """Call a deffunction with a goal and an argument; return None if undefined, 1 if it fails."""
+    def _call_deffunction(self, name: str, served: ServedGoal, argument: Value) -> Value:
+        """Call a deffunction with a goal and an argument.
+
+        :returns: the value of the deffunction; None if it is undefined, 1 if it fails.
+        """
         function, messages = f"{self._prefix}{name}-callback", self._plugin.messages
-        goal = messages.take(self._servers.kind.derive("Goal"), served.goal)
+        goal = messages.take(self._servers.type_name.derive("Goal"), served.goal)
         try:
             with self._env.lock:
                 if not self._env.has_deffunction(function):
@@ -153,13 +164,13 @@ class _Handler(GoalHandler):
                 return self._env.call(function, self._server, goal, argument)
         except ClipsError as error:
             self._plugin.log.error(str(error))
-            return 1  # REJECT, for a goal and for a cancel request
+            return 1  # in ROS, REJECT both for a goal and for a cancel request
         finally:
-            messages.destroy(goal)  # the deffunction has the message during the call only
+            messages.destroy(goal)  # the address is valid during the call only
 
     def decide(self, served: ServedGoal) -> GoalResponse:
-        """Let the deffunction decide about a goal; without a deffunction, accept and execute."""
-        response = self._call("handle-goal", served, _id_text(served))
+        """Let the deffunction decide about a goal; without a deffunction, accept and execute the goal."""
+        response = self._call_deffunction("handle-goal", served, _format_goal_id(served))
         if response is None:
             return GoalResponse.ACCEPT_AND_EXECUTE
         if isinstance(response, int) and response in list(GoalResponse):
@@ -169,15 +180,15 @@ class _Handler(GoalHandler):
 
     def begin(self, served: ServedGoal) -> None:
         # the address is kept: a later cancel request names the goal by its id
-        address = self._addresses[served.goal_id] = self._servers.handles.add(served)
+        address = self._goal_addresses[served.goal_id] = self._servers.handles.add(served)
         slots = {"server": self._server, "server-goal-handle-ptr": address}
         self._plugin.add_fact(self._env, f"{self._prefix}accepted-goal", slots)
 
     def may_cancel(self, served: ServedGoal) -> bool:
-        """Let the deffunction decide about a cancel request; without a deffunction, accept."""
-        response = self._call("cancel-goal", served, self._addresses[served.goal_id])
+        """Let the deffunction decide about a cancel request; without a deffunction, accept the request."""
+        response = self._call_deffunction("cancel-goal", served, self._goal_addresses[served.goal_id])
         return response is None or response == _CANCEL_ACCEPTED
 
 
-def _id_text(served: ServedGoal) -> str:
+def _format_goal_id(served: ServedGoal) -> str:
     return str(uuid.UUID(bytes=served.goal_id))

@@ -1,4 +1,8 @@
-"""The node's connection to ROS: process-local on a virtual clock, a transport such as DDS on a real one."""
+"""The node's connection to ROS.
+
+On a virtual clock the node and its peers exchange messages within the process, on a real clock over a
+transport such as DDS. The connection begins when a plug-in first needs it.
+"""
 
 from __future__ import annotations
 
@@ -23,9 +27,9 @@ if TYPE_CHECKING:
     from cxbridge_ros2cx.cx.pddl.manager import PddlManager
     from cxbridge_ros2cx.cx.ros.messages import MessageTable
 
-_PDDL: Final = "/pddl_manager/"
-# types that neither the checkout nor rosbags has: bonds, and the types of the examples
-_TYPES: Final = {
+_PDDL_NAMESPACE: Final = "/pddl_manager/"
+# definitions that neither a checkout nor rosbags has: of bonds, and of types in the examples of the ROS 2 CX
+_EXTRA_DEFINITIONS: Final = {
     "bond/msg/Status": "std_msgs/Header header\nstring id\nstring instance_id\nbool active\n"
     "float32 heartbeat_timeout\nfloat32 heartbeat_period\n",
     "example_interfaces/action/Fibonacci": "int32 order\n---\nint32[] sequence\n---\nint32[] sequence\n",
@@ -37,28 +41,33 @@ _TYPES: Final = {
 
 
 class RosNode(Closing):
-    """The node, which joins ROS when a plug-in first needs it.
+    """The node.
 
-    :param name: the full name: ``/clips_manager``.
-    :param packages: the packages that are searched for types first.
+    :param name: the full name, e.g. ``/clips_manager``.
+    :param packages: the packages whose types hide types of the same name in rosbags.
     """
 
     def __init__(
-        self, name: str, packages: Packages, clock: Clock, log_of: Callable[[str], Logger], rights: Rights
+        self,
+        name: str,
+        packages: Packages,
+        clock: Clock,
+        make_logger: Callable[[str], Logger],
+        rights: Rights,
     ) -> None:
         self.name = name
         self._packages, self._clock, self._rights = packages, clock, rights
-        self._log_of, self._log = log_of, log_of(name.rpartition("/")[2])
-        self._pddl: PddlManager | None = None
+        self._make_logger, self._log = make_logger, make_logger(name.rpartition("/")[2])
+        self._pddl_manager: PddlManager | None = None
         self._namespace = name.rpartition("/")[0]
-        # Request numbers, counted over all clients: the RMW of the recordings counts the same way.
-        self.requests = count(1)
+        # Numbers of requests, over all clients: the ROS middleware of the recorded runs counts the same way.
+        self.request_numbers = count(1)
 
     @cached_property
     def definitions(self) -> Definitions:
         from cxbridge_ros2.definitions import Definitions  # noqa: PLC0415 - slow to import, only for agents with ROS
 
-        return Definitions(self._packages.folders, texts=_TYPES)
+        return Definitions(self._packages.definition_folders, texts=_EXTRA_DEFINITIONS)
 
     @cached_property
     def messages(self) -> MessageTable:
@@ -68,7 +77,7 @@ class RosNode(Closing):
 
     @cached_property
     def graph(self) -> LocalGraph:
-        """The nodes of this process on a virtual clock; peers join here."""
+        """The graph of the nodes in this process, for a virtual clock; peers join the same graph."""
         from cxbridge_ros2.transports.local import LocalGraph  # noqa: PLC0415 - likewise
 
         return LocalGraph(self.definitions)
@@ -80,26 +89,26 @@ class RosNode(Closing):
             return self.graph.join(name, self._log.warn)
         from cxbridge_ros2.settings import NodeSettings  # noqa: PLC0415 - likewise
 
-        settings = NodeSettings.parse({}, self._folder, "the node")
+        settings = NodeSettings.parse({}, self._settings_folder, "the node")
         return settings.join(name, self.definitions, self._log.warn, self._rights)
 
     @property
-    def _folder(self) -> Path:
-        return self._packages.folders[0] if self._packages.folders else Path()
+    def _settings_folder(self) -> Path:
+        return self._packages.definition_folders[0] if self._packages.definition_folders else Path()
 
-    def reach(self, name: str, kind: TypeName) -> str:
-        """Return the full name of a service or an action, for a new client.
+    def prepare_client(self, name: str, type_name: TypeName) -> str:
+        """Return the full name of a service or an action for a new client, and start the server if necessary.
 
-        On a virtual clock cxbridge's own ``pddl_manager`` joins for the first client of its services, with
-        the types of the client's package.
+        On a virtual clock cxbridge's own node ``pddl_manager`` joins the graph for the first client of its
+        services. The node uses the types of that client's package.
         """
         full_name = self.full_name(name)
-        if self._clock.is_virtual and self._pddl is None and full_name.startswith(_PDDL):
+        if self._clock.is_virtual and self._pddl_manager is None and full_name.startswith(_PDDL_NAMESPACE):
             from cxbridge_ros2cx.cx.pddl.manager import PddlManager  # noqa: PLC0415 - for agents that plan
 
-            log = self._log_of(_PDDL.strip("/"))
-            self._pddl = PddlManager(
-                self.graph.join("pddl_manager", log.warn), self._clock, log, kind.package
+            log = self._make_logger(_PDDL_NAMESPACE.strip("/"))
+            self._pddl_manager = PddlManager(
+                self.graph.join("pddl_manager", log.warn), self._clock, log, type_name.package
             )
         return full_name
 
@@ -111,17 +120,17 @@ class RosNode(Closing):
 
     @property
     def has_peers(self) -> bool:
-        """Whether other nodes exist: on a virtual clock, other nodes of this process."""
+        """Whether there may be further nodes: on a virtual clock, further nodes of this process."""
         if not self._clock.is_virtual:
             return True
-        own_nodes = {self.name.rpartition("/")[2], _PDDL.strip("/")}
+        own_nodes = {self.name.rpartition("/")[2], _PDDL_NAMESPACE.strip("/")}
         return "graph" in self.__dict__ and not own_nodes.issuperset(self.graph.nodes)
 
     def spin(self) -> None:
-        """Receive messages; on a virtual clock also all messages that these cause at this moment."""
-        if self._pddl is not None:
-            self._pddl.step()
-        # __dict__ tells whether the cached property exists; its use would create it
+        """Receive messages; on a virtual clock also the messages that peers send in response."""
+        if self._pddl_manager is not None:
+            self._pddl_manager.plan_waiting_goals()
+        # a look into __dict__, since access to the cached property would create the graph
         if "graph" in self.__dict__:
             if not self.graph.settle():
                 self._log.error("messages answer each other without an end")
@@ -129,7 +138,7 @@ class RosNode(Closing):
             self.node.poll()
 
     def close(self) -> None:
-        if self._pddl is not None:
-            self._pddl.close()
+        if self._pddl_manager is not None:
+            self._pddl_manager.close()
         if "node" in self.__dict__:
             self.node.close()

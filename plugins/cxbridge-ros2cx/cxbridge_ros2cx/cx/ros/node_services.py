@@ -1,4 +1,9 @@
-"""The services of the node: environments and plug-ins, life cycle, parameters, log and bond."""
+"""The services that the node offers to peers.
+
+Services create environments and load plug-ins, lead the node through its life cycle, and tell its parameters.
+Topics carry log lines, and the heartbeats by which the life-cycle manager of Nav2 watches the node (its
+bond).
+"""
 
 from __future__ import annotations
 
@@ -27,10 +32,12 @@ if TYPE_CHECKING:
 
 _PACKAGE: Final = "cx_msgs/srv"
 _BOND: Final = "bond"
-_BOND_TIMEOUT_S: Final = 4.0  # the original's heartbeat timeout, after which a peer considers the bond broken
-_LOGS: Final = "set_topic_logging"
-_LOGGER: Final = "topic"  # name of the logger that publishes an environment's lines
-_INACTIVE_SERVICES: Final = ("list_envs", _LOGS)  # services that an inactive node keeps
+_BOND_TIMEOUT_S: Final = (
+    4.0  # time without a heartbeat after which a peer considers the bond broken, as in Nav2
+)
+_LOGGING_SERVICE: Final = "set_topic_logging"
+_LOGGER_NAME: Final = "topic"  # name of the logger that publishes an environment's lines
+_INACTIVE_SERVICES: Final = ("list_envs", _LOGGING_SERVICE)  # services that an inactive node keeps
 
 Fields = Mapping[str, Any]
 
@@ -38,43 +45,43 @@ Fields = Mapping[str, Any]
 class NodeServices(Closing):
     """The services of the node after its activation.
 
-    :param work: a function for each transition that returns whether the transition has succeeded.
+    :param transitions: a function for each transition that returns whether the transition has succeeded.
     :param state: the state of the node: active or unconfigured.
     """
 
     def __init__(
-        self, manager: CxManager, work: Mapping[str, Callable[[], bool]], state: LifecycleState
+        self, manager: CxManager, transitions: Mapping[str, Callable[[], bool]], state: LifecycleState
     ) -> None:
         self._manager, context = manager, manager.context
         self._node, self._name = context.ros.node, context.parameters.name.strip("/")
         self._closers: dict[str, Callable[[], None]] = {}
         self._rosout = RosoutPublisher(self._node, self._name)
         context.bus.subscribe(self._rosout, *RosoutPublisher.events)
-        self._bond = Bond.of(manager) if state is LifecycleState.ACTIVE else None
-        self._serve()
-        if context.is_newer:
-            self._closers[_LOGS] = TopicLogs(manager).close
+        self._bond = Bond.from_parameters(manager) if state is LifecycleState.ACTIVE else None
+        self._offer_services()
+        if context.has_2026_changes:
+            self._closers[_LOGGING_SERVICE] = TopicLogging(manager).close
         report, clock = manager.log.error, context.clock
-        transitions: dict[str, Callable[[], bool]] = {
-            CONFIGURE: work[CONFIGURE],
-            ACTIVATE: partial(self._activate, work[ACTIVATE]),
-            DEACTIVATE: partial(self._deactivate, work[DEACTIVATE]),
-            SHUTDOWN: work[SHUTDOWN],
+        served_transitions: dict[str, Callable[[], bool]] = {
+            CONFIGURE: transitions[CONFIGURE],
+            ACTIVATE: partial(self._activate, transitions[ACTIVATE]),
+            DEACTIVATE: partial(self._deactivate, transitions[DEACTIVATE]),
+            SHUTDOWN: transitions[SHUTDOWN],
         }
-        self._lifecycle = Lifecycle(self._node, self._name, transitions, clock, report, state)
+        self._lifecycle = Lifecycle(self._node, self._name, served_transitions, clock, report, state)
         declared = {
-            name: Parameter(_with_lists(parameter.value), read_only=True)
+            name: Parameter(_to_message_value(parameter.value), read_only=True)
             for name, parameter in context.parameters
         }
         self._parameters = Parameters(self._node, self._name, declared, clock)
 
-    def _serve(self) -> None:
+    def _offer_services(self) -> None:
         services: tuple[tuple[str, str, Callable[[Message], Fields]], ...] = (
             ("list_envs", "ListClipsEnvs", self._list_environments),
-            ("create_env", "CreateClipsEnv", self._create),
-            ("destroy_env", "DestroyClipsEnv", self._destroy),
-            ("load_plugin", "LoadClipsPlugin", self._load),
-            ("unload_plugin", "UnloadClipsPlugin", self._unload),
+            ("create_env", "CreateClipsEnv", self._create_environment),
+            ("destroy_env", "DestroyClipsEnv", self._destroy_environment),
+            ("load_plugin", "LoadClipsPlugin", self._load_plugin),
+            ("unload_plugin", "UnloadClipsPlugin", self._unload_plugin),
             ("list_plugins", "ListClipsPlugins", self._list_plugins),
         )
         for name, kind, handler in services:
@@ -84,7 +91,7 @@ class NodeServices(Closing):
                 self._closers[name] = self._node.serve(
                     f"/{self._name}/{name}",
                     f"{_PACKAGE}/{kind}",
-                    self._with_error_responses(handler),
+                    self._wrap_handler(handler),
                     right=Right.CONTROL,
                 )
             except Ros2Error as error:
@@ -92,8 +99,8 @@ class NodeServices(Closing):
                 self._manager.log.warn(f"services for environments are not offered: {error.message}; {hint}")
                 return
 
-    def _with_error_responses(self, handler: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
-        """Return a handler that logs errors of another handler and reports them in its response."""
+    def _wrap_handler(self, handler: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
+        """Return a handler that logs the errors of the wrapped handler, and sends them as responses."""
 
         def respond(request: Message) -> Fields:
             try:
@@ -106,7 +113,7 @@ class NodeServices(Closing):
 
     # --- environments -------------------------------------------------------------------------------------
 
-    def _environment_of(self, request: Message, error: str = "unknown environment") -> str:
+    def _require_environment(self, request: Message, error: str = "unknown environment") -> str:
         name: str = request["env_name"]
         if name not in self._manager.environments:
             raise CxbridgeError(error)
@@ -115,14 +122,14 @@ class NodeServices(Closing):
     def _list_environments(self, _request: Message) -> Fields:
         return {"envs": list(self._manager.environments)}
 
-    def _create(self, request: Message) -> Fields:
-        """Create an environment with its plug-ins; its rules run at the next tick."""
+    def _create_environment(self, request: Message) -> Fields:
+        """Create an environment with its plug-ins, whose rules run at the next tick."""
         self._manager.create(request["env_name"])
         self._manager.load_plugins(request["env_name"])
         return {}
 
-    def _destroy(self, request: Message) -> Fields:
-        name = self._environment_of(request, "unknown Environment name")
+    def _destroy_environment(self, request: Message) -> Fields:
+        name = self._require_environment(request, "unknown Environment name")
         self._manager.log.warn(f"Deleting '{name}' --- Clips Environment...")
         self._manager.destroy(name)
         self._manager.log.warn(f"Deleted '{name}' --- Clips Environment!")
@@ -130,31 +137,31 @@ class NodeServices(Closing):
 
     # --- plug-ins -----------------------------------------------------------------------------------------
 
-    def _load(self, request: Message) -> Fields:
-        name = self._environment_of(request)
+    def _load_plugin(self, request: Message) -> Fields:
+        name = self._require_environment(request)
         if self._manager.request(name, request["plugin_name"]) == FALSE:
             raise CxbridgeError("error while loading plugin")
         return {}
 
-    def _unload(self, request: Message) -> Fields:
-        name = self._environment_of(request)
+    def _unload_plugin(self, request: Message) -> Fields:
+        name = self._require_environment(request)
         if request["plugin_name"] not in self._manager.loaded_features(name):
             raise CxbridgeError("unknown plugin")
         self._manager.destroy_context(name, request["plugin_name"])
         return {}
 
     def _list_plugins(self, request: Message) -> Fields:
-        # before pull request 33, the original answers a request without an environment with an empty list
-        if not request["env_name"] and not self._manager.context.is_newer:
+        # before pull request 33, the ROS 2 CX sends an empty list for a request without an environment
+        if not request["env_name"] and not self._manager.context.has_2026_changes:
             return {"plugins": []}
-        return {"plugins": list(self._manager.loaded_features(self._environment_of(request)))}
+        return {"plugins": list(self._manager.loaded_features(self._require_environment(request)))}
 
     # --- transitions --------------------------------------------------------------------------------------
 
     def _activate(self, activate: Callable[[], bool]) -> bool:
         succeeded = activate()
-        self._serve()  # the services that the deactivation has closed
-        self._bond = Bond.of(self._manager)
+        self._offer_services()  # again the services that the deactivation has closed
+        self._bond = Bond.from_parameters(self._manager)
         return succeeded
 
     def _deactivate(self, deactivate: Callable[[], bool]) -> bool:
@@ -185,7 +192,7 @@ class NodeServices(Closing):
 
 
 class Bond(Closing):
-    """The bond of an active node: heartbeats on the topic ``bond`` until the bond is broken.
+    """The bond of an active node, which sends heartbeats on the topic ``bond``.
 
     :param period: seconds between heartbeats.
     """
@@ -204,7 +211,7 @@ class Bond(Closing):
         self._topic.publish(self._status)
 
     @classmethod
-    def of(cls, manager: CxManager) -> Bond | None:
+    def from_parameters(cls, manager: CxManager) -> Bond | None:
         """Return the bond that the parameters configure; None without a heartbeat period."""
         period = manager.context.parameters.get(f"{_BOND}_heartbeat_period", 0.0)
         return cls(manager, period) if period > 0.0 else None
@@ -218,7 +225,7 @@ class Bond(Closing):
         self._topic.close()
 
 
-class TopicLogs:
+class TopicLogging:
     """Publishes the log lines of the environments that a parameter or a peer has selected.
 
     The service exists since pull request 33 of carologistics/clips_executive (June 2026).
@@ -229,30 +236,33 @@ class TopicLogs:
         name = manager.context.parameters.name
         self._publisher = node.create_publisher(f"{name}/clips_log", "cx_msgs/msg/Log")
         self.close: Callable[[], None] = node.serve(
-            f"{name}/{_LOGS}", f"{_PACKAGE}/SetTopicLogging", self._set, right=Right.CONTROL
+            f"{name}/{_LOGGING_SERVICE}",
+            f"{_PACKAGE}/SetTopicLogging",
+            self._set_logging,
+            right=Right.CONTROL,
         )
         for env in manager.environments:
             if manager.context.parameters.get(f"{env}.log_clips_to_topic", default=False):
-                self._switch(env, on=True)
+                self._switch_logging(env, is_enabled=True)
 
-    def _set(self, request: Message) -> Fields:
-        self._switch(request["env_name"], on=request["enabled"])
+    def _set_logging(self, request: Message) -> Fields:
+        self._switch_logging(request["env_name"], is_enabled=request["enabled"])
         return {"success": True}
 
-    def _switch(self, name: str, *, on: bool) -> None:
+    def _switch_logging(self, name: str, *, is_enabled: bool) -> None:
         env = self._manager.environments.get(name)
-        if env is None:  # the original, too, reports success for an unknown environment
+        if env is None:  # as in the ROS 2 CX, an unknown environment is no error
             return
-        if any(logger.name == _LOGGER for logger in env.loggers.loggers):
-            env.loggers.remove(_LOGGER)
-        if on:
-            env.loggers.add(ClipsLogger(_LOGGER, partial(self._publish, env), component=name))
+        if any(logger.name == _LOGGER_NAME for logger in env.loggers.loggers):
+            env.loggers.remove(_LOGGER_NAME)
+        if is_enabled:
+            env.loggers.add(ClipsLogger(_LOGGER_NAME, partial(self._publish, env), component=name))
 
     def _publish(self, env: ClipsEnvironment, _level: Level, line: str) -> None:
         logical_name = env.output.logical_name if isinstance(env.output, StockOutput) else ""
         self._publisher.publish({"env_name": env.name, "logical_name": logical_name, "line": line})
 
 
-def _with_lists(value: Any) -> Any:
+def _to_message_value(value: Any) -> Any:
     """Return a parameter's value for messages, which have lists in place of tuples."""
     return list(value) if isinstance(value, tuple) else value

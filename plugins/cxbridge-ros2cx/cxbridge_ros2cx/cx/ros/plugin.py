@@ -1,8 +1,8 @@
-"""The base class of ROS plug-ins, and the endpoints that rules open through them.
+"""The base class of ROS plug-ins, and the endpoints that rules open through plug-ins.
 
-Endpoints are publishers, subscriptions, clients and servers, each with a fact. A generated plug-in
-has one type and its own prefix; functions of the plug-in ``ros_msgs`` take the type as an argument. The texts
-of log lines are those of the original.
+Endpoints are publishers, subscriptions, clients and servers, each with a fact. A generated plug-in is for one
+ROS type, whose name is in the prefix of its functions. The functions of the plug-in ``ros_msgs`` take the
+type as an argument. Log lines have the texts of the ROS 2 CX, carologistics/clips_executive.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cxbridge.errors import ClipsError, Ros2Error
 from cxbridge.executive.host.values import ExternalAddress, Value
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2cx.cx.plugin import CxPlugin
-from cxbridge_ros2cx.cx.ros.messages import Addresses, FieldError
+from cxbridge_ros2cx.cx.ros.messages import AddressAllocator, FieldError
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -33,31 +33,31 @@ SYMBOL: Final = "(type SYMBOL)"
 FLOAT: Final = "(type FLOAT)"
 
 # name, function, and CLIPS' codes for the types of the arguments, separated by ``;``
-Definition = tuple[str, Callable[..., Value], str]
+FunctionDefinition = tuple[str, Callable[..., Value], str]
 
-T = TypeVar("T")
+ItemT = TypeVar("ItemT")
 
 
-class Handles(Generic[T]):
-    """Objects by their addresses in rules.
+class HandleTable(Generic[ItemT]):
+    """Objects by the external addresses that rules have for them.
 
-    :param kind: the kind of the objects, for errors.
-    :param first: the first address. The ranges of different kinds differ, so a mixed-up handle is unknown.
+    :param noun: the noun for an object in errors.
+    :param first: the first address. Each table has a separate range, so a handle of another table is unknown.
     """
 
-    def __init__(self, kind: str, first: int) -> None:
-        self._kind = kind
-        self._addresses = Addresses(first)
-        self._objects: dict[ExternalAddress, T] = {}
+    def __init__(self, noun: str, first: int) -> None:
+        self._noun = noun
+        self._addresses = AddressAllocator(first)
+        self._objects: dict[ExternalAddress, ItemT] = {}
 
-    def add(self, item: T) -> ExternalAddress:
+    def add(self, item: ItemT) -> ExternalAddress:
         address = self._addresses.take()
         self._objects[address] = item
         return address
 
-    def find(self, address: ExternalAddress) -> T:
+    def find(self, address: ExternalAddress) -> ItemT:
         if address not in self._objects:
-            raise ClipsError(f"Unknown {self._kind}")
+            raise ClipsError(f"Unknown {self._noun}")
         return self._objects[address]
 
     def destroy(self, address: ExternalAddress) -> None:
@@ -72,8 +72,9 @@ class RosPlugin(CxPlugin):
     :ivar endpoints: the topics, services and actions of the plug-in.
     """
 
-    endpoints: tuple[Endpoints, ...] = ()
-    has_waiting = False  # whether requests or goals wait for a server: if none does, a loop calls no endpoint
+    endpoints: tuple[EndpointGroup, ...] = ()
+    # whether requests or goals wait for a server; otherwise a tick need not call the endpoints
+    has_waiting_messages = False
 
     @property
     def ros(self) -> RosNode:
@@ -84,36 +85,40 @@ class RosPlugin(CxPlugin):
         return self.context.ros.messages
 
     def tick(self) -> None:
-        """Send requests and goals that were waiting for their server."""
-        if self.has_waiting:
+        """Send the requests and goals whose servers have appeared."""
+        if self.has_waiting_messages:
+            # a list: any() of a generator would skip the endpoints after the first with a waiting message
             waits = [endpoints.tick() for endpoints in self.endpoints]
-            self.has_waiting = any(waits)
+            self.has_waiting_messages = any(waits)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the environment's open endpoints."""
         for endpoints in self.endpoints:
             endpoints.close(env)
 
-    def template(self, env: ClipsEnvironment, name: str, /, **slots: str) -> None:
-        """Define a deftemplate unless the name is taken.
+    def define_template(self, env: ClipsEnvironment, name: str, /, **slots: str) -> None:
+        """Define a deftemplate unless the environment has a deftemplate of this name.
 
-        :param slots: the attributes of each slot; ``_`` in its name becomes ``-``.
+        :param slots: the attributes of each slot by its name, in which ``_`` stands for ``-``.
         """
         if not env.has_template(name):
-            text = " ".join(f"(slot {slot.replace('_', '-')} {kind})" for slot, kind in slots.items())
+            text = " ".join(
+                f"(slot {slot.replace('_', '-')} {attributes})" for slot, attributes in slots.items()
+            )
             env.build(f"(deftemplate {name} {text})")
 
     def add_fact(self, env: ClipsEnvironment, template: str, slots: Mapping[str, Value]) -> int | None:
-        """Assert a fact of a message for the next run of the rules."""
+        """Assert a fact, and return its index; None if CLIPS has the fact already."""
         with env.lock:
             return env.assert_fact(template, slots)
 
-    def define(
+    def define_function(
         self, env: ClipsEnvironment, name: str, function: Callable[..., Value], types: str, result: str = "*"
     ) -> None:
-        """Define a function; a ROS error becomes an error of the calling rule.
+        """Define a function for rules; its ROS errors become errors of the calling rule.
 
-        :param types: the types of the arguments, separated by ``;``.
+        :param types: CLIPS' codes for the types of the arguments, separated by ``;``.
+        :param result: CLIPS' codes for the types of the result.
         """
 
         def call(*arguments: Value) -> Value:
@@ -125,10 +130,12 @@ class RosPlugin(CxPlugin):
         count = len(types.split(";")) if types else 0
         env.define(name, call, count, types=f"{result};{types}" if types else result)
 
-    def define_all(self, env: ClipsEnvironment, prefix: str, functions: Iterable[Definition]) -> None:
+    def define_functions(
+        self, env: ClipsEnvironment, prefix: str, functions: Iterable[FunctionDefinition]
+    ) -> None:
         """Define functions whose names begin with a prefix."""
         for name, function, types in functions:
-            self.define(env, f"{prefix}{name}", function, types)
+            self.define_function(env, f"{prefix}{name}", function, types)
 
     # --- messages -----------------------------------------------------------------------------------------
 
@@ -136,25 +143,25 @@ class RosPlugin(CxPlugin):
         self,
         env: ClipsEnvironment,
         prefix: str,
-        kind: TypeName,
+        type_name: TypeName,
         create: str,
         destroy: str,
     ) -> None:
-        """Define the message functions of a generated plug-in."""
+        """Define the functions of a generated plug-in that create, read, change and destroy messages."""
 
-        def get(address: ExternalAddress, field: str) -> Value:
+        def get_field(address: ExternalAddress, field: str) -> Value:
             try:
                 return self.messages.get(address, field)
             except FieldError:
                 raise ClipsError(f"cannot retrieve unknown slot name {field}") from None
 
-        functions: tuple[Definition, ...] = (
-            (create, lambda: self.messages.create(kind), ""),
+        functions: tuple[FunctionDefinition, ...] = (
+            (create, lambda: self.messages.create(type_name), ""),
             (destroy, self.messages.destroy, "e"),
-            ("get-field", get, "e;sy"),
+            ("get-field", get_field, "e;sy"),
             ("set-field", self.messages.set, "e;sy;*"),
         )
-        self.define_all(env, prefix, functions)
+        self.define_functions(env, prefix, functions)
 
 
 # --- endpoints ----------------------------------------------------------------------------------------------
@@ -163,47 +170,48 @@ class RosPlugin(CxPlugin):
 class Endpoint(Struct, eq=False):
     """An endpoint of an environment.
 
-    :param kind: the type of its messages, its service or its action.
-    :param fact: the index of its fact.
+    :param type_name: the type of the messages, the service or the action.
+    :param close: closes the endpoint.
+    :param fact: the index of the endpoint's fact; None if CLIPS had the fact already.
     """
 
-    kind: TypeName
+    type_name: TypeName
     close: Callable[[], None]
     fact: int | None
 
 
-E = TypeVar("E", bound=Endpoint)
+EndpointT = TypeVar("EndpointT", bound=Endpoint)
 
 
-class EndpointTable(Generic[E]):
+class EndpointTable(Generic[EndpointT]):
     """The endpoints of a kind by environment and name.
 
-    :param noun: the kind, for log lines about endpoints that an environment leaves open.
-    :param unknown: the log line about an unknown name, with ``{name}`` and ``{env}``.
-    :param keeps_facts: whether the fact of a closed endpoint stays, as in some plug-ins of the original.
+    :param noun: the noun for an endpoint in log lines.
+    :param unknown_text: the log line about an unknown name, with ``{name}`` and ``{env}``.
+    :param keeps_facts: whether the fact of a closed endpoint stays, as in some plug-ins of the ROS 2 CX.
     """
 
-    def __init__(self, plugin: RosPlugin, noun: str, unknown: str, *, keeps_facts: bool = False) -> None:
-        self._plugin, self._noun, self._unknown = plugin, noun, unknown
+    def __init__(self, plugin: RosPlugin, noun: str, unknown_text: str, *, keeps_facts: bool = False) -> None:
+        self._plugin, self._noun, self._unknown_text = plugin, noun, unknown_text
         self._keeps_facts = keeps_facts
-        self._endpoints: dict[tuple[str, str], E] = {}
+        self._endpoints: dict[tuple[str, str], EndpointT] = {}
 
-    def __setitem__(self, key: tuple[ClipsEnvironment, str], endpoint: E) -> None:
+    def __setitem__(self, key: tuple[ClipsEnvironment, str], endpoint: EndpointT) -> None:
         env, name = key
         self._endpoints[env.name, str(name)] = endpoint
 
-    def get(self, env: ClipsEnvironment, name: str) -> E | None:
+    def get(self, env: ClipsEnvironment, name: str) -> EndpointT | None:
         return self._endpoints.get((env.name, str(name)))
 
-    def items(self) -> list[tuple[str, E]]:
+    def items(self) -> list[tuple[str, EndpointT]]:
         """Return names and endpoints of all environments."""
         return [(name, endpoint) for (_, name), endpoint in self._endpoints.items()]
 
-    def end(self, env: ClipsEnvironment, name: str) -> None:
-        """Close an endpoint; an unknown one is logged."""
+    def close_endpoint(self, env: ClipsEnvironment, name: str) -> None:
+        """Close an endpoint and retract its fact; log a warning if the endpoint is unknown."""
         endpoint = self._endpoints.pop((env.name, str(name)), None)
         if endpoint is None:
-            self._plugin.log.warn(self._unknown.format(name=name, env=env.name))
+            self._plugin.log.warn(self._unknown_text.format(name=name, env=env.name))
             return
         endpoint.close()
         if endpoint.fact is not None and not self._keeps_facts:
@@ -217,15 +225,15 @@ class EndpointTable(Generic[E]):
                 self._plugin.log.warn(f"Environment {env.name} has open {name} {self._noun}, cleaning up ...")
 
 
-class Endpoints(ABC):
-    """A group of functions, templates and endpoints of a plug-in.
+class EndpointGroup(ABC):
+    """The functions, templates and endpoints of a plug-in for one kind of endpoint.
 
-    :param prefix: the prefix of functions and templates: ``ros-msgs-``.
-    :param kind: the type of all endpoints; None if functions take the type as an argument.
+    :param prefix: the prefix of functions and templates, e.g. ``ros-msgs-``.
+    :param type_name: the type of all endpoints; None if functions take the type as an argument.
     """
 
-    def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName | None = None) -> None:
-        self.plugin, self.prefix, self.kind = plugin, prefix, kind
+    def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName | None = None) -> None:
+        self.plugin, self.prefix, self.type_name = plugin, prefix, type_name
 
     @abstractmethod
     def define(self, env: ClipsEnvironment) -> None:
@@ -239,19 +247,20 @@ class Endpoints(ABC):
     def close(self, env: ClipsEnvironment) -> None:
         """Close the endpoints of an environment."""
 
-    def type_of(self, text: str | None, kind: str = "msg") -> TypeName:
-        """Return the type of a new endpoint, from the argument of a function if there is one."""
-        return self.kind if self.kind is not None else parse_type(str(text), kind)
+    def resolve_type(self, text: str | None, kind: str = "msg") -> TypeName:
+        """Return the type of a new endpoint: that of the plug-in, or that in a function's argument."""
+        return self.type_name if self.type_name is not None else parse_type(str(text), kind)
 
-    def type_slot(self, text: str | None) -> dict[str, Value]:
-        """Return the slot ``type`` of the fact, which only plug-ins of many types have."""
-        return {"type": str(text)} if self.kind is None else {}
+    def make_type_slot(self, text: str | None) -> dict[str, Value]:
+        """Return the slot ``type`` of an endpoint's fact; a generated plug-in has no such slot."""
+        return {"type": str(text)} if self.type_name is None else {}
 
 
 class ClientEndpoint(Endpoint):
     """A client of a service or an action.
 
-    :param waiting: requests or goals that wait for the server.
+    :param client: the client of cxbridge_ros2.
+    :param waiting: the fields of requests or goals that wait for the server.
     """
 
     env: ClipsEnvironment
@@ -259,59 +268,64 @@ class ClientEndpoint(Endpoint):
     waiting: list[Mapping[str, Any]]
 
 
-C = TypeVar("C", bound=ClientEndpoint)
+ClientT = TypeVar("ClientT", bound=ClientEndpoint)
 
 
-class ClientEndpoints(Endpoints, Generic[C]):
+class ClientGroup(EndpointGroup, Generic[ClientT]):
     """Clients, whose requests or goals may wait for a server.
 
-    :cvar noun: ``service`` or ``action``.
-    :cvar server: the noun for the server in log lines.
-    :cvar sent: the message that a client sends: ``Request`` or ``Goal``.
+    :cvar client_noun: ``service`` or ``action``, for errors.
+    :cvar server_noun: the noun for the server in log lines.
+    :cvar message_section: the message that a client sends: ``Request`` or ``Goal``.
     """
 
-    noun: str
-    server: str
-    sent: str
-    clients: EndpointTable[C]
+    client_noun: str
+    server_noun: str
+    message_section: str
+    clients: EndpointTable[ClientT]
 
-    def find(self, env: ClipsEnvironment, name: str) -> C:
+    def find(self, env: ClipsEnvironment, name: str) -> ClientT:
         client = self.clients.get(env, name)
         if client is None:
-            raise ClipsError(f"there is no client of {name}: create a client of the {self.noun} first")
+            raise ClipsError(f"there is no client of {name}: create a client of the {self.client_noun} first")
         return client
 
-    def fields(self, client: C, message: ExternalAddress, name: str) -> Mapping[str, Any]:
-        """Return the fields of a message after a check of its type."""
+    def find_fields(self, client: ClientT, message: ExternalAddress, name: str) -> Mapping[str, Any]:
+        """Return the fields of the message at an address.
+
+        :raises ClipsError: if the message has another type than the client.
+        """
         view = self.plugin.messages.find(message)
-        if view.kind != client.kind.derive(self.sent):
-            raise ClipsError(f"the {self.noun} {name} has the type {client.kind}, the message {view.kind}")
+        if view.type_name != client.type_name.derive(self.message_section):
+            raise ClipsError(
+                f"the {self.client_noun} {name} has the type {client.type_name}, the message {view.type_name}"
+            )
         return view.fields
 
     def send(self, env: ClipsEnvironment, message: ExternalAddress, name: str) -> None:
-        """Send a message as soon as a server exists."""
+        """Send a message at once, or as soon as a server exists."""
         client = self.find(env, name)
-        fields = self.fields(client, message, name)
+        fields = self.find_fields(client, message, name)
         if client.client.has_server and not client.waiting:
             self.call(str(name), client, fields)
             return
         if not client.waiting:
-            self.plugin.log.warn(f"{self.server} {name} not available, start waiting")
+            self.plugin.log.warn(f"{self.server_noun} {name} not available, start waiting")
         # a copy: rules may change or destroy the message before the server appears
         client.waiting.append(deepcopy(fields))
-        self.plugin.has_waiting = True
+        self.plugin.has_waiting_messages = True
 
     def tick(self) -> bool:
         """Send the messages whose servers have appeared; return whether further messages still wait."""
         for name, client in self.clients.items():
             if client.waiting and client.client.has_server:
-                self.plugin.log.info(f"{self.server} {name} is finally reachable")
+                self.plugin.log.info(f"{self.server_noun} {name} is finally reachable")
                 while client.waiting:
                     self.call(name, client, client.waiting.pop(0))
         return any(client.waiting for _, client in self.clients.items())
 
     @abstractmethod
-    def call(self, name: str, client: C, fields: Mapping[str, Any]) -> object:
+    def call(self, name: str, client: ClientT, fields: Mapping[str, Any]) -> object:
         """Send a message to the server."""
 
     def close(self, env: ClipsEnvironment) -> None:

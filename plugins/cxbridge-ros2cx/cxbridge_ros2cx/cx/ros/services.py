@@ -1,4 +1,4 @@
-"""Services in rules: clients whose responses become facts, and servers that call a deffunction."""
+"""ROS services in rules: clients whose responses become facts, and servers that call a deffunction."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from cxbridge_ros2cx.cx.ros.plugin import (
     INTEGER,
     STRING,
     ClientEndpoint,
-    ClientEndpoints,
+    ClientGroup,
     Endpoint,
-    Endpoints,
+    EndpointGroup,
     EndpointTable,
     RosPlugin,
 )
@@ -30,89 +30,99 @@ if TYPE_CHECKING:
     from cxbridge_ros2.names import TypeName
     from cxbridge_ros2.node import SendResponse
 
-DISCOVERY_S: Final = 1.0  # seconds of real time for discovery of a server after its client is created
+DISCOVERY_S: Final = 1.0  # real time that the discovery of a server may take after the creation of its client
 _POLL_S: Final = 0.01  # seconds between two checks for the server
 
 
 class _ServiceClient(ClientEndpoint):
-    created_s: float
+    creation_s: float
 
 
-class ServiceClients(ClientEndpoints[_ServiceClient]):
+class ServiceClients(ClientGroup[_ServiceClient]):
     """The service clients of a plug-in."""
 
-    noun = server = "service"
-    sent = "Request"
+    client_noun = server_noun = "service"
+    message_section = "Request"
 
-    def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName | None = None) -> None:
-        super().__init__(plugin, prefix, kind)
+    def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName | None = None) -> None:
+        super().__init__(plugin, prefix, type_name)
         self.clients = EndpointTable(plugin, "client", "Client {name} not found in environment {env}")
         # generated plug-ins number their requests since pull request 33 of carologistics/clips_executive
         # (June 2026)
-        self._has_numbers = kind is None or plugin.context.is_newer
+        self._has_request_ids = type_name is None or plugin.context.has_2026_changes
 
     def define(self, env: ClipsEnvironment) -> None:
         plugin, prefix = self.plugin, self.prefix
-        plugin.define(env, f"{prefix}destroy-client", partial(self.clients.end, env), "sy")
-        if self.kind is None:
-            plugin.template(env, f"{prefix}client", service=STRING, type=STRING)
-            plugin.template(env, f"{prefix}response", service=STRING, request_id=INTEGER, msg_ptr=ADDRESS)
-            plugin.define(env, f"{prefix}create-client", partial(self._create, env), "sy;sy")
-            plugin.define(
+        plugin.define_function(
+            env, f"{prefix}destroy-client", partial(self.clients.close_endpoint, env), "sy"
+        )
+        if self.type_name is None:
+            plugin.define_template(env, f"{prefix}client", service=STRING, type=STRING)
+            plugin.define_template(
+                env, f"{prefix}response", service=STRING, request_id=INTEGER, msg_ptr=ADDRESS
+            )
+            plugin.define_function(env, f"{prefix}create-client", partial(self._create_client, env), "sy;sy")
+            plugin.define_function(
                 env,
                 f"{prefix}create-request",
-                lambda text: plugin.messages.create(self.type_of(text, "srv").derive("Request")),
+                lambda text: plugin.messages.create(self.resolve_type(text, "srv").derive("Request")),
                 "sy",
             )
-            plugin.define(env, f"{prefix}async-send-request", partial(self._send_now, env), "e;sy", "bl")
+            plugin.define_function(
+                env, f"{prefix}async-send-request", partial(self._send_request, env), "e;sy", "bl"
+            )
             return
-        plugin.template(env, f"{prefix}client", service=STRING)
-        plugin.define(env, f"{prefix}create-client", partial(self._create, env), "sy")
-        if self._has_numbers:
-            plugin.template(env, f"{prefix}response", service=STRING, msg_ptr=ADDRESS, request_id=INTEGER)
-            plugin.define(env, f"{prefix}send-request", partial(self._send_now, env), "e;sy", "bl")
+        plugin.define_template(env, f"{prefix}client", service=STRING)
+        plugin.define_function(env, f"{prefix}create-client", partial(self._create_client, env), "sy")
+        if self._has_request_ids:
+            plugin.define_template(
+                env, f"{prefix}response", service=STRING, msg_ptr=ADDRESS, request_id=INTEGER
+            )
+            plugin.define_function(
+                env, f"{prefix}send-request", partial(self._send_request, env), "e;sy", "bl"
+            )
         else:
-            plugin.template(env, f"{prefix}response", service=STRING, msg_ptr=ADDRESS)
-            plugin.define(env, f"{prefix}send-request", partial(self.send, env), "e;sy", "v")
+            plugin.define_template(env, f"{prefix}response", service=STRING, msg_ptr=ADDRESS)
+            plugin.define_function(env, f"{prefix}send-request", partial(self.send, env), "e;sy", "v")
 
-    def _create(self, env: ClipsEnvironment, service: str, text: str | None = None) -> None:
+    def _create_client(self, env: ClipsEnvironment, service: str, text: str | None = None) -> None:
         if self.clients.get(env, service) is not None:
             self.plugin.log.warn(f"Already registered to client {service}")
             return
-        kind, ros = self.type_of(text, "srv"), self.plugin.ros
-        client = ros.node.create_client(ros.reach(service, kind), str(kind))
-        slots = {"service": str(service)} | self.type_slot(text)
+        type_name, ros = self.resolve_type(text, "srv"), self.plugin.ros
+        client = ros.node.create_client(ros.prepare_client(service, type_name), str(type_name))
+        slots = {"service": str(service)} | self.make_type_slot(text)
         fact = self.plugin.add_fact(env, f"{self.prefix}client", slots)
         self.clients[env, service] = _ServiceClient(
-            kind, client.close, fact, env, client, [], time.monotonic()
+            type_name, client.close, fact, env, client, [], time.monotonic()
         )
 
-    def _send_now(self, env: ClipsEnvironment, message: ExternalAddress, service: str) -> Value:
+    def _send_request(self, env: ClipsEnvironment, message: ExternalAddress, service: str) -> Value:
         """Send a request; return its number, or FALSE without a server."""
         client = self.find(env, service)
-        fields = self.fields(client, message, service)
+        fields = self.find_fields(client, message, service)
         if not self._is_served(client):
             self.plugin.log.warn(f"service {service} not available, abort request.")
             return FALSE
         return self.call(str(service), client, fields)
 
     def _is_served(self, client: _ServiceClient) -> bool:
-        """Return whether a server exists; in real time, wait for its discovery."""
-        until_s = client.created_s + DISCOVERY_S
+        """Return whether a server exists; on a real clock, wait for its discovery."""
+        deadline_s = client.creation_s + DISCOVERY_S
         while not client.client.has_server:
-            if self.plugin.context.clock.is_virtual or time.monotonic() >= until_s:
+            if self.plugin.context.clock.is_virtual or time.monotonic() >= deadline_s:
                 return False
             time.sleep(_POLL_S)
         return True
 
     def call(self, name: str, client: _ServiceClient, fields: Mapping[str, Any]) -> int:
-        number = next(self.plugin.ros.requests)
+        number = next(self.plugin.ros.request_numbers)
 
         def add_response(response: Message) -> None:
             slots: dict[str, Value] = {"service": name}
-            if self._has_numbers:
+            if self._has_request_ids:
                 slots["request-id"] = number
-            slots["msg-ptr"] = self.plugin.messages.take(client.kind.derive("Response"), response)
+            slots["msg-ptr"] = self.plugin.messages.take(client.type_name.derive("Response"), response)
             if self.clients.get(client.env, name) is not None:  # rules may have destroyed the client
                 self.plugin.add_fact(client.env, f"{self.prefix}response", slots)
 
@@ -120,47 +130,52 @@ class ServiceClients(ClientEndpoints[_ServiceClient]):
         return number
 
 
-class ServiceServers(Endpoints):
+class ServiceServers(EndpointGroup):
     """The service servers of a plug-in: a deffunction fills the response to a request."""
 
-    def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName | None = None) -> None:
-        super().__init__(plugin, prefix, kind)
+    def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName | None = None) -> None:
+        super().__init__(plugin, prefix, type_name)
         self._services: EndpointTable[Endpoint] = EndpointTable(
-            plugin, "service", "Service {name} not found in environment {env}", keeps_facts=kind is not None
+            plugin,
+            "service",
+            "Service {name} not found in environment {env}",
+            keeps_facts=type_name is not None,
         )
 
     def define(self, env: ClipsEnvironment) -> None:
         plugin, prefix = self.plugin, self.prefix
-        if self.kind is None:
-            plugin.template(env, f"{prefix}service", service=STRING, type=STRING)
+        if self.type_name is None:
+            plugin.define_template(env, f"{prefix}service", service=STRING, type=STRING)
         else:
-            plugin.template(env, f"{prefix}service", name=STRING)
-        types = "sy;sy" if self.kind is None else "sy"
-        plugin.define(env, f"{prefix}create-service", partial(self._create, env), types)
-        plugin.define(env, f"{prefix}destroy-service", partial(self._services.end, env), "sy")
+            plugin.define_template(env, f"{prefix}service", name=STRING)
+        types = "sy;sy" if self.type_name is None else "sy"
+        plugin.define_function(env, f"{prefix}create-service", partial(self._create_server, env), types)
+        plugin.define_function(
+            env, f"{prefix}destroy-service", partial(self._services.close_endpoint, env), "sy"
+        )
 
-    def _create(self, env: ClipsEnvironment, service: str, text: str | None = None) -> None:
+    def _create_server(self, env: ClipsEnvironment, service: str, text: str | None = None) -> None:
         if self._services.get(env, service) is not None:
             self.plugin.log.warn(f"Already registered to service {service}")
             return
-        kind = self.type_of(text, "srv")
-        handler = partial(self._answer, env, str(service), kind)
-        end = self.plugin.ros.node.serve_later(
-            self.plugin.ros.full_name(service), str(kind), handler, right=Right.CONTROL
+        type_name = self.resolve_type(text, "srv")
+        handler = partial(self._handle_request, env, str(service), type_name)
+        close = self.plugin.ros.node.serve_later(
+            self.plugin.ros.full_name(service), str(type_name), handler, right=Right.CONTROL
         )
-        name_slot = "service" if self.kind is None else "name"
-        slots = {name_slot: str(service)} | self.type_slot(text)
+        name_slot = "service" if self.type_name is None else "name"
+        slots = {name_slot: str(service)} | self.make_type_slot(text)
         fact = self.plugin.add_fact(env, f"{self.prefix}service", slots)
-        self._services[env, service] = Endpoint(kind, end, fact)
+        self._services[env, service] = Endpoint(type_name, close, fact)
 
-    def _answer(
-        self, env: ClipsEnvironment, service: str, kind: TypeName, request: Message, reply: SendResponse
+    def _handle_request(
+        self, env: ClipsEnvironment, service: str, type_name: TypeName, request: Message, reply: SendResponse
     ) -> None:
         """Call the deffunction for a request at once, and send the response that it filled."""
-        function = f"{service if self.kind is None else self.prefix.rstrip('-')}-service-callback"
+        function = f"{service if self.type_name is None else self.prefix.rstrip('-')}-service-callback"
         messages, log = self.plugin.messages, self.plugin.log
-        request_address = messages.take(kind.derive("Request"), request)
-        response_address = messages.create(kind.derive("Response"))
+        request_address = messages.take(type_name.derive("Request"), request)
+        response_address = messages.create(type_name.derive("Response"))
         try:
             with env.lock:
                 if env.has_deffunction(function):
@@ -174,7 +189,7 @@ class ServiceServers(Endpoints):
         # the deffunction may have destroyed the response or left a field invalid
         except (Ros2Error, ClipsError) as error:
             log.error(f"{service}: the response cannot be sent: {error}")
-            reply({})  # the defaults, since a client without a response waits forever
+            reply({})  # default values: without any response the client would wait forever
         for address in (request_address, response_address):
             messages.destroy(address)
 

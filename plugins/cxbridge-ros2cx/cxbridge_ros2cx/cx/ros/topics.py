@@ -1,4 +1,4 @@
-"""Topics in rules: publishers, subscriptions, and a fact for each received message."""
+"""ROS topics in rules: publishers, subscriptions, and a fact for each received message."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from cxbridge.rights import Right
 from cxbridge_ros2cx.cx.ros.plugin import (
     ADDRESS,
     STRING,
-    Definition,
     Endpoint,
-    Endpoints,
+    EndpointGroup,
     EndpointTable,
+    FunctionDefinition,
     RosPlugin,
 )
 
@@ -29,11 +29,11 @@ class _PublisherEndpoint(Endpoint):
     publisher: Publisher
 
 
-class Topics(Endpoints):
+class Topics(EndpointGroup):
     """The topics of a plug-in."""
 
-    def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName | None = None) -> None:
-        super().__init__(plugin, prefix, kind)
+    def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName | None = None) -> None:
+        super().__init__(plugin, prefix, type_name)
         self._subscriptions: EndpointTable[Endpoint] = EndpointTable(
             plugin, "subscription", "No subscription of {name} found to destroy, ignoring"
         )
@@ -41,63 +41,67 @@ class Topics(Endpoints):
             plugin,
             "publishers",
             "Publisher {name} not found in environment {env}",
-            keeps_facts=kind is not None,
+            keeps_facts=type_name is not None,
         )
 
     def define(self, env: ClipsEnvironment) -> None:
-        plugin, prefix, types = self.plugin, self.prefix, "sy;sy" if self.kind is None else "sy"
-        slots = {"topic": STRING, "type": STRING} if self.kind is None else {"topic": STRING}
-        plugin.template(env, f"{prefix}publisher", **slots)
-        plugin.template(env, f"{prefix}subscription", **slots)
-        plugin.template(env, f"{prefix}message", topic=STRING, msg_ptr=ADDRESS)
-        functions: tuple[Definition, ...] = (
+        plugin, prefix, types = self.plugin, self.prefix, "sy;sy" if self.type_name is None else "sy"
+        slots = {"topic": STRING, "type": STRING} if self.type_name is None else {"topic": STRING}
+        plugin.define_template(env, f"{prefix}publisher", **slots)
+        plugin.define_template(env, f"{prefix}subscription", **slots)
+        plugin.define_template(env, f"{prefix}message", topic=STRING, msg_ptr=ADDRESS)
+        functions: tuple[FunctionDefinition, ...] = (
             ("create-publisher", partial(self._create_publisher, env), types),
-            ("destroy-publisher", partial(self._publishers.end, env), "sy"),
+            ("destroy-publisher", partial(self._publishers.close_endpoint, env), "sy"),
             ("publish", partial(self._publish, env), "e;sy"),
             ("create-subscription", partial(self._subscribe, env), types),
-            ("destroy-subscription", partial(self._subscriptions.end, env), "sy"),
+            ("destroy-subscription", partial(self._subscriptions.close_endpoint, env), "sy"),
         )
-        plugin.define_all(env, prefix, functions)
+        plugin.define_functions(env, prefix, functions)
 
     def _create_publisher(self, env: ClipsEnvironment, topic: str, text: str | None = None) -> None:
-        kind, previous = self.type_of(text), self._publishers.get(env, topic)
-        if previous is not None and self.kind is None:
+        type_name, previous = self.resolve_type(text), self._publishers.get(env, topic)
+        if previous is not None and self.type_name is None:
             self.plugin.log.warn(f"Already publishing to topic {topic}")
             return
-        publisher = self.plugin.ros.node.create_publisher(self.plugin.ros.full_name(topic), str(kind))
-        if previous is not None:  # a generated plug-in of the original replaces its publisher
+        publisher = self.plugin.ros.node.create_publisher(self.plugin.ros.full_name(topic), str(type_name))
+        if previous is not None:  # as in the ROS 2 CX, a generated plug-in replaces its publisher
             previous.close()
-        slots = {"topic": str(topic)} | self.type_slot(text)
+        slots = {"topic": str(topic)} | self.make_type_slot(text)
         fact = self.plugin.add_fact(env, f"{self.prefix}publisher", slots)
-        self._publishers[env, topic] = _PublisherEndpoint(kind, publisher.close, fact, publisher)
+        self._publishers[env, topic] = _PublisherEndpoint(type_name, publisher.close, fact, publisher)
 
     def _publish(self, env: ClipsEnvironment, message: ExternalAddress, topic: str) -> None:
         endpoint = self._publishers.get(env, topic)
         if endpoint is None:
             raise ClipsError(f"there is no publisher of {topic}: create it first")
         view = self.plugin.messages.find(message)
-        if view.kind != endpoint.kind:
-            raise ClipsError(f"the topic {topic} has messages of type {endpoint.kind}, not {view.kind}")
+        if view.type_name != endpoint.type_name:
+            raise ClipsError(
+                f"the topic {topic} has messages of type {endpoint.type_name}, not {view.type_name}"
+            )
         endpoint.publisher.publish(view.fields)
 
     def _subscribe(self, env: ClipsEnvironment, topic: str, text: str | None = None) -> None:
-        """Assert a fact for each further message of a topic."""
-        kind, previous = self.type_of(text), self._subscriptions.get(env, topic)
-        if previous is not None and self.kind is None:
+        """Subscribe to a topic: each further message becomes a fact."""
+        type_name, previous = self.resolve_type(text), self._subscriptions.get(env, topic)
+        if previous is not None and self.type_name is None:
             self.plugin.log.warn(f"Already subscribed to topic {topic}")
             return
-        if previous is not None:  # likewise, it replaces its subscription
+        if previous is not None:  # as in the ROS 2 CX, a generated plug-in replaces its subscription
             previous.close()
-        receive = partial(self._receive, env, str(topic), kind)
-        end = self.plugin.ros.node.subscribe(
-            self.plugin.ros.full_name(topic), str(kind), receive, right=Right.CONTROL
+        receive = partial(self._assert_message, env, str(topic), type_name)
+        close = self.plugin.ros.node.subscribe(
+            self.plugin.ros.full_name(topic), str(type_name), receive, right=Right.CONTROL
         )
-        slots = {"topic": str(topic)} | self.type_slot(text)
+        slots = {"topic": str(topic)} | self.make_type_slot(text)
         fact = self.plugin.add_fact(env, f"{self.prefix}subscription", slots)
-        self._subscriptions[env, topic] = Endpoint(kind, end, fact)
+        self._subscriptions[env, topic] = Endpoint(type_name, close, fact)
 
-    def _receive(self, env: ClipsEnvironment, topic: str, kind: TypeName, message: Message) -> None:
-        address = self.plugin.messages.take(kind, message)
+    def _assert_message(
+        self, env: ClipsEnvironment, topic: str, type_name: TypeName, message: Message
+    ) -> None:
+        address = self.plugin.messages.take(type_name, message)
         self.plugin.add_fact(env, f"{self.prefix}message", {"topic": topic, "msg-ptr": address})
 
     def close(self, env: ClipsEnvironment) -> None:

@@ -204,7 +204,7 @@ def test_a_value_that_a_field_does_not_take_changes_nothing(run, kind, field, va
     assert result.run_seconds < 1
 
 
-HOOKS = ("initialize", "init_context", "take", "tick", "context_destroyed", "finalize")
+HOOKS = ("initialize", "init_context", "receive_messages", "tick", "context_destroyed", "finalize")
 
 
 @pytest.mark.parametrize("hook", ["__init__", *HOOKS])

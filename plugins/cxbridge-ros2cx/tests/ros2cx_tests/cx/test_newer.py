@@ -50,7 +50,7 @@ def run(tmp_path, said):
 
             node.subscribe("/clips_manager/clips_log", "cx_msgs/msg/Log", note)
 
-            def take(answer):
+            def receive_messages(answer):
                 answers.append((answer["success"], answer["message"]))
 
             def step():

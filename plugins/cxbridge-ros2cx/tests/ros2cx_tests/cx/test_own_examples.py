@@ -57,8 +57,8 @@ DOMAIN = """
 def test_a_planner_sees_the_actions_that_a_filter_leaves():
     problem = ManagedProblem(DOMAIN)
     problem.set_fluent("here", (), value=True)
-    problem.goals["there"] = ManagedGoal([Atom("there", ())], actions=("fly",))
-    domain, _ = problem.filtered("there", "task")
+    problem.goals["there"] = ManagedGoal([Atom("there", ())], kept_actions=("fly",))
+    domain, _ = problem.filter_problem("there", "task")
     assert [each.name for each in domain.actions] == ["fly"]
     assert "walk" not in domain.text
     assert "walk" not in format_domain(domain)

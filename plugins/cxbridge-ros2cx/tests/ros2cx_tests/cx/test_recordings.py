@@ -7,7 +7,7 @@ import re
 import pytest
 
 from cxbridge_ros2.qos import PROFILES
-from cxbridge_ros2cx.cx.hash_order import hash_order
+from cxbridge_ros2cx.cx.hash_order import order_by_hash
 from cxbridge_ros2cx.cx.parameters import NodeParameters
 from ros2cx_tests.cx.recordings import (
     Recording,
@@ -258,7 +258,7 @@ def test_hash_order_is_that_of_the_recordings(tmp_path):
     assert len(several) >= 6
     for name, order in several.items():
         given = NodeParameters.load(parameters(name, tmp_path)).get_strings("environments")
-        assert [*hash_order(given)] == order
+        assert [*order_by_hash(given)] == order
 
 
 @pytest.mark.parametrize(

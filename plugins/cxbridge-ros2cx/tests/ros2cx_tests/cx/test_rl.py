@@ -28,7 +28,7 @@ TOWER = ("stack(robot1#block2#block1)", "stack(robot1#block3#block2)", "stack(ro
 
 def make(**given):
     given = {"parameters": PARAMS / "rl_agent.yaml", "ros2cx": CHECKOUT} | given
-    return gymnasium.make(cxbridge_ros2cx.rl.ID, **given).unwrapped
+    return gymnasium.make(cxbridge_ros2cx.rl.ENVIRONMENT_ID, **given).unwrapped
 
 
 @pytest.fixture(scope="module")
