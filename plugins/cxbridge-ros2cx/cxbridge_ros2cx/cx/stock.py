@@ -60,8 +60,8 @@ class StockOutput(OutputRouter):
 
     _buffer = ""
 
-    def _gather(self, target: bytes, piece: str) -> None:
-        *lines, self._buffer = (self._buffer + piece).split("\n")
+    def _emit_complete_lines(self, target: bytes, text_piece: str) -> None:
+        *lines, self._buffer = (self._buffer + text_piece).split("\n")
         self.logical_name = target.decode()
         level = self.stdout_level if target == b"stdout" else self.levels[target]
         for line in lines:
@@ -175,15 +175,15 @@ class StockEnvironment(ClipsEnvironment):
         pointer = lib.AssertString(self.env, encode(fact))
         return None if pointer == NULL else int(lib.FactIndex(pointer))
 
-    def fire(self, limit: int = -1, previous_firings: int = 0) -> int:
+    def fire(self, limit: int = -1, fired_before: int = 0) -> int:
         """Fire rules of a run in chunks; an evaluation error and ``(halt)`` end the run.
 
         :param limit: the maximum number of firings; -1 for no limit.
-        :param previous_firings: the number of firings in previous calls for the same run.
+        :param fired_before: the number of firings in previous calls for the same run.
         """
         fired = 0
         self._held = self._is_halted = False
-        if not previous_firings:
+        if not fired_before:
             self.endless.begin()
         while not self.is_ended:
             max_firings = _FIRINGS_PER_CHUNK if limit < 0 else min(_FIRINGS_PER_CHUNK, limit - fired)
@@ -199,7 +199,7 @@ class StockEnvironment(ClipsEnvironment):
             if chunk_fired < max_firings:
                 break
             # a run with a limit ends anyway, unless this call continues a longer run
-            if (reason := self.endless.check(chunk_fired)) and (limit < 0 or previous_firings):
+            if (reason := self.endless.check(chunk_fired)) and (limit < 0 or fired_before):
                 self.end_faulty_run(reason)
                 self.api.clear_halt()
         return fired

@@ -99,7 +99,7 @@ def run(name: str, folder: Path, recording: Recording) -> tuple[RunResult, dict[
         ros2cx=checkout(name),
         timeout=recording.seconds,
         log_dir=logs,
-        order_by_hash=True,
+        hash_order=True,
     )
 
     def attach(assembly: Run) -> None:
