@@ -1,49 +1,9 @@
-"""Truncation of long sequences and texts, with the number of the omitted items or characters."""
+"""Truncation of long texts, with the number of their characters."""
 
 from __future__ import annotations
 
-from collections import deque
-from typing import Generic, TypeVar
-
-Item = TypeVar("Item")
-
 MAX_TEXT = 2000
 """The maximal number of characters of a text on a page."""
-
-
-class TruncatedList(Generic[Item]):
-    """The first and last items of a sequence, without its middle.
-
-    :param limit: the maximal number of items.
-    """
-
-    def __init__(self, limit: int) -> None:
-        self.total = 0
-        self._head: list[Item] = []
-        # with an odd limit, one more of the last items is kept: they show the end of a run
-        self._tail: deque[Item] = deque(maxlen=limit - limit // 2)
-        self._room = limit // 2
-
-    def add(self, item: Item) -> None:
-        self.total += 1
-        if len(self._head) < self._room:
-            self._head.append(item)
-        else:
-            self._tail.append(item)
-
-    @property
-    def lost(self) -> int:
-        """The number of omitted items."""
-        return self.total - len(self._head) - len(self._tail)
-
-    @property
-    def gap(self) -> int | None:
-        """The index in `items` at which items were omitted, or None."""
-        return len(self._head) if self.lost else None
-
-    def items(self) -> list[Item]:
-        """Return the kept items in order."""
-        return [*self._head, *self._tail]
 
 
 def cut(text: str, max_length: int = MAX_TEXT) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from cxbridge.blackboard import BlackBoard, parse_uid
-from cxbridge.executive.host.constructs import template_names
+from cxbridge.executive.host.constructs import construct_names
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
 from cxbridge.interfaces.assignments import set_field
@@ -35,9 +35,8 @@ class World:
         if not self._env.has_template(template):
             template = template.replace("_", "-")
         if not self._env.has_template(template):
-            raise AssertionError(
-                f"there is no deftemplate '{template}'{or_similar(template, template_names(self._env))}"
-            )
+            templates = construct_names(self._env, "deftemplate")
+            raise AssertionError(f"there is no deftemplate '{template}'{or_similar(template, templates)}")
         # Python's keywords cannot have a dash, names of slots may have a dash or an underscore
         values = {name.replace("_", "-"): _comparable(value) for name, value in slots.items()}
         matching = []

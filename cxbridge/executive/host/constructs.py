@@ -1,64 +1,20 @@
-"""Names of constructs in an environment: rules, deftemplates, allowed values of slots."""
+"""Names of constructs in an environment."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from clips._clips import lib
-
 from cxbridge.clipstext.syntax import without_module
-from cxbridge.errors import ClipsError
-from cxbridge.executive.host.capi import NULL, CData, decode, items_of
 from cxbridge.executive.host.values import Symbol
-from cxbridge.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 
-def rule_names(env: ClipsEnvironment) -> frozenset[str]:
-    """Return the names of all rules without their modules."""
-    return _construct_names(env, "get-defrule-list")
+def construct_names(env: ClipsEnvironment, construct: str) -> frozenset[str]:
+    """Return the names of all constructs of a kind, without their modules.
 
-
-def defrules(env: ClipsEnvironment) -> Iterator[tuple[str, CData]]:
-    """Yield name and pointer of each rule. To be called between runs of the rules."""
-    for rule in items_of(lib.GetNextDefrule, env.env):
-        yield decode(lib.DefruleName(rule)), rule
-
-
-def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
-    """Return the texts of all rules by name, as the host rewrote them.
-
-    :mod:`cxbridge.executive.host.source` describes the rewriting. To be called between runs of the rules.
+    :param construct: e.g. ``deftemplate``, which includes those of ordered facts, or ``defrule``.
     """
-    # CLIPS keeps no text of a rule if (conserve-mem on) is set
-    forms = ((name, lib.DefrulePPForm(rule)) for name, rule in defrules(env))
-    return {name: decode(form) for name, form in forms if form != NULL}
-
-
-def template_names(env: ClipsEnvironment) -> frozenset[str]:
-    """Return the names of all deftemplates without their modules, including those of ordered facts."""
-    return _construct_names(env, "get-deftemplate-list")
-
-
-def unknown_template_error(env: ClipsEnvironment, name: str) -> ClipsError:
-    """Return the error about an unknown deftemplate."""
-    return ClipsError(
-        f"there is no deftemplate '{name}'", hint=did_you_mean(name, template_names(env)) or None
-    )
-
-
-def allowed_values(env: ClipsEnvironment, template: str, slot: str) -> tuple[str, ...]:
-    """Return a slot's allowed values; empty if the slot accepts any value or is unknown."""
-    if not env.has_template(template):
-        return ()
-    # CLIPS returns FALSE for a slot that accepts any value
-    values = env.call("deftemplate-slot-allowed-values", Symbol(template), Symbol(slot))
-    return tuple(map(str, values)) if isinstance(values, tuple) else ()
-
-
-def _construct_names(env: ClipsEnvironment, function: str) -> frozenset[str]:
-    names = env.call(function, Symbol("*"))  # of all modules
+    names = env.call(f"get-{construct}-list", Symbol("*"))  # of all modules
     return frozenset(without_module(str(name)) for name in names) if isinstance(names, tuple) else frozenset()

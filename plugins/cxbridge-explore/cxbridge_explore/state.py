@@ -15,8 +15,8 @@ from clips._clips import lib
 
 from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US, split_us
 from cxbridge.executive.host.capi import NULL, CData, decode
-from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.executive.host.values import Symbol
+from cxbridge_studio.constructs import rule_texts
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.local import LocalBlackBoard

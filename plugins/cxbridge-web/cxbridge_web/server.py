@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.space.navgraph.emitting import NavGraphs
 from cxbridge_web.api import Api
 from cxbridge_web.catalogue import directory
 from cxbridge_web.event_collector import EventCollector
@@ -15,6 +14,7 @@ from cxbridge_web.event_streams import EventStreams
 from cxbridge_web.extensions.state import ServerState
 from cxbridge_web.guard import Guard
 from cxbridge_web.http.serving import HttpThread
+from cxbridge_web.navgraphs import NavGraphs
 from cxbridge_web.pages import Pages
 from cxbridge_web.queue import RequestQueue
 

@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from cxbridge.events import Event, SourceRead
-from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.sourcing import emit_configuration
 from cxbridge_studio.check.agent import Agent, agents
 from cxbridge_studio.check.domain_calls import domain_calls
+from cxbridge_studio.constructs import rule_texts
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.environment import restore_sources, rulebook, take_snapshot
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot

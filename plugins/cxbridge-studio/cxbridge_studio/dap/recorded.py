@@ -16,12 +16,12 @@ from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.suggestions import or_similar
-from cxbridge.trace.sources import building_steps
 from cxbridge_studio.dap.expressions import expand_known
 from cxbridge_studio.dap.target import DebugClient, FileLine, Firing, Stopped, StoppedEnvironment, Target
 from cxbridge_studio.debugger.breakpoints import Breakpoint, describe
 from cxbridge_studio.debugger.evaluating import Evaluation
 from cxbridge_studio.debugger.names import MetNames
+from cxbridge_studio.environment_sources import building_steps
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.matcher import FACT_FUNCTION, Matcher
 from cxbridge_studio.explain.rules.recorded_facts import parse_rows

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 from msgspec import Struct
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.constructs import rule_names, template_names
+from cxbridge.executive.host.constructs import construct_names
 from cxbridge.executive.host.loggers import (
     ADDED_LOGGER_PRIORITY,
     DEFAULT_LOGGER,
@@ -168,8 +168,8 @@ class EnvironmentService:
         """
         env = self._manager.find(name)
         with env.lock:
-            names_of = {"facts": template_names, "rules": rule_names}.get(item)
-            defined = names if names_of is None else names_of(env)
+            construct = {"facts": "deftemplate", "rules": "defrule"}.get(item)
+            defined = names if construct is None else construct_names(env, construct)
             unknown = [word for word in names if word not in defined]
             if unknown:
                 construct = "deftemplate" if item == "facts" else "defrule"

@@ -13,13 +13,14 @@ from cxbridge.clipstext.facts import fact_text
 from cxbridge.clipstext.facts import template_of as template_name
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import NULL, decode, encode, items_of
-from cxbridge.executive.host.constructs import template_names, unknown_template_error
+from cxbridge.executive.host.constructs import construct_names
 from cxbridge.executive.host.facts.constants import constant_text, constant_values
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
 from cxbridge.executive.host.facts.modify import Modify
 from cxbridge.executive.host.source import check_parser_limits
 from cxbridge.executive.host.values import FactAddress, Symbol, Value
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.constructs import unknown_template_error
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -77,7 +78,7 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
     text = constant_text(env.env, text) if constant else text
     check_parser_limits(text)
     # before the assertion, which would define an unknown relation
-    templates = template_names(env)
+    templates = construct_names(env, "deftemplate")
     outer = env.output.begin_error_capture()
     fact = lib.AssertString(env.env, encode(text))
     errors = " ".join(env.output.end_error_capture(outer).split())

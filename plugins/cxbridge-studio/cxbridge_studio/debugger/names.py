@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.clipstext.syntax import TOKEN
 from cxbridge.errors import ExecutiveError
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
-from cxbridge.executive.host.constructs import allowed_values, rule_names
+from cxbridge.executive.host.constructs import construct_names
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.suggestions import did_you_mean, or_similar
+from cxbridge_studio.constructs import allowed_values
 from cxbridge_studio.debugger.breakpoints import ANY, Breakpoint, skill_name
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ class AgentNames:
         return self._skill_mistake(item) if item.kind == "skill" else None
 
     def _rule_mistake(self, name: str) -> tuple[str, str] | None:
-        rules = rule_names(self._env)
+        rules = construct_names(self._env, "defrule")
         if name.strip("*") == "" or any(fnmatchcase(rule, name) for rule in rules):
             return None
         is_pattern = any(wildcard in name for wildcard in _WILDCARDS)

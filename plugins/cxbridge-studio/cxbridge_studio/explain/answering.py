@@ -18,10 +18,10 @@ from cxbridge.daemon.daemon import Daemon
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Event, FactChange, InterfaceWrite, PlannerCall, RuleFired
 from cxbridge.executive.executive import ENVIRONMENT
-from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
+from cxbridge_studio.constructs import rule_texts
 from cxbridge_studio.explain.evidence import Evidence, History
 from cxbridge_studio.explain.goal_rules import find_formulating_rules
 from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, MAX_COPIED_FACTS

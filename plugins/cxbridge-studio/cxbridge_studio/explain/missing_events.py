@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.clipstext.syntax import definitions
 from cxbridge.executive.executive import FINAL_ACTION_STATES
-from cxbridge.executive.host.constructs import allowed_values, rule_texts
 from cxbridge.run.mistakes import own_files
 from cxbridge.run.stuck import read_interfaces
 from cxbridge_studio.agent import sub_types
+from cxbridge_studio.constructs import allowed_values, rule_texts
 from cxbridge_studio.explain.places import SourcePlaces
 from cxbridge_studio.explain.timed_rules import (
     TIME_KEY,

@@ -20,9 +20,9 @@ from cxbridge.events import Event, FactChange, InterfaceMessage, InterfaceWrite,
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.printing import short_path
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.sources import building_steps
 from cxbridge_studio.agent.condition import patterns
 from cxbridge_studio.agent.rule import parse_rule
+from cxbridge_studio.environment_sources import building_steps
 from cxbridge_studio.explain.evidence import ENVIRONMENT_EVENT_TYPES, Evidence, History, NoFactsError
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.recorded_facts import parse_rows

@@ -8,13 +8,13 @@ from functools import partial
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.interrupt import Interrupt
 from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
+from cxbridge_studio.constructs import rule_texts
 from cxbridge_studio.explain.evidence import EVIDENCE_EVENT_TYPES, Evidence, History
 from cxbridge_studio.explain.rules.environment import fact_slots, restore_sources, rulebook, take_snapshot
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot

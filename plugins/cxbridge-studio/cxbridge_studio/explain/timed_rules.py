@@ -7,9 +7,9 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.clipstext.syntax import read
-from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.run.stuck import TICK_RULES
 from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, condition_of
+from cxbridge_studio.constructs import rule_texts
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

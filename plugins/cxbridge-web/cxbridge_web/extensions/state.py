@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from cxbridge_web.constructs import SourceConstructs
 
 if TYPE_CHECKING:
-    from cxbridge.space.navgraph.emitting import NavGraphs
     from cxbridge_web.event_collector import EventCollector
     from cxbridge_web.event_streams import EventStreams
+    from cxbridge_web.navgraphs import NavGraphs
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,11 @@ from typing import Any, Final
 
 from cxbridge.events import Event, FactChange, InterfaceMessage, InterfaceWrite, Level, LogLine, RuleFired
 from cxbridge.history.builder import HistoryLimits, RunHistory
-from cxbridge.history.truncation import TruncatedList, cut
+from cxbridge.history.truncation import cut
 from cxbridge.trace.codec import plain_values
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.timeline.events import Moment
+from cxbridge_web.timeline.truncation import TruncatedList
 
 MAX_VALUE_LENGTH: Final = 400  # limit of characters of the value of a field
 

@@ -21,7 +21,8 @@ from cxbridge.errors import TraceError
 from cxbridge.events import GoalTransition, PlanActionTransition, RuleFired, SkillStatus, SourceRead
 from cxbridge.suggestions import did_you_mean
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.sources import RunSource, building_steps, sources_of
+from cxbridge.trace.sources import RunSource, sources_of
+from cxbridge_studio.environment_sources import building_steps
 from cxbridge_studio.explain.rules.constructs import TextFile
 
 # The modes of a goal, in the order of its life.

@@ -13,13 +13,13 @@ from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
 from cxbridge.executive.host.capi import NULL, CData, decode, encode
-from cxbridge.executive.host.constructs import defrules
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.copying import FactCopier, FactTemplate, template_of
 from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION
 from cxbridge.executive.host.values import FactAddress, show
 from cxbridge_studio.agent.condition import patterns
 from cxbridge_studio.agent.rule import dependencies, parse_rule
+from cxbridge_studio.constructs import defrules
 from cxbridge_studio.debugger.agenda import activations
 from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Activation, Rulebook, Snapshot
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.executive.host.constructs import rule_texts
+from cxbridge_studio.constructs import rule_texts
 from cxbridge_studio.explain.rules.environment import restore_sources
 from studio_tests.explain.worlds import world
 

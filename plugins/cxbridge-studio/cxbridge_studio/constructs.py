@@ -1,0 +1,48 @@
+"""Rules of an environment with their texts, and the allowed values of slots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from clips._clips import lib
+
+from cxbridge.errors import ClipsError
+from cxbridge.executive.host.capi import NULL, CData, decode, items_of
+from cxbridge.executive.host.constructs import construct_names
+from cxbridge.executive.host.values import Symbol
+from cxbridge.suggestions import did_you_mean
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
+
+def defrules(env: ClipsEnvironment) -> Iterator[tuple[str, CData]]:
+    """Yield name and pointer of each rule. To be called between runs of the rules."""
+    for rule in items_of(lib.GetNextDefrule, env.env):
+        yield decode(lib.DefruleName(rule)), rule
+
+
+def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
+    """Return the texts of all rules by name, as the host rewrote them.
+
+    :mod:`cxbridge.executive.host.source` describes the rewriting. To be called between runs of the rules.
+    """
+    # CLIPS keeps no text of a rule if (conserve-mem on) is set
+    forms = ((name, lib.DefrulePPForm(rule)) for name, rule in defrules(env))
+    return {name: decode(form) for name, form in forms if form != NULL}
+
+
+def unknown_template_error(env: ClipsEnvironment, name: str) -> ClipsError:
+    """Return the error about an unknown deftemplate."""
+    templates = construct_names(env, "deftemplate")
+    return ClipsError(f"there is no deftemplate '{name}'", hint=did_you_mean(name, templates) or None)
+
+
+def allowed_values(env: ClipsEnvironment, template: str, slot: str) -> tuple[str, ...]:
+    """Return a slot's allowed values; empty if the slot accepts any value or is unknown."""
+    if not env.has_template(template):
+        return ()
+    # CLIPS returns FALSE for a slot that accepts any value
+    values = env.call("deftemplate-slot-allowed-values", Symbol(template), Symbol(slot))
+    return tuple(map(str, values)) if isinstance(values, tuple) else ()
