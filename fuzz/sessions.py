@@ -167,7 +167,7 @@ class Fuzzed:
     def request(self, what: int, client: int, script: _Script) -> None:
         """Let a client send what clients send."""
         session = self.server._sessions.get(self.name(client))  # noqa: SLF001
-        number = 1 if session is None else session.numbers_in + 1
+        number = 1 if session is None else session.last_number_received + 1
         frame: Frame
         match what % 8:
             case 0 | 1:
@@ -199,7 +199,7 @@ class Fuzzed:
                 self.take((COMMANDS, EVENTS)[who >> 7] + name, frames)
             case 1:
                 session = self.server._sessions.get(name)  # noqa: SLF001
-                number = 1 if session is None else session.numbers_in + 1
+                number = 1 if session is None else session.last_number_received + 1
                 data = script.take()
                 self.take(COMMANDS + name, [data + bytes([number & 127])])
             case 2:
@@ -307,8 +307,8 @@ class Fuzzed:
         )
         for session in self.sessions():
             assert 0 <= session.credit <= _WINDOW
-            assert session.pending >= 0
-            for channel in session.dirty:
+            assert session.pending_count >= 0
+            for channel in session.waiting_channels:
                 assert channel in session.memberships
         self.check_sent()
 

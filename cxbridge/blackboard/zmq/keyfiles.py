@@ -11,7 +11,7 @@ import zmq
 
 from cxbridge.blackboard.kit.errors import EndpointError
 
-_NAME: Final = re.compile(r"[\w.-]*\w")
+_KEY_NAME: Final = re.compile(r"[\w.-]*\w")
 
 
 def create_keys(folder: Path, name: str) -> tuple[Path, Path]:
@@ -24,23 +24,23 @@ def create_keys(folder: Path, name: str) -> tuple[Path, Path]:
     :raises EndpointError: if the name cannot be part of a file name, or the files exist.
     :raises OSError: if the folder cannot be written.
     """
-    if not _NAME.fullmatch(name):
+    if not _KEY_NAME.fullmatch(name):
         raise EndpointError(f"'{name}' cannot name a key", hint="use letters, digits, '_', '-' and '.'")
     folder.mkdir(parents=True, exist_ok=True)
     public_file, secret_file = folder / f"{name}.key", folder / f"{name}.key_secret"
-    # both are checked before the first is written, so that half a pair never remains
+    # both checks precede the first write, so that no half of a pair remains
     for file in (public_file, secret_file):
         if file.exists():
             raise EndpointError("there are such keys already", file=file, hint="take another name or folder")
     public, secret = (key.decode() for key in zmq.curve_keypair())
     body = f'metadata\n    name = "{name}"\ncurve\n    public-key = "{public}"\n'
     _write_new(secret_file, f'# Secret: never leaves its host.\n{body}    secret-key = "{secret}"\n', 0o600)
-    _write_new(public_file, f"# Public: for those who are to know {name}.\n{body}", 0o644)
+    _write_new(public_file, f"# Public: for the peers of {name}.\n{body}", 0o644)
     return public_file, secret_file
 
 
 def _write_new(file: Path, text: str, mode: int) -> None:
-    """Create a file; its mode applies from the first byte on."""
+    """Create a file that never exists with another mode, so that no other user can read a secret key."""
     descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
     with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
         stream.write(text)

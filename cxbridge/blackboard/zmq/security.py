@@ -1,6 +1,7 @@
-"""Security of endpoints: those that other machines can reach need CURVE keys.
+"""Security of endpoints: an endpoint that other machines can reach needs CURVE keys.
 
-ZeroMQ's CURVE encrypts a connection and proves the keys of both peers. The protocol has no other login.
+ZeroMQ's CURVE encrypts a connection, and each peer proves that it has its secret key. The protocol has no
+other login.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ SCHEMES: Final = ("tcp", "ipc", "inproc")
 class CurveServer:
     """The keys of a server.
 
-    :param secret_key: a file of :func:`~cxbridge.blackboard.zmq.keyfiles.create_keys`.
+    :param secret_key: a secret file of :func:`~cxbridge.blackboard.zmq.keyfiles.create_keys`.
     :param clients: the folder with the public keys of allowed clients.
     """
 
@@ -30,9 +31,9 @@ class CurveServer:
     clients: Path
 
     def apply(self, socket: zmq.Socket[bytes]) -> None:
-        """Restrict an unbound socket to clients with keys.
+        """Restrict an unbound socket to clients with keys in the folder.
 
-        :raises EndpointError: if a file cannot be used.
+        :raises EndpointError: if the folder or a file is missing or invalid.
         """
         if not self.clients.is_dir():
             raise EndpointError("no folder with the clients' public keys", file=self.clients)
@@ -42,15 +43,19 @@ class CurveServer:
 
 @dataclass(frozen=True, slots=True)
 class CurveClient:
-    """The files with the secret key of a client and the public key of its server."""
+    """The keys of a client.
+
+    :param secret_key: the file with the secret key of the client.
+    :param server_key: the file with the public key of the server.
+    """
 
     secret_key: Path
     server_key: Path
 
     def apply(self, socket: zmq.Socket[bytes]) -> None:
-        """Restrict an unconnected socket to this server.
+        """Restrict an unconnected socket to the server that has the key.
 
-        :raises EndpointError: if a file cannot be used.
+        :raises EndpointError: if a file is missing or invalid.
         """
         socket.curve_publickey, socket.curve_secretkey = load_keys(self.secret_key)
         socket.curve_serverkey = load_keys(self.server_key, secret=False)[0]
@@ -75,9 +80,9 @@ def load_keys(path: Path, *, secret: bool = True) -> tuple[bytes, bytes]:
 def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
     """Check the form of an endpoint and its security.
 
-    :param keys: whether there are CURVE keys.
+    :param keys: whether the endpoint has CURVE keys.
     :param insecure: whether the user accepts connections without keys.
-    :raises EndpointError: if the form is invalid.
+    :raises EndpointError: if the text is not an endpoint.
     :raises InsecureEndpointError: if the endpoint needs keys.
     """
     scheme, separator, address = endpoint.partition("://")
@@ -96,7 +101,7 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
     )
 
 
-def takes_keys(endpoint: str) -> bool:
+def uses_curve(endpoint: str) -> bool:
     """Return whether CURVE keys apply to an endpoint."""
-    # the mode of its file protects an ipc endpoint
+    # file permissions protect an ipc endpoint, and the process an inproc endpoint
     return endpoint.startswith("tcp:") or is_abstract(endpoint)

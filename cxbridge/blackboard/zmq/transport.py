@@ -9,12 +9,12 @@ from urllib.parse import parse_qsl
 from cxbridge.blackboard.base import Registry
 from cxbridge.blackboard.kit.transport import Transport
 from cxbridge.blackboard.zmq.client import ZmqBlackBoard
-from cxbridge.blackboard.zmq.security import CurveClient, takes_keys
+from cxbridge.blackboard.zmq.security import CurveClient, uses_curve
 from cxbridge.clock import Clock
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus
 
-_KEYS: Final = ("key", "server-key")
+_KEY_PARAMETERS: Final = ("key", "server-key")
 _YES: Final = ("yes", "true", "1")
 
 
@@ -35,14 +35,14 @@ class ZmqTransport(Transport):
         return ZmqBlackBoard(url, registry, clock, bus, **options)
 
     def read_query(self, url: str, query: str) -> dict[str, Any]:
-        """Return the keys of the query, or whether it allows a connection without keys."""
-        if not takes_keys(url):  # the mode of its file protects the endpoint, and keys would have no effect
+        """Return the keys of the query, and whether the query allows a connection without keys."""
+        if not uses_curve(url):  # keys would have no effect, so the transport refuses the query
             return super().read_query(url, query)
         parameters = dict(parse_qsl(query, keep_blank_values=True))
         insecure = parameters.pop("insecure", "no").lower() in _YES
-        if parameters and sorted(parameters) != sorted(_KEYS):
+        if parameters and sorted(parameters) != sorted(_KEY_PARAMETERS):
             raise BlackBoardError(f"'{url}' needs both keys, and nothing else", hint=self.QUERY_HINT)
         if not parameters:
             return {"insecure": insecure}
-        key, server_key = (Path(parameters[name]) for name in _KEYS)
+        key, server_key = (Path(parameters[name]) for name in _KEY_PARAMETERS)
         return {"keys": CurveClient(key, server_key), "insecure": insecure}

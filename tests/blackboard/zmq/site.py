@@ -36,7 +36,7 @@ class ZmqSite(Site):
         while True:
             for client in (*self.clients, *self.clients):
                 client.flush()
-            if not any(session.dirty for session in tuple(self.server._sessions.values())):
+            if not any(session.waiting_channels for session in tuple(self.server._sessions.values())):
                 break  # else something waits until a client gives credit
         for client in self.clients:
             client.flush()
@@ -50,7 +50,7 @@ class ZmqSite(Site):
     def wait_reaped(self) -> None:
         def all_noticed() -> bool:
             self.server.post(self._beat)
-            return self.server.sessions == len(self.clients)
+            return self.server.session_count == len(self.clients)
 
         eventually(all_noticed)
 

@@ -55,7 +55,7 @@ def test_who_never_reads_costs_little_and_is_given_up(transport, tmp_path):
             one.connect(made.url)
         try:
             events.send(encode(Hello(session, name="deaf", heartbeat_ms=3_600_000)))
-            eventually(lambda: made.server.sessions == 1)
+            eventually(lambda: made.server.session_count == 1)
             commands.send(open_sample(1))
             writer = made.board.open_for_writing(SampleInterface, "a")
             reader = made.client().open_for_reading(SampleInterface, "a")
@@ -67,10 +67,10 @@ def test_who_never_reads_costs_little_and_is_given_up(transport, tmp_path):
                 writer.write()
             eventually(lambda: reader.read() and reader.count == 3000)
             for number in range(2, 30_000):  # answers cannot be conflated
-                if made.server.sessions == 1:
+                if made.server.session_count == 1:
                     break
                 commands.send(encode(List("*", "*", number=number, request=number)))
-            eventually(lambda: made.server.sessions == 1)
+            eventually(lambda: made.server.session_count == 1)
             assert memory() - before < 50e6
         finally:
             context.destroy(linger=0)
@@ -177,7 +177,7 @@ def test_a_connection_that_is_half_open_is_noticed_at_both_ends(made):
         wire.cut.set()
         eventually(lambda: not near.has_writer)
         eventually(lambda: not client.connected)
-        assert made.server.sessions == 0
+        assert made.server.session_count == 0
         assert not reader.has_writer
         assert made.client().open_for_writing(SampleInterface, "a").is_writer
 
@@ -231,6 +231,6 @@ def test_a_thousand_clients_that_say_hello_and_nothing_more(tmp_path):
             one.send(encode(Hello(session, name=f"number {number}")))
         eventually(lambda: any("given up" in line.text for line in lines))
         assert serves(made)
-        eventually(lambda: made.server.sessions <= len(made.clients), timeout=60)
+        eventually(lambda: made.server.session_count <= len(made.clients), timeout=60)
         assert memory() - before < 300e6
         assert len([line for line in lines if "given up" in line.text]) <= 4

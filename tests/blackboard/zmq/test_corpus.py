@@ -25,7 +25,7 @@ def test_the_first_scripts_get_where_they_should():
 
 def test_a_stale_writer_is_found_out(monkeypatch):
 
-    monkeypatch.setattr(RequestHandler, "end", lambda service, session: None)
+    monkeypatch.setattr(RequestHandler, "end_session", lambda service, session: None)
     with pytest.raises(AssertionError, match="a stale writer"):
         zmq_sessions(bytes((4, 0, 64, 28, 0, 3)))  # opens for writing, says Bye
 

@@ -133,7 +133,7 @@ def test_a_session_that_breaks_the_rules_is_ended(made, frames, code):
         frame = stranger.hear()
         assert isinstance(frame, Gone)
         assert frame.code == code
-        eventually(lambda: made.server.sessions == 0)
+        eventually(lambda: made.server.session_count == 0)
 
 
 def test_another_version_is_told_so(made):
@@ -210,7 +210,7 @@ def test_a_thousand_connections_that_say_nothing(made):
 def test_a_session_that_falls_silent_is_ended(made):
     with Stranger(made) as stranger:
         assert stranger.hello(heartbeat_ms=1).heartbeat_ms == 50
-        eventually(lambda: made.server.sessions == 0)
+        eventually(lambda: made.server.session_count == 0)
         assert stranger.hear().code == ResultCode.SILENT
 
 

@@ -130,8 +130,8 @@ def test_the_turn_is_not_lost_when_it_is_lent_just_as_a_listener_begins(asks):
     mine = []
 
     def listener() -> None:
-        receiver._idle = True  # taken out of the queue, and not yet noted that there is something to do
-        receiver.lend()
+        receiver._is_idle = True  # taken out of the queue, and not yet noted that there is something to do
+        receiver.lend_turn()
         assert not receiver.session_has_turn
         if asks:
             receiver.wait(looks.is_set, time.monotonic() + LONG)

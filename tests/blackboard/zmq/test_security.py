@@ -89,7 +89,7 @@ def test_only_known_keys_get_in(keys):
             else:
                 with pytest.raises(DisconnectedError, match="no blackboard answers"):
                     made.client(keys=client, connect_timeout=patience)
-        assert made.server.sessions == 1
+        assert made.server.session_count == 1
 
 
 def test_a_client_does_not_speak_with_another_server(keys):

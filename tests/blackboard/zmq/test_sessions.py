@@ -377,7 +377,7 @@ def test_a_stopped_reader_costs_a_window_and_gets_the_newest_value(tmp_path):
         assert quick_reader.read()
         assert quick_reader.count == 500
         (session,) = (s for s in made.server._sessions.values() if s.credit == 0)
-        assert len(session.dirty) == 1
+        assert len(session.waiting_channels) == 1
         go_on.set()
         eventually(lambda: slow_reader.read() and slow_reader.count == 500)
         assert slow.skipped >= 400

@@ -120,10 +120,10 @@ def watched_sockets() -> Iterator[SocketUse]:
         for name in METHODS:
             patch.setattr(zmq.Socket, name, use.method(name, getattr(zmq.Socket, name)))
         patch.setattr(zmq.Poller, "poll", use.polling(zmq.Poller.poll))
-        sender, receiver = use.without_layer(sockets.sender), use.without_layer(sockets.receiver)
-        patch.setattr(sending, "sender", sender)
-        patch.setattr(sessions, "sender", sender)
-        patch.setattr(receiving, "receiver", receiver)
-        patch.setattr(server, "receiver", receiver)
+        send, receive = use.without_layer(sockets.raw_send), use.without_layer(sockets.raw_receive)
+        patch.setattr(sending, "raw_send", send)
+        patch.setattr(sessions, "raw_send", send)
+        patch.setattr(receiving, "raw_receive", receive)
+        patch.setattr(server, "raw_receive", receive)
         yield use
     assert not use.faults, "\n".join(use.faults)

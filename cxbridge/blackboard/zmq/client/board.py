@@ -1,4 +1,4 @@
-"""The client's blackboard, callable from any thread; the session's state is in the other modules."""
+"""The blackboard of a client, callable from any thread; the other modules have the state of the session."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cxbridge.blackboard.zmq.client.sending import CommandSender
 from cxbridge.blackboard.zmq.client.session import SessionThread
 from cxbridge.blackboard.zmq.security import CurveClient, check_endpoint
 from cxbridge.blackboard.zmq.wire.frames import Close, List, Listed, Reply, Response, Sync, Watch
-from cxbridge.blackboard.zmq.wire.sockets import context_for
+from cxbridge.blackboard.zmq.wire.sockets import choose_context
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface
@@ -32,26 +32,25 @@ if TYPE_CHECKING:
 class ZmqBlackBoard(RemoteBlackBoard):
     """A blackboard at a :class:`~cxbridge.blackboard.zmq.ZmqBlackBoardServer`.
 
-    Unlike those of a local blackboard, listeners and observers are called in a dispatcher thread, soon after
-    the event; after a local write they are called in the writing thread. A request takes at most ``timeout``.
-
-    A lost connection is restored, see docs/evidence/protocol-zmq.md.
+    A dispatcher thread calls listeners and observers, soon after the event; only for a write of this client,
+    the writing thread calls the listeners, as on a local blackboard. A request takes at most ``timeout``. The
+    client restores a lost connection, see docs/evidence/protocol-zmq.md.
 
     :param url: ``tcp://host:port``, ``ipc://path`` or ``inproc://name``.
     :param registry: returns the classes of types that are named by a string.
-    :param bus: gets log lines; writes are published on the bus of the server's blackboard.
+    :param bus: gets log lines; the server's blackboard emits writes on its bus.
     :param name: identifies the client in log lines of the server.
     :param heartbeat: the seconds between signs of life; the server may demand fewer.
     :param timeout: the limit of a request, in seconds.
     :param connect_timeout: the limit of the first connection, in seconds.
     :param keys: the CURVE keys, required for servers on other machines.
     :param insecure: whether servers on other machines are allowed without keys.
-    :param context: the ZeroMQ context; by default a new context, or for inproc that of the process.
+    :param context: the ZeroMQ context; by default a new context, and for inproc the context of the process.
     :raises InsecureEndpointError: if the URL needs keys.
     :raises DisconnectedError: if no server answers.
     """
 
-    reports_writes = False
+    reports_writes = False  # the server's blackboard emits the writes, on its bus
 
     def __init__(  # noqa: PLR0913 - all settings are passed by name
         self,
@@ -72,7 +71,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         super().__init__(registry, clock, bus)
         self.url: Final = url
         self.timeout: Final = timeout
-        self._context, self._own_context = context_for(context, [url])
+        self._context, self._owns_context = choose_context(context, [url])
         wakeup = SocketWakeup()
         self._dispatcher: EventReceiver = EventReceiver(
             f"BlackBoard events {url}", self.report_fault, self._context, wakeup.set
@@ -93,9 +92,9 @@ class ZmqBlackBoard(RemoteBlackBoard):
         )
         self._session.start()
         if not self._sender.wait_ready(time.monotonic() + connect_timeout):
-            reason = self._interfaces.reason
+            reason = self._interfaces.end_reason
             self.shutdown()
-            hint = _hint_for_silence(reason, url, keys)
+            hint = _make_silence_hint(reason, url, keys)
             raise DisconnectedError(f"no blackboard answers at {url}", hint=hint)
 
     def _open(self, request: OpenRequest) -> Interface:
@@ -116,21 +115,21 @@ class ZmqBlackBoard(RemoteBlackBoard):
         try:
             self._sender.request(
                 Close(instance.serial.bytes),
-                timeout=self.timeout if self._sender.ready else 0.0,
+                timeout=self.timeout if self._sender.is_ready else 0.0,
                 repeat=False,
                 on_reply=on_reply,
             )
-        except TransportError:  # the server closes the instance when it finds that the session is dead
+        except TransportError:  # the server closes the instance at the end of the lost session
             self._interfaces.finish_closing(port, instance, port.seq)
         self._dispatcher.drain(self.timeout)
 
     def _shut_down(self) -> None:
-        # in this order: callers that wait for a session are released before its thread is joined
+        # the sender first, which releases the callers that wait for a session, then the session's thread
         self._interfaces.invalidate_all()
         self._sender.close()
         self._session.stop()
         self._dispatcher.stop()
-        if self._own_context:
+        if self._owns_context:
             self._context.term()
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
@@ -143,8 +142,8 @@ class ZmqBlackBoard(RemoteBlackBoard):
 
     @property
     def connected(self) -> bool:
-        """Whether there is a session with the server."""
-        return self._sender.ready
+        """Whether the client has a session with the server."""
+        return self._sender.is_ready
 
     @property
     def skipped(self) -> int:
@@ -152,9 +151,9 @@ class ZmqBlackBoard(RemoteBlackBoard):
         return self._interfaces.skipped
 
     def flush(self, timeout: float | None = None) -> None:
-        """Wait until the server has received all earlier calls and its earlier messages were handled.
+        """Wait until the server has received all earlier calls and listeners have handled all earlier events.
 
-        :param timeout: the limit in seconds, by default that of requests.
+        :param timeout: the limit in seconds; by default the timeout of requests.
         :raises TransportError: after the timeout.
         """
         self._check_open()
@@ -164,7 +163,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         self._dispatcher.drain(seconds)
 
     def _listener_table(self, instance: Interface) -> ListenerTable:
-        port = self._interfaces.copy_of(instance)
+        port = self._interfaces.find_copy(instance)
         if port is None:
             raise ForeignInstanceError(instance.uid)
         return port.listeners
@@ -172,14 +171,17 @@ class ZmqBlackBoard(RemoteBlackBoard):
     def register_observer(self, observer: Observer, type_glob: str = "*", id_glob: str = "*") -> None:
         self._check_open()
         super().register_observer(observer, type_glob, id_glob)
-        if not self._interfaces.watching:
+        if not self._interfaces.is_watching:
             self._sender.request(Watch(), timeout=self.timeout, on_reply=self._interfaces.handle_existing)
 
 
-def _hint_for_silence(reason: str, url: str, keys: CurveClient | None) -> str:
-    """Return a hint for the case that the server does not answer."""
-    # a server with CURVE keys ignores clients whose keys it does not know, and sends no reason
+def _make_silence_hint(reason: str, url: str, keys: CurveClient | None) -> str:
+    """Return the hint of the error for a server that does not answer.
+
+    :param reason: the reason for the end of the last session; empty without a session.
+    """
     reason = reason or "is the daemon running, and at this address?"
+    # a server with CURVE keys ignores clients whose keys it does not know, without sending a reason
     if keys is not None:
         mismatch = f"it does not know our key, or its key is not {keys.server_key}"
         return f"{reason}; it does not answer either when {mismatch}"

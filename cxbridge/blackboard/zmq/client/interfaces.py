@@ -1,7 +1,7 @@
 """The open interfaces of a client, and the effect of the server's frames on them.
 
-Frames come in the thread that has the turn to receive; writes and requests come in any thread. The lock
-guards the tables. ``_unsent`` and ``flushing`` are guarded by the lock of the sender.
+The thread that has the turn to receive handles frames; any thread may write and send requests. The lock
+guards the tables; the sender's lock guards ``_unsent_blocks`` and ``needs_flush``.
 """
 
 from __future__ import annotations
@@ -48,9 +48,9 @@ class OpenInterfaces:
     """Instances and copies of a client, and their state in the session.
 
     :param board: the blackboard of the client.
-    :param url: the server, for log lines.
+    :param url: the server's endpoint, for log lines.
     :param timeout: the limit of a request, in seconds.
-    :param wake_session: makes the session's thread call `flush` soon.
+    :param wake_session: wakes the session's thread, which calls `flush` while `needs_flush` is set.
     """
 
     def __init__(
@@ -73,22 +73,23 @@ class OpenInterfaces:
         self._copies: dict[tuple[str, str], InterfaceCopy] = {}  # by type and id
         self._channels: dict[int, InterfaceCopy] = {}  # by the server's number, in this session
         self._instances: dict[bytes, Interface] = {}  # by serial
-        # writes that wait to be sent; guarded by the sender's lock
-        self._unsent: dict[InterfaceCopy, bytes] = {}
+        self._unsent_blocks: dict[
+            InterfaceCopy, bytes
+        ] = {}  # the last block of each write that waits for room
         self._epoch = b""  # the id of the running server
-        self._same_epoch = False  # whether the server was not restarted between the last two sessions
-        self._reopening = 0  # the number of outstanding replies before other threads may send
+        self._same_epoch = False  # whether the last two sessions were with the same run of the server
+        self._missing_replies = 0  # the number of replies that must come before other threads may send
         self._loss_announced = False
         self._observers: Final = observers
-        self._existing: set[tuple[str, str]] = set()  # the interfaces that the observers know
-        self.watching = False
+        self._known_interfaces: set[tuple[str, str]] = set()  # the interfaces that the observers know
+        self.is_watching = False
         """Whether the server reports created and destroyed interfaces."""
-        self.reason = ""
+        self.end_reason = ""
         """The reason for the end of the last session."""
         self.skipped = 0
         """The number of conflated updates."""
-        self.flushing = False
-        """Whether the session's thread is to call `flush`; guarded by the sender's lock."""
+        self.needs_flush = False
+        """Whether the session's thread must call `flush`."""
 
     def open(self, request: OpenRequest) -> Interface:
         """Open an interface at the server.
@@ -102,7 +103,7 @@ class OpenInterfaces:
                 opened.append(self._make_instance(request, reply))
 
         schema = request.interface_class.SCHEMA
-        frame = _open_frame(schema, request.id, request.owner, request.writer)
+        frame = _make_open_frame(schema, request.id, request.owner, request.writer)
         reply = self._sender.request(frame, timeout=self._timeout, on_reply=on_reply)
         if isinstance(reply, Reply):
             raise_refusal(reply, uid=request.uid, hash_=schema.hash)
@@ -117,9 +118,9 @@ class OpenInterfaces:
                     self._board, request.interface_class, request.id, self, self._dispatcher
                 )
                 copy.set_members(opened.members, quietly=True)
-            self._connect(copy, opened.channel)
+            self._assign_channel(copy, opened.channel)
             if opened.block is not None and opened.seq > copy.seq:
-                if copy.instances:  # without earlier instances no update was missed
+                if copy.instances:  # otherwise no instance has missed an update
                     self.skipped += opened.seq - copy.seq - 1
                 copy.update(opened.seq, opened.block, opened.stamped, opened.changed)
             copy.seq = opened.seq
@@ -128,7 +129,7 @@ class OpenInterfaces:
             self._instances[opened.instance] = instance
             return instance
 
-    def _connect(self, copy: InterfaceCopy, channel: int) -> None:
+    def _assign_channel(self, copy: InterfaceCopy, channel: int) -> None:
         copy.mem_serial = channel
         self._channels[channel] = copy
 
@@ -136,13 +137,13 @@ class OpenInterfaces:
         """Return whether an instance is open at this client."""
         return self._instances.get(instance.serial.bytes) is instance
 
-    def copy_of(self, instance: Interface) -> InterfaceCopy | None:
+    def find_copy(self, instance: Interface) -> InterfaceCopy | None:
         """Return the copy of an open instance."""
         with self._lock:
             return self._copies.get((instance.type, instance.id)) if self.owns(instance) else None
 
     def start_closing(self, instance: Interface) -> InterfaceCopy:
-        """Invalidate an instance; its listeners are still notified until `finish_closing`."""
+        """Invalidate an instance, whose listeners get events until `finish_closing`."""
         with self._lock:
             copy = self._copies[instance.type, instance.id]
             del self._instances[instance.serial.bytes]
@@ -150,14 +151,17 @@ class OpenInterfaces:
             return copy
 
     def finish_closing(self, copy: InterfaceCopy, instance: Interface, seq: int) -> None:
-        """Remove an instance that the server has closed."""
+        """Remove an instance that the server has closed.
+
+        :param seq: the sequence number of the copy.
+        """
         with self._lock:
             if instance in copy.instances:
                 copy.instances.remove(instance)
             copy.seq = seq
             if instance.is_writer:
-                self._unsent.pop(copy, None)
-                copy.written = False
+                self._unsent_blocks.pop(copy, None)
+                copy.has_own_data = False
             self._drop_if_unused(copy)
         copy.end_listening(instance)
 
@@ -180,47 +184,48 @@ class OpenInterfaces:
     def write(
         self, port: InterfaceCopy, serial: UUID, stamped: bool | None, changed: bool, block: bytes
     ) -> None:
-        """Send a write; without room or session, keep the last block."""
+        """Send a write; without room or session, keep the block for `flush`."""
         with self._sender.lock:
-            waits = port in self._unsent
-            sent = self._sender.write(Write(serial.bytes, stamped, changed, block), wait=not waits)
-            self.skipped += waits  # the waiting block is replaced and never sent
+            replaces_block = port in self._unsent_blocks
+            sent = self._sender.write(Write(serial.bytes, stamped, changed, block), wait=not replaces_block)
+            self.skipped += replaces_block  # the client never sends the replaced block
             if sent:
                 port.seq += 1
-                self._unsent.pop(port, None)
+                self._unsent_blocks.pop(port, None)
                 return
-            self._unsent[port] = block
-            if self.flushing:
+            self._unsent_blocks[port] = block
+            if self.needs_flush:
                 return
-            self.flushing = True
+            self.needs_flush = True
         self._wake_session()
 
     def flush(self) -> None:
-        """Send the waiting blocks as far as there is room."""
+        """Send the waiting blocks until the socket has no room."""
         with self._sender.lock:
-            for port, block in tuple(self._unsent.items()):
-                writer = next((i for i in port.instances if i.is_writer and i.valid), None)
+            for port, block in tuple(self._unsent_blocks.items()):
+                writers = (instance for instance in port.instances if instance.is_writer and instance.valid)
+                writer = next(writers, None)
                 if writer is not None:
-                    # one frame stands for several writes, of which any may have changed the data
+                    # the frame replaces several writes, any of which may have changed the data
                     frame = Write(writer.serial.bytes, stamped=True, changed=True, block=block)
                     if not self._sender.write(frame, wait=False):
-                        self.flushing = True
+                        self.needs_flush = True
                         return
                     port.seq += 1
-                self._unsent.pop(port, None)
-            self.flushing = False
+                self._unsent_blocks.pop(port, None)
+            self.needs_flush = False
 
-    def note_skipped(self) -> None:
-        """Count an update that was conflated because listeners are slow."""
+    def count_skipped(self) -> None:
+        """Count an update that a later update replaced because listeners are slow."""
         self.skipped += 1
 
     def send_message(self, sender: Interface, message: Message) -> None:
         """Send a message and wait until it is in the writer's queue.
 
-        :raises NoWriterError: if there is no writer.
+        :raises NoWriterError: if the interface has no writer.
         :raises QueueFullError: if the queue is bounded and full.
         :raises RequestTimeoutError: if the writer or the server does not answer in time.
-        :raises DisconnectedError: if there is no session; the message may have been delivered.
+        :raises DisconnectedError: if the session is missing or lost; the message may have been delivered.
         """
         frame = Send(
             sender.serial.bytes,
@@ -244,12 +249,12 @@ class OpenInterfaces:
                 raise_refusal(reply, uid=sender.uid, message_type=message.type, serial=sender.serial)
 
     def wait_written(self, timeout: float) -> None:
-        """Wait until all blocks were sent.
+        """Wait until the client has sent all blocks.
 
         :raises RequestTimeoutError: after the timeout.
         """
         deadline = time.monotonic() + timeout
-        while self._unsent:
+        while self._unsent_blocks:
             if time.monotonic() > deadline:
                 raise RequestTimeoutError("the blackboard's server does not accept writes")
             time.sleep(0.005)
@@ -261,15 +266,15 @@ class OpenInterfaces:
             instances = [instance for copy in self._copies.values() for instance in copy.instances]
             self._channels.clear()
             for copy in self._copies.values():
-                copy.expected = copy.seq
+                copy.expected_seq = copy.seq
         # writers first, because a reader's reply is compared with the sequence number of this client's writer
         instances.sort(key=lambda instance: not instance.is_writer)
-        # one lock for all requests: no request of another thread may come between
+        # under one lock, so that no request of another thread comes in between
         with self._sender.lock:
-            self._reopening = 1  # for this method, so that no early reply counts as the last one
+            self._missing_replies = 1  # for this method, so that no early reply counts as the last reply
             for instance in instances:
                 self._reopen(instance)
-            if self.watching:
+            if self.is_watching:
                 self._request(Watch(), self.handle_existing)
         self._count_reply()
 
@@ -280,11 +285,11 @@ class OpenInterfaces:
             on_reply(reply)
             self._count_reply()
 
-        self._reopening += 1
+        self._missing_replies += 1
         self._sender.start(frame, PendingRequest(handle_and_count))
 
     def _reopen(self, instance: Interface) -> None:
-        frame = _open_frame(instance.SCHEMA, instance.id, instance.owner, instance.is_writer)
+        frame = _make_open_frame(instance.SCHEMA, instance.id, instance.owner, instance.is_writer)
         self._request(frame, lambda reply: self._handle_reopened(instance, reply))
 
     def _handle_reopened(self, instance: Interface, reply: Response) -> None:
@@ -292,34 +297,34 @@ class OpenInterfaces:
             copy = self._copies.get((instance.type, instance.id))
             open_here = self._instances.pop(instance.serial.bytes, None) is instance
             if isinstance(reply, Reply):
-                self._abandon(copy, instance, reply.code)
+                self._invalidate_refused(copy, instance, reply.code)
                 return
             assert isinstance(reply, Opened)
-            if copy is None or not open_here:  # closed during the request
-                self._close_late(reply)
+            if copy is None or not open_here:
+                self._close_unwanted(reply)  # another thread has closed the instance during the request
                 return
             instance.adopt_serial(UUID(bytes=reply.instance))
             self._instances[reply.instance] = instance
-            self._connect(copy, reply.channel)
+            self._assign_channel(copy, reply.channel)
             if reply.block is not None:
-                self._take_over(copy, reply, reply.block)
-            if instance.is_writer and copy.written and self._was_lost(copy, reply.seq):
-                self._unsent[copy] = copy.snapshot.block
+                self._update_reopened(copy, reply, reply.block)
+            if instance.is_writer and copy.has_own_data and self._is_write_lost(copy, reply.seq):
+                self._unsent_blocks[copy] = copy.snapshot.block
             copy.seq = reply.seq
             copy.set_members(reply.members, quietly=False)
 
-    def _take_over(self, copy: InterfaceCopy, opened: Opened, block: bytes) -> None:
+    def _update_reopened(self, copy: InterfaceCopy, opened: Opened, block: bytes) -> None:
         """Update a copy with the data of a new session, unless the copy is newer."""
-        # a restarted server counts from 0, and has older data than the copy until the first write
-        outdated = opened.seq <= copy.expected if self._same_epoch else opened.seq == 0
-        if not outdated and copy not in self._unsent:
+        # a restarted server counts from 0, and has no data before the first write
+        outdated = opened.seq <= copy.expected_seq if self._same_epoch else opened.seq == 0
+        if not outdated and copy not in self._unsent_blocks:
             copy.update(opened.seq, block, opened.stamped, opened.changed)
 
-    def _was_lost(self, copy: InterfaceCopy, seq: int) -> bool:
-        """Return whether the last write of this client was lost with the session."""
-        return seq < copy.expected if self._same_epoch else seq == 0
+    def _is_write_lost(self, copy: InterfaceCopy, seq: int) -> bool:
+        """Return whether the last write of this client was lost with the previous session."""
+        return seq < copy.expected_seq if self._same_epoch else seq == 0
 
-    def _abandon(self, copy: InterfaceCopy | None, instance: Interface, code: ResultCode) -> None:
+    def _invalidate_refused(self, copy: InterfaceCopy | None, instance: Interface, code: ResultCode) -> None:
         """Invalidate an instance that the server refuses to reopen."""
         self._board.warn(
             f"{instance.uid} of {instance.owner or 'no owner'} could not be opened again: {code.name}"
@@ -328,20 +333,20 @@ class OpenInterfaces:
         if copy is not None:
             if instance in copy.instances:
                 copy.instances.remove(instance)
-            copy.written = False
-            self._unsent.pop(copy, None)
+            copy.has_own_data = False
+            self._unsent_blocks.pop(copy, None)
             copy.listeners.unregister(None, instance)
             self._drop_if_unused(copy)
 
-    def _close_late(self, opened: Opened) -> None:
-        """Close an instance at the server whose opening this client has given up."""
+    def _close_unwanted(self, opened: Opened) -> None:
+        """Close an instance that the server has opened too late."""
         with self._sender.lock:
             self._sender.start(Close(opened.instance), PendingRequest())
 
     def _count_reply(self) -> None:
-        """Count a reply; after the last one, release the sender for all threads."""
-        self._reopening -= 1
-        if self._reopening:
+        """Count a reply to a reopening; after the last reply, let all threads send."""
+        self._missing_replies -= 1
+        if self._missing_replies:
             return
         with self._sender.lock:
             self._sender.set_ready()
@@ -350,16 +355,16 @@ class OpenInterfaces:
             self._loss_announced = False
             self._board.report_connection(True, f"connected to {self._url} again")
 
-    def handle_loss(self, reason: str) -> None:
-        """Handle the loss of the session, which makes the instances of other clients invisible."""
+    def handle_loss(self, end_reason: str) -> None:
+        """Report the loss of the session, and remove the instances of other clients."""
         if self._epoch and not self._loss_announced:
             self._loss_announced = True
-            text = f"lost the blackboard at {self._url}: {reason}; trying to connect again"
+            text = f"lost the blackboard at {self._url}: {end_reason}; trying to connect again"
             self._board.report_connection(False, text)
-        self.reason = reason
+        self.end_reason = end_reason
         with self._lock:
             for copy in self._copies.values():
-                copy.forget_others()
+                copy.remove_remote_members()
 
     def handle_update(self, update: Update) -> None:
         """Handle an Update.
@@ -380,7 +385,7 @@ class OpenInterfaces:
         match frame:
             case Response():
                 if not self._sender.finish(frame) and isinstance(frame, Opened):
-                    self._close_late(frame)  # the request was given up
+                    self._close_unwanted(frame)  # the caller has given up after the timeout
             case Change():
                 copy = self._channels.get(frame.channel)
                 if copy is not None:
@@ -388,40 +393,40 @@ class OpenInterfaces:
             case Deliver():
                 self._dispatcher.put(self._deliver, frame, urgent=True)
             case Existence():
-                if self.watching:
-                    self._note_existence((frame.type, frame.id), frame.created)
+                if self.is_watching:
+                    self._handle_existence((frame.type, frame.id), frame.created)
             case _:
-                pass  # a heartbeat
+                pass  # a Beat; the receiver has recorded the time of this sign of life
 
     def handle_existing(self, reply: Response) -> None:
         """Compare the interfaces in the reply to Watch with the known ones, and notify the observers."""
         assert isinstance(reply, Listed)
         keys = [(info.type, info.id) for info in reply.interfaces]
-        if not self.watching:  # observers hear only of changes since their registration
-            self._existing.update(keys)
-            self.watching = True
-        for key in self._existing.difference(keys):
-            self._note_existence(key, created=False)
+        if not self.is_watching:  # observers get no events of interfaces that existed at their registration
+            self._known_interfaces.update(keys)
+            self.is_watching = True
+        for key in self._known_interfaces.difference(keys):
+            self._handle_existence(key, created=False)
         for key in keys:
-            self._note_existence(key, created=True)
+            self._handle_existence(key, created=True)
 
-    def _note_existence(self, key: tuple[str, str], created: bool) -> None:
-        if created and key not in self._existing:
-            self._existing.add(key)
+    def _handle_existence(self, key: tuple[str, str], created: bool) -> None:
+        if created and key not in self._known_interfaces:
+            self._known_interfaces.add(key)
             self._dispatcher.put(self._observers.notify_created, *key)
-        elif not created and key in self._existing:
-            self._existing.discard(key)
+        elif not created and key in self._known_interfaces:
+            self._known_interfaces.discard(key)
             self._dispatcher.put(self._observers.notify_destroyed, *key)
 
     def _deliver(self, frame: Deliver) -> None:
         """Queue a message for a writer and report the outcome; in the dispatcher's thread."""
         instance = self._instances.get(frame.instance)
-        copy = None if instance is None else self.copy_of(instance)
+        copy = None if instance is None else self.find_copy(instance)
         code, detail = ResultCode.NO_WRITER, 0
         if instance is not None and copy is not None and instance.is_writer:
             code, detail = copy.queue_message(instance, frame)
         self._sender.send(Delivered(frame.delivery, code, detail))
 
 
-def _open_frame(schema: InterfaceSchema, interface_id: str, owner: str, writer: bool) -> Open:
+def _make_open_frame(schema: InterfaceSchema, interface_id: str, owner: str, writer: bool) -> Open:
     return Open(schema.name, interface_id, schema.hash, schema.datasize, owner[:MAX_TEXT], writer)

@@ -1,7 +1,7 @@
 """The copy of an interface at a client; the port of the client's instances.
 
-The receiving thread updates it, the threads of the instances use it, and the dispatcher's thread notifies its
-listeners. The lock guards the copy.
+The receiving thread updates the copy, the threads of the instances read and write it, and the dispatcher's
+thread notifies the listeners. The lock guards the copy.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ class ZmqUplink(Protocol):
     def write(
         self, port: InterfaceCopy, serial: UUID, stamped: bool | None, changed: bool, block: bytes
     ) -> None:
-        """Send a write, or keep it for later."""
+        """Send a write, or keep the block for later."""
 
     def send_message(self, sender: Interface, message: Message) -> None:
         """Send a message and wait for its outcome."""
 
-    def note_skipped(self) -> None:
+    def count_skipped(self) -> None:
         """Count a conflated update."""
 
 
@@ -71,20 +71,22 @@ class InterfaceCopy(BoardPort):
         self.instances: list[Interface] = []
         """The instances of this client in the order of opening."""
         self.seq = 0
-        """The sequence number of the copy in this session."""
-        self.expected = 0
+        """The sequence number of the copy in this session: the number of the last write that it contains."""
+        self.expected_seq = 0
         """The last known sequence number of the server in the previous session."""
-        self.written = False
-        """Whether the copy was written by this client."""
+        self.has_own_data = False
+        """Whether the data are from a write of this client."""
         self._uplink: Final = uplink
         self._dispatcher: Final = dispatcher
-        self._fetched = 0  # the newest version that was read
-        self._notified: Snapshot | None = None  # the data that read() returns to the listeners being notified
-        self._last_event: DataEvent | None = None  # the last pending event
-        self._members: dict[UUID, Member] = {}
+        self._fetched_version = 0  # the newest version that an instance has read
+        self._notified_snapshot: Snapshot | None = None  # the data that listeners read during a notification
+        self._last_event: DataEvent | None = (
+            None  # the last pending event, which a further update may replace
+        )
+        self._members: dict[UUID, Member] = {}  # the open instances of all clients
 
     def update(self, seq: int, block: bytes, stamped: bool, changed: bool) -> None:
-        """Take over a write of another client.
+        """Store a write of another client and queue the notification of the listeners.
 
         :raises ProtocolError: if the size of the block is wrong.
         """
@@ -92,17 +94,17 @@ class InterfaceCopy(BoardPort):
             raise ProtocolError(f"a block of {self.uid} cannot have {len(block)} bytes")
         with self._lock:
             self.seq = seq
-            self.written = False
+            self.has_own_data = False
             snapshot = self._replace_snapshot(block, stamped, changed)
             audience = self.listeners.data_audience
             if audience is None:
                 return
             event = self._last_event
-            if event is not None and self._dispatcher.full:
+            if event is not None and self._dispatcher.is_full:
                 event.snapshot = snapshot
                 event.changed |= changed
                 event.audience = audience
-                self._uplink.note_skipped()
+                self._uplink.count_skipped()
                 return
             event = self._last_event = DataEvent(snapshot, changed, audience)
         self._dispatcher.put(self._notify_data, event)
@@ -111,11 +113,11 @@ class InterfaceCopy(BoardPort):
         with self._lock:
             if self._last_event is event:
                 self._last_event = None
-        self._notified = event.snapshot
+        self._notified_snapshot = event.snapshot
         try:
             self.listeners.notify_data(event.audience, event.changed)
         finally:
-            self._notified = None
+            self._notified_snapshot = None
 
     def change(self, kind: EventKind, serial: UUID, owner: str) -> None:
         """Add or remove a member and notify the listeners."""
@@ -124,16 +126,16 @@ class InterfaceCopy(BoardPort):
         members = dict(self._members)
         member = members.pop(serial, None)
         if added is (member is not None):
-            return  # a reply to Open has reported the change already
+            return  # the members in a reply to Open contain the change already
         if added:
             members[serial] = Member(serial.bytes, owner, kind is EventKind.WRITER_ADDED)
         self._members = members
         self._dispatcher.put(self.listeners.notify_audience, self.listeners.find_audience(kind), kind, serial)
 
     def queue_message(self, writer: Interface, frame: Deliver) -> tuple[ResultCode, int]:
-        """Ask the listeners and queue a message for a writer; in the dispatcher's thread.
+        """Queue a message for a writer unless a listener handles it; called in the dispatcher's thread.
 
-        :returns: the result and a detail for the server.
+        :returns: the outcome, and the limit of the queue for ``QUEUE_FULL``, else 0.
         """
         try:
             message = receive_message(
@@ -161,45 +163,49 @@ class InterfaceCopy(BoardPort):
     def set_members(self, members: Iterable[Member], *, quietly: bool) -> None:
         """Replace the members.
 
-        :param quietly: whether the listeners are not notified.
+        :param quietly: whether to omit the notification of the listeners.
         """
         present = {UUID(bytes=member.serial): member for member in members}
         if not quietly:
             self._remove_members(self._members.keys() - present.keys())
             for serial, member in present.items():
                 self.change(membership_kind(writer=member.writer, added=True), serial, member.owner)
-        self._members = present  # in the order of the server
+        self._members = present  # again, because the order of the members is the server's
 
     def _remove_members(self, serials: AbstractSet[UUID]) -> None:
         for serial, member in self._members.items():
             if serial in serials:
                 self.change(membership_kind(writer=member.writer, added=False), serial, "")
 
-    def forget_others(self) -> None:
+    def remove_remote_members(self) -> None:
         """Remove the instances of other clients, because the session is lost."""
         self._remove_members(self._members.keys() - {instance.serial for instance in self.instances})
 
     @property
-    def _readable(self) -> Snapshot:
-        """The data for the calling thread.
+    def _readable_snapshot(self) -> Snapshot:
+        """The data that the calling thread reads.
 
-        A listener reads the write of which it is notified, even if newer data have come, unless the thread
-        has read newer data before.
+        A listener reads the data of the write in its notification, even if newer data have arrived, unless
+        an instance has read newer data before.
         """
-        notified = self._notified
-        if notified is None or notified.version < self._fetched or not self._dispatcher.is_current_thread():
+        notified_snapshot = self._notified_snapshot
+        if (
+            notified_snapshot is None
+            or notified_snapshot.version < self._fetched_version
+            or not self._dispatcher.is_current_thread()
+        ):
             return self._snapshot
-        return notified
+        return notified_snapshot
 
     @property
     def version(self) -> int:
         """The number of the write that :meth:`fetch` would return."""
-        return self._readable.version
+        return self._readable_snapshot.version
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
         with self._lock:
-            snapshot = self._readable
-            self._fetched = snapshot.version
+            snapshot = self._readable_snapshot
+            self._fetched_version = snapshot.version
         into[:] = snapshot.block
         return snapshot.version, snapshot.last_stamped, snapshot.last_changed
 
@@ -209,7 +215,7 @@ class InterfaceCopy(BoardPort):
         data = bytes(block)
         with self._lock:
             version = self._replace_snapshot(data, stamped, changed).version
-            self.written = True
+            self.has_own_data = True
             # listeners that register later read the data and are not notified
             audience = self.listeners.data_audience
         self._uplink.write(self, writer.serial, stamped, changed, data)

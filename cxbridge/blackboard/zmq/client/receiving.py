@@ -1,17 +1,19 @@
 """The events socket of a client, and the thread that calls its listeners.
 
-An event is cheapest when the receiving thread calls the listeners. While listeners run, however, the copies
-must be updated and credit must be returned. Two threads therefore take turns: the dispatcher's thread
-receives while its listeners are quick, otherwise the session's thread. Owners:
+An event is cheapest if the receiving thread itself calls the listeners. But while listeners run, some thread
+must update the copies and return credit. So two threads take turns: the dispatcher's thread receives while
+its listeners are quick, and the session's thread receives otherwise. The rules:
 
-- the socket, the numbers and the credit belong to the thread that has the turn;
+- Only the thread that has the turn uses the socket, the numbers and the credit.
 
-- the turn is given away only by its owner. The session's thread takes it back only while the dispatcher's
-  thread calls listeners, or has not begun to receive. It opens and closes the socket while it has the turn;
+- Only the thread that has the turn gives it away. The session's thread takes it back only while the
+  dispatcher's thread calls listeners, or has not begun to receive. It opens and closes the socket while it
+  has the turn.
 
-- the nudge, which interrupts the dispatcher's receiving, is for any thread, under a second lock;
+- Any thread may send a nudge, an empty frame that interrupts the receiving of the dispatcher's thread, under
+  a second lock.
 
-- the queue of calls is filled by any thread and emptied by the dispatcher's thread.
+- Any thread may queue calls, and the dispatcher's thread makes them.
 """
 
 from __future__ import annotations
@@ -29,22 +31,22 @@ import zmq
 from cxbridge.blackboard.kit.dispatcher import Call, Dispatcher
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.zmq.wire.frames import Gone, ServerFrame, Update, Welcome, decode_server_frame
-from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, Context, Socket, receiver
+from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, Context, Socket, raw_receive
 
 MAX_WAITING_EVENTS: Final = 1024
 """The number of waiting events above which updates of one interface are conflated."""
 
-_BATCH: Final = 64  # frames in a row, before credit is returned
-_AT_ONCE: Final = 20e-6  # seconds; a frame that is received in less time had arrived before
-# Credit is returned in four parts of the window, so that the server may still send three parts while the
-# credit is on its way.
+_BATCH_SIZE: Final = 64  # frames in a row before the client returns credit
+_ARRIVED_S: Final = 20e-6  # a frame that `recv` returns in less time had arrived before, so more may wait
+# The client returns credit in four parts of the window, so that the server may still send three parts while
+# the credit is on its way.
 _CREDIT_PARTS: Final = 4
 
-# owners of the turn to receive; integers, because they are compared for each update
+# owners of the turn to receive; plain integers, because each update compares them
 _SESSION: Final = 0  # the session's thread receives
 _DISPATCHER: Final = 1  # the dispatcher's thread receives
-_CALLING: Final = 2  # the dispatcher's thread calls listeners: the session's thread may take over
-# the dispatcher's thread receives after the present call: the session's thread may take over
+_CALLING: Final = 2  # the dispatcher's thread calls listeners; the session's thread may take the turn
+# the dispatcher's thread will receive after its present call; the session's thread may take the turn
 _LENT: Final = 3
 _RECLAIMABLE: Final = (_CALLING, _LENT)
 
@@ -69,8 +71,7 @@ class EventReceiver(Dispatcher):
     """Calls listeners, and receives in turns with the session's thread.
 
     :param report: called with the name and error of a failed call.
-    :param context: the ZeroMQ context.
-    :param wake_session: makes the session's thread look at `fault` and at the turn.
+    :param wake_session: wakes the session's thread, which reads `fault` and the owner of the turn.
     """
 
     def __init__(
@@ -85,17 +86,19 @@ class EventReceiver(Dispatcher):
         self._lock: Final = threading.Lock()
         self._changed: Final = threading.Condition(self._lock)
         self._turn = _SESSION
-        self._reclaimed = False
-        self._turns = 0  # rounds of the dispatcher's thread, which show whether listeners are quick
-        self._watched_turns = 0  # the rounds at the last call of `watch`
-        self._nudging: Final = threading.Lock()
-        self._nudge: Socket | None = None
+        self._is_reclaimed = False
+        self._round_count = 0  # rounds of the dispatcher's thread; a constant count shows slow listeners
+        self._watched_round_count = 0  # the count at the last call of `watch`
+        self._nudge_lock: Final = threading.Lock()
+        self._nudge_socket: Socket | None = None
         self._backlog: deque[Call | None] = deque()  # calls taken from the queue while a listener waited
-        self._ended = False
-        self._idle = False  # the thread waits for calls
-        self._receiving = False  # the thread waits for the server, so a new call has to nudge it
-        self.asleep = False
-        """Whether the session's thread must be woken before listeners are called."""
+        self._has_ended = False
+        self._is_idle = False  # whether the dispatcher's thread waits for calls
+        self._is_receiving = (
+            False  # whether the dispatcher's thread waits for a frame, so that calls must nudge it
+        )
+        self.must_wake_session = False
+        """Whether the dispatcher's thread must wake the session's thread before it calls listeners."""
         self._reset()
         super().__init__(name, report)  # starts the thread
 
@@ -103,30 +106,30 @@ class EventReceiver(Dispatcher):
         self.last_received_s = time.monotonic()
         """The monotonic time of the last received frame, in seconds."""
         self.welcome: Welcome | None = None
-        """The server's Welcome, None before it."""
+        """The server's Welcome; None before its arrival."""
         self.fault = ""
-        """Why the session cannot continue."""
+        """The reason why the session cannot continue; else empty."""
         self._last_number = 0  # the number of the last received frame
-        self._credit = 0  # the number of handled updates that the server does not know
-        self._return_at = 1
+        self._unreported_count = 0  # the number of handled updates that the server does not know of
+        self._credit_threshold = 1  # the number of unreported updates at which the client returns credit
 
-    def put(self, work: Callable[..., object], *args: Any, urgent: bool = False) -> None:
-        self._queue.put((work, args, urgent))
-        if self._receiving:
+    def put(self, function: Callable[..., object], *args: Any, urgent: bool = False) -> None:
+        self._queue.put((function, args, urgent))
+        if self._is_receiving:
             self._nudge_dispatcher()
 
     @property
-    def full(self) -> bool:
+    def is_full(self) -> bool:
         """Whether the queue is so long that updates are conflated."""
         return self._queue.qsize() >= MAX_WAITING_EVENTS
 
-    def wait(self, done: Callable[[], bool], deadline: float) -> None:
-        """Run urgent calls until ``done``, for listeners that wait for a reply in this thread.
+    def wait(self, is_done: Callable[[], bool], deadline: float) -> None:
+        """Make urgent calls until ``is_done`` returns True, for a listener that waits for a reply.
 
-        The thread that completes ``done`` must then queue a call, which ends the wait.
+        The thread that changes the result of ``is_done`` must queue a call, which wakes this thread.
         """
-        self._hand_over()
-        while not done():
+        self._hand_turn_over()
+        while not is_done():
             remaining = deadline - time.monotonic()
             if remaining <= 0:
                 return
@@ -134,11 +137,11 @@ class EventReceiver(Dispatcher):
                 item = self._queue.get(timeout=remaining)
             except queue.Empty:
                 return
-            if item is None:  # the end, which is for `_call_waiting`
+            if item is None:  # the end of the thread, which `_call_waiting` handles
                 self._queue.put(None)
                 return
-            _work, _args, urgent = item
-            if urgent:  # a message for a writer of this client, whose sender may be the peer that is to reply
+            _function, _args, urgent = item
+            if urgent:  # a message to a writer of this client, perhaps from the peer whose reply is missing
                 self._call(*item)
             else:
                 self._backlog.append(item)
@@ -146,18 +149,18 @@ class EventReceiver(Dispatcher):
     def _run(self) -> None:
         while True:
             self._call_waiting()
-            if self._ended:
+            if self._has_ended:
                 return
-            self._idle = True
-            if self._turn == _SESSION and self._nudge is not None:
+            self._is_idle = True
+            if self._turn == _SESSION and self._nudge_socket is not None:
                 # the listeners have caught up, so the session's thread may lend the turn
                 self._wake_session()
             self._backlog.append(self._queue.get())
-            self._idle = False
+            self._is_idle = False
 
     def _call_waiting(self) -> None:
         """Make all queued calls."""
-        while not self._ended:
+        while not self._has_ended:
             if self._backlog:
                 item = self._backlog.popleft()
             elif self._queue.empty():
@@ -165,7 +168,7 @@ class EventReceiver(Dispatcher):
             else:
                 item = self._queue.get()
             if item is None:
-                self._ended = True
+                self._has_ended = True
                 return
             self._call(*item)
 
@@ -176,44 +179,44 @@ class EventReceiver(Dispatcher):
                 return  # the session's thread has taken the turn back
             self._turn = _DISPATCHER
         try:
-            self._take_turns()
+            self._receive_and_call()
         except Exception as error:  # noqa: BLE001 - for example the context was terminated
             self.fault = self.fault or repr(error)
-        self._receiving = False
+        self._is_receiving = False
         with self._changed:
             if self._turn == _DISPATCHER:
                 self._turn = _SESSION
             self._changed.notify_all()
         self._wake_session()
 
-    def _take_turns(self) -> None:
+    def _receive_and_call(self) -> None:
         """Receive and make calls, one after the other, while this thread has the turn."""
-        # every update of every reader passes here, in a thread with cold caches: use few calls and few
-        # objects
+        # each update of each reader passes through this loop, in a thread with cold caches, so the loop uses
+        # few calls and objects
         lock, recv, now, no_calls = self._lock, self._recv, time.monotonic, self._queue.empty
-        while self._turn == _DISPATCHER and not self._reclaimed and not self.fault:
-            self._receiving = True  # a new call wakes the thread from here on
-            # after the flag: a call that was queued before it has not nudged this thread
+        while self._turn == _DISPATCHER and not self._is_reclaimed and not self.fault:
+            self._is_receiving = True  # from here on, a new call nudges this thread
+            # after the flag, because a call that was queued before has not nudged this thread
             if no_calls():
                 start_s = now()
                 data = recv()
-                self._receiving = False
+                self._is_receiving = False
                 self.last_received_s = end_s = now()
                 self._handle_message(data)
-                if end_s - start_s < _AT_ONCE:
-                    self.take()  # update the copies by all waiting frames before calling listeners
-                elif self._credit >= self._return_at:
+                if end_s - start_s < _ARRIVED_S:
+                    self.take()  # handles all waiting frames before the listeners, which then read newer data
+                elif self._unreported_count >= self._credit_threshold:
                     self._give_credit()
             else:
-                self._receiving = False
+                self._is_receiving = False
             if no_calls():
                 continue
-            self._turns += 1
+            self._round_count += 1
             self._turn = _CALLING
-            if self._reclaimed:
+            if self._is_reclaimed:
                 with self._changed:
                     self._changed.notify_all()
-            elif self.asleep:
+            elif self.must_wake_session:
                 self._wake_session()
             self._call_waiting()
             with lock:
@@ -231,61 +234,61 @@ class EventReceiver(Dispatcher):
         self._reset()
         self._handler = handler
         self._give_credit_back = give_credit
-        self._recv = receiver(events)
-        # an empty frame of another peer of the socket wakes a thread that waits for the server
+        self._recv = raw_receive(events)
+        # a second peer of the socket, within the process, sends the nudges
         events.bind(f"inproc://{name}")
         nudge = self.context.socket(zmq.DEALER)
         nudge.linger = 0
         nudge.connect(f"inproc://{name}")
-        with self._nudging:
-            self._nudge = nudge
+        with self._nudge_lock:
+            self._nudge_socket = nudge
 
     def close(self) -> None:
         """End the session; the session's thread must have the turn."""
-        with self._nudging:
-            if self._nudge is not None:
-                self._nudge.close()
-                self._nudge = None
+        with self._nudge_lock:
+            if self._nudge_socket is not None:
+                self._nudge_socket.close()
+                self._nudge_socket = None
 
     @property
     def session_has_turn(self) -> bool:
         """Whether the session's thread receives."""
         return self._turn == _SESSION
 
-    def lend(self) -> None:
+    def lend_turn(self) -> None:
         """Let the dispatcher's thread receive if it is idle."""
-        if self._idle and self._queue.empty():
-            self._turns += 1
-            self._turn = _LENT  # only lent, because the thread may just have begun a call
+        if self._is_idle and self._queue.empty():
+            self._round_count += 1
+            self._turn = _LENT  # not _DISPATCHER, because the thread may have begun another call meanwhile
             self.put(self._receive)
 
     def watch(self) -> bool:
-        """Take over from the dispatcher's thread if its listeners are slow.
+        """Take the turn from the dispatcher's thread if its listeners are slow.
 
-        :returns: whether to look again soon.
+        :returns: whether the session's thread must call this method again soon.
         """
-        turns = self._turns
-        quick = turns != self._watched_turns
-        self._watched_turns = turns
-        if not quick:
-            self._hand_over()
-        return quick or self._turn in _RECLAIMABLE
+        round_count = self._round_count
+        is_quick = round_count != self._watched_round_count
+        self._watched_round_count = round_count
+        if not is_quick:
+            self._hand_turn_over()
+        return is_quick or self._turn in _RECLAIMABLE
 
-    def reclaim(self) -> None:
-        """Take the turn back, even from a receiving thread."""
+    def reclaim_turn(self) -> None:
+        """Take the turn back, even while the dispatcher's thread receives."""
         with self._changed:
-            self._reclaimed = True
+            self._is_reclaimed = True
             while self._turn == _DISPATCHER:
                 self._nudge_dispatcher()
-                self._changed.wait(1.0)
+                self._changed.wait(1.0)  # seconds until the next nudge
             self._turn = _SESSION
-            self._reclaimed = False
+            self._is_reclaimed = False
 
     def take(self) -> None:
         """Handle waiting frames, at most one batch."""
-        # at most, because a fast writer could keep the thread here, without returned credit
+        # the limit, because a fast writer could keep the thread in the loop, which returns no credit
         recv = self._recv
-        for _ in range(_BATCH):
+        for _ in range(_BATCH_SIZE):
             try:
                 data = recv(NOBLOCK)
             except zmq.Again:
@@ -294,16 +297,16 @@ class EventReceiver(Dispatcher):
             if self.fault:
                 return
         self.last_received_s = time.monotonic()
-        if self._credit >= self._return_at:
+        if self._unreported_count >= self._credit_threshold:
             self._give_credit()
 
     def _nudge_dispatcher(self) -> None:
-        # with a full queue of nudges the thread wakes up anyway
-        with self._nudging, contextlib.suppress(zmq.Again):
-            if self._nudge is not None:
-                self._nudge.send(b"", zmq.NOBLOCK)
+        # a full queue has earlier nudges, which wake the thread
+        with self._nudge_lock, contextlib.suppress(zmq.Again):
+            if self._nudge_socket is not None:
+                self._nudge_socket.send(b"", zmq.NOBLOCK)
 
-    def _hand_over(self) -> None:
+    def _hand_turn_over(self) -> None:
         """Give the turn to the session's thread unless the dispatcher's thread receives."""
         with self._lock:
             if self._turn not in _RECLAIMABLE:
@@ -317,7 +320,7 @@ class EventReceiver(Dispatcher):
         try:
             frame = decode_server_frame(data)
             if type(frame) is Update:  # first, because nearly all frames are updates
-                self._credit += 1
+                self._unreported_count += 1
                 self._handler.handle_update(frame)
             else:
                 self._handle_frame(frame)
@@ -337,15 +340,15 @@ class EventReceiver(Dispatcher):
             self._last_number = frame.number
         if isinstance(frame, Welcome):
             self.welcome = frame
-            self._return_at = max(1, frame.window // _CREDIT_PARTS)
+            self._credit_threshold = max(1, frame.window // _CREDIT_PARTS)
             self._handler.handle_welcome(frame.epoch)
         else:
             self._handler.handle_frame(frame)
 
     def _give_credit(self) -> None:
-        if self._give_credit_back(self._credit):
-            self._credit = 0
+        if self._give_credit_back(self._unreported_count):
+            self._unreported_count = 0
 
     def fail(self, reason: str) -> None:
-        """Record why the session cannot continue; later reasons are ignored."""
+        """Record the first reason why the session cannot continue."""
         self.fault = self.fault or reason

@@ -1,8 +1,8 @@
 """The thread of a client's session: it connects, sends heartbeats and reconnects.
 
-It owns the monitor socket. It opens and closes the sockets for events and commands, which :mod:`.receiving`
-and :mod:`.sending` use in between. Each attempt to connect is a session with a new id, so no frame of an
-earlier session can be taken for a frame of the present one.
+The thread opens and closes the sockets for events and commands, which :mod:`.receiving` and :mod:`.sending`
+use in between, and polls ZeroMQ's monitor socket, which reports the end of the connection. Each attempt to
+connect is a session with a new id, so that the peers can tell the frames of different sessions apart.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.client.sending import CommandSender
 from cxbridge.blackboard.zmq.security import CurveClient
 from cxbridge.blackboard.zmq.wire.frames import (
-    BEAT,
+    BEAT_HEARTBEATS,
     COMMANDS,
-    DEATH,
+    DEATH_HEARTBEATS,
     EVENTS,
     SERIAL_SIZE,
     Beat,
@@ -31,23 +31,23 @@ from cxbridge.blackboard.zmq.wire.frames import (
     Hello,
     encode,
 )
-from cxbridge.blackboard.zmq.wire.sockets import FAREWELL_MS, Socket, connect
+from cxbridge.blackboard.zmq.wire.sockets import LINGER_MS, Socket, connect
 
 HELLO_S: Final = 2.0
-"""Seconds in which the server must answer the Hello."""
+"""The seconds in which the server must answer the Hello."""
 
-# a server that refuses, for example because it has too many clients, must not be flooded with attempts
-PAUSE_S: Final = 0.1
-"""Seconds between the end of a session and the next attempt."""
+# the pause spares a server that refuses the client, for example because it has too many clients
+RETRY_PAUSE_S: Final = 0.1
+"""The seconds between the end of a session and the next attempt."""
 
 MIN_PATIENCE_MS: Final = 5
 MAX_PATIENCE_MS: Final = 40
-"""Milliseconds of running listeners after which this thread receives instead.
+"""The milliseconds of running listeners after which this thread receives instead.
 
-The minimum applies after a slow listener; it doubles up to the maximum while listeners are quick.
+The minimum applies after a slow listener; the time doubles up to the maximum while listeners are quick.
 """
 
-_FLUSH_S: Final = 0.02  # seconds between attempts to send conflated updates
+_FLUSH_PERIOD_S: Final = 0.02  # the seconds between attempts to send conflated writes
 
 
 class SessionThread:
@@ -77,12 +77,12 @@ class SessionThread:
         self._sender: Final = sender
         self._receiver: Final = receiver
         self._wakeup: Final = wakeup
-        self._requested_heartbeat: Final = heartbeat
+        self._requested_heartbeat_s: Final = heartbeat
         self._name: Final = name
         self._keys: Final = keys
         self._stopping = False
-        self._patience = MIN_PATIENCE_MS
-        self._previous = b""  # the id of the last session, which the server may not know to be dead
+        self._patience_ms = MIN_PATIENCE_MS
+        self._previous_session = b""  # the id of the last session, which the server may still keep alive
         self._thread: Final = threading.Thread(target=self._run, name=f"BlackBoard {url}", daemon=True)
 
     def start(self) -> None:
@@ -98,13 +98,13 @@ class SessionThread:
     def _run(self) -> None:
         while not self._stopping:
             try:
-                reason = self._session()
-            # no descriptor may be left, for example, which may change
+                reason = self._run_session()
+            # for example without a free descriptor, which another attempt may get
             except (TransportError, zmq.ZMQError, OSError) as error:
                 reason = f"no session can begin: {error}"
             if not self._stopping:
                 self._interfaces.handle_loss(reason)
-                self._wait(PAUSE_S)
+                self._wait(RETRY_PAUSE_S)
 
     def _wait(self, seconds: float) -> None:
         poller = zmq.Poller()
@@ -114,10 +114,10 @@ class SessionThread:
             poller.poll(int(remaining * 1000) + 1)
             self._wakeup.clear()
 
-    def _session(self) -> str:
-        """Run one session; return why it ended."""
+    def _run_session(self) -> str:
+        """Run one session; return the reason for its end."""
         session = os.urandom(SERIAL_SIZE)
-        self._interfaces.flushing = False
+        self._interfaces.needs_flush = False
         events = connect(self._receiver.context, self._url, EVENTS + session, self._keys)
         try:
             commands = connect(self._receiver.context, self._url, COMMANDS + session, self._keys)
@@ -130,46 +130,48 @@ class SessionThread:
             try:
                 hello = Hello(
                     session,
-                    replaces=self._previous,
-                    heartbeat_ms=round(self._requested_heartbeat * 1000),
+                    replaces=self._previous_session,
+                    heartbeat_ms=round(self._requested_heartbeat_s * 1000),
                     name=self._name,
                 )
-                # without blocking, because a refused handshake may have closed the socket
+                # without blocking, because a refused handshake may have closed the connection
                 events.send(encode(hello), zmq.NOBLOCK)
                 name = f"nudge-{session.hex()}"
                 self._receiver.open(events, name, self._interfaces, self._sender.give_credit)
-                reason = self._serve(events, monitor)
+                reason = self._keep_session(events, monitor)
                 if self._stopping and self._receiver.welcome is not None:
                     self._sender.send(Bye(), wait_ms=0)
             finally:
-                # the turn first, because no other thread may use a socket that is being closed
-                self._receiver.reclaim()
+                # the turn first, so that no other thread uses the socket that is closed here
+                self._receiver.reclaim_turn()
                 self._receiver.close()
                 self._sender.detach()
                 events.disable_monitor()
                 monitor.close(linger=0)
-                commands.close(linger=FAREWELL_MS if self._stopping else 0)
+                commands.close(linger=LINGER_MS if self._stopping else 0)
         finally:
             events.close(linger=0)
         if self._receiver.welcome is not None:
-            self._previous = session
+            self._previous_session = session
         return reason
 
-    def _serve(self, events: Socket, monitor: Socket) -> str:
-        """Keep the session alive, and receive in this thread's turns; return why the session ended."""
+    def _keep_session(self, events: Socket, monitor: Socket) -> str:
+        """Keep the session alive, and receive in this thread's turns; return the reason for the end."""
         receiver, interfaces = self._receiver, self._interfaces
-        watching, receiving = zmq.Poller(), zmq.Poller()
-        for poller in (watching, receiving):
+        dispatcher_poller, session_poller = zmq.Poller(), zmq.Poller()
+        for poller in (dispatcher_poller, session_poller):
             poller.register(self._wakeup, zmq.POLLIN)
             poller.register(monitor, zmq.POLLIN)
-        receiving.register(events, zmq.POLLIN)
-        due = checked = time.monotonic()
+        session_poller.register(events, zmq.POLLIN)
+        next_check_s = last_check_s = time.monotonic()
         while not (self._stopping or receiver.fault):
-            self._wakeup.clear()  # before the states are read, so that no change of them is missed
-            if receiver.session_has_turn and self._sender.ready:
-                receiver.lend()
+            self._wakeup.clear()  # before the states are read, so that no later change is missed
+            if receiver.session_has_turn and self._sender.is_ready:
+                receiver.lend_turn()
             ready = (
-                dict(receiving.poll(_ms(due))) if receiver.session_has_turn else self._watch(watching, due)
+                dict(session_poller.poll(_ms_until(next_check_s)))
+                if receiver.session_has_turn
+                else self._wait_for_dispatcher(dispatcher_poller, next_check_s)
             )
             if events in ready:
                 receiver.take()
@@ -177,58 +179,62 @@ class SessionThread:
                 monitor.recv_multipart()
                 if receiver.welcome is not None:
                     receiver.fail("the connection was closed")
-            now = time.monotonic()
-            if interfaces.flushing:
-                due = min(due, now + _FLUSH_S)
-            if now >= due:
-                self._keep_alive(now, now - checked)
-                checked, due = now, now + (_FLUSH_S if interfaces.flushing else self._heartbeat / 4)
+            now_s = time.monotonic()
+            if interfaces.needs_flush:
+                next_check_s = min(next_check_s, now_s + _FLUSH_PERIOD_S)
+            if now_s >= next_check_s:
+                self._keep_alive(now_s, now_s - last_check_s)
+                last_check_s, next_check_s = (
+                    now_s,
+                    now_s + (_FLUSH_PERIOD_S if interfaces.needs_flush else self._heartbeat_s / 4),
+                )
         return receiver.fault or "closed"
 
-    def _watch(self, poller: zmq.Poller, due: float) -> dict[object, int]:
+    def _wait_for_dispatcher(self, poller: zmq.Poller, next_check_s: float) -> dict[object, int]:
         """Wait for events while the dispatcher's thread receives."""
         if self._receiver.watch():
-            patience, self._patience = self._patience, min(2 * self._patience, MAX_PATIENCE_MS)
-            return dict(poller.poll(min(_ms(due), patience)))
-        self._patience = MIN_PATIENCE_MS
-        self._receiver.asleep = True  # from here on this thread is woken before listeners are called
+            patience_ms, self._patience_ms = self._patience_ms, min(2 * self._patience_ms, MAX_PATIENCE_MS)
+            return dict(poller.poll(min(_ms_until(next_check_s), patience_ms)))
+        self._patience_ms = MIN_PATIENCE_MS
+        # before the second call of `watch`: listeners that start later wake this thread
+        self._receiver.must_wake_session = True
         try:
-            return {} if self._receiver.watch() else dict(poller.poll(_ms(due)))
+            return {} if self._receiver.watch() else dict(poller.poll(_ms_until(next_check_s)))
         finally:
-            self._receiver.asleep = False
+            self._receiver.must_wake_session = False
 
     @property
-    def _heartbeat(self) -> float:
-        """The shorter heartbeat of both peers, in seconds."""
+    def _heartbeat_s(self) -> float:
+        """The shorter one of the peers' heartbeats."""
         welcome = self._receiver.welcome
         return (
-            self._requested_heartbeat
+            self._requested_heartbeat_s
             if welcome is None
-            else min(self._requested_heartbeat, welcome.heartbeat_ms / 1000)
+            else min(self._requested_heartbeat_s, welcome.heartbeat_ms / 1000)
         )
 
-    def _keep_alive(self, now: float, gap: float) -> None:
+    def _keep_alive(self, now_s: float, gap_s: float) -> None:
         """Send a heartbeat if it is due, and detect a dead server.
 
-        :param gap: seconds since the last check.
+        :param gap_s: the seconds since the last check.
         """
         receiver = self._receiver
-        if gap > self._heartbeat:  # this process was suspended and could not receive
-            receiver.last_received_s = max(receiver.last_received_s, now - self._heartbeat)
+        if gap_s > self._heartbeat_s:  # the process was suspended and could not receive
+            receiver.last_received_s = max(receiver.last_received_s, now_s - self._heartbeat_s)
         if receiver.welcome is None:
-            if now - receiver.last_received_s > HELLO_S:
+            if now_s - receiver.last_received_s > HELLO_S:
                 receiver.fail("the server does not answer")
             return
-        if now - receiver.last_received_s > DEATH * self._heartbeat:
+        if now_s - receiver.last_received_s > DEATH_HEARTBEATS * self._heartbeat_s:
             receiver.fail("the server is silent")
-        elif self._sender.broken:
+        elif self._sender.is_blocked:
             receiver.fail("the server does not accept frames any more")
-        elif now - self._sender.last_sent_s > BEAT * self._heartbeat:
+        elif now_s - self._sender.last_sent_s > BEAT_HEARTBEATS * self._heartbeat_s:
             self._sender.send(Beat(), wait_ms=0)
-        if self._sender.ready:
+        if self._sender.is_ready:
             self._interfaces.flush()
 
 
-def _ms(due: float) -> int:
-    """Return the milliseconds until ``due``, rounded up."""
-    return int(max(0.0, due - time.monotonic()) * 1000) + 1
+def _ms_until(next_check_s: float) -> int:
+    """Return the milliseconds until a monotonic time, rounded up."""
+    return int(max(0.0, next_check_s - time.monotonic()) * 1000) + 1

@@ -1,4 +1,4 @@
-"""A channel of the server: updates and changes of an interface for the clients that have it open."""
+"""A channel of the server: the updates of an interface for the clients that have the interface open."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cxbridge.interfaces.instance import Interface
 
 # a local writer in a loop must not fill the memory while the server's thread is busy
 MAX_QUEUED: Final = 256
-"""The number of updates of an interface waiting for the server's thread; above it they are conflated."""
+"""The maximal number of updates of an interface that wait for the server's thread; more are conflated."""
 
 
 class ServerLoop(Protocol):
@@ -25,11 +25,11 @@ class ServerLoop(Protocol):
     def is_current_thread(self) -> bool:
         """Return whether the caller runs in the server's thread."""
 
-    def post(self, work: Callable[..., None], *args: Any) -> None:
-        """Call a function in the server's thread; calls stay in order."""
+    def post(self, function: Callable[..., None], *args: Any) -> None:
+        """Queue a call for the server's thread; calls stay in order."""
 
-    def drain(self) -> None:
-        """Carry out the posted calls; to be called in the server's thread."""
+    def run_posted_calls(self) -> None:
+        """Make the posted calls now; for the server's thread only."""
 
 
 class RemoteWriter(NamedTuple):
@@ -46,8 +46,8 @@ class RemoteWriter(NamedTuple):
 class Channel(MembershipListener):
     """An interface of the local blackboard that clients have open.
 
-    The channel must not count as a reader, so it registers its listener for an instance of a client, the
-    *carrier*.
+    A listener needs an instance, but the channel must not count as a reader. So the channel registers its
+    listener for an instance of one of the clients, the *carrier*.
 
     :param loop: the server's thread.
     """
@@ -55,46 +55,46 @@ class Channel(MembershipListener):
     def __init__(self, board: BlackBoard, loop: ServerLoop, memory: InterfaceMemory) -> None:
         self.memory: Final = memory
         self.writer: RemoteWriter | None = None
-        """The writer, if it is a client."""
+        """The writer if it belongs to a client; None for a local writer or without writer."""
         self.members: Final[dict[ZmqSession, Membership]] = {}
         self._board = board
         self._loop = loop
         self._carrier: Interface | None = None
-        self._queued = 0
+        self._queued_count = 0
         self._last_change: tuple[EventKind, UUID] | None = None
 
     def join(self, session: ZmqSession, instance: Interface) -> Snapshot | None:
         """Add an instance of a session.
 
-        :returns: the present data, None if the session has them.
+        :returns: the present data; None if the session has the present data already.
         """
         if self._carrier is None:
             self._set_carrier(instance)
         membership = self.members.get(session)
         snapshot = None
-        if membership is None or self in session.dirty:
-            session.dirty.pop(self, None)  # the reply has the data that the update would have
+        if membership is None or self in session.waiting_channels:
+            session.waiting_channels.pop(self, None)  # the reply has the data of the waiting update
             snapshot = self.memory.snapshot
             membership = self.members.setdefault(session, Membership(snapshot.version))
-            session.skipped += max(0, snapshot.version - membership.sent - 1)
-            membership.sent = snapshot.version
+            session.skipped += max(0, snapshot.version - membership.sent_seq - 1)
+            membership.sent_seq = snapshot.version
             session.memberships[self] = membership
         membership.instances.add(instance.serial.bytes)
         if instance.is_writer:
             self.writer = RemoteWriter(session, instance)
         return snapshot
 
-    def hand_over(self, leaving: Interface) -> None:
-        """Move the listener to another instance before the carrier is closed."""
-        if self._carrier is leaving:
+    def move_listener(self, closing_instance: Interface) -> None:
+        """Register the listener for another instance if the carrier will be closed."""
+        if self._carrier is closing_instance:
             for session, membership in self.members.items():
                 for serial in membership.instances:
-                    if serial != leaving.serial.bytes:
+                    if serial != closing_instance.serial.bytes:
                         self._set_carrier(session.instances[serial])
                         return
 
     def leave(self, session: ZmqSession, instance: Interface) -> int:
-        """Remove a closed instance; return the client's sequence number."""
+        """Remove a closed instance; return the sequence number of the client's copy."""
         membership = self.members[session]
         membership.instances.discard(instance.serial.bytes)
         if self.writer is not None and self.writer.instance is instance:
@@ -103,8 +103,8 @@ class Channel(MembershipListener):
             self._carrier = None
         if not membership.instances:
             del self.members[session], session.memberships[self]
-            session.dirty.pop(self, None)
-        return membership.sent
+            session.waiting_channels.pop(self, None)
+        return membership.sent_seq
 
     def _set_carrier(self, instance: Interface) -> None:
         self._carrier = instance
@@ -112,56 +112,60 @@ class Channel(MembershipListener):
 
     def data_refreshed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
         if self._loop.is_current_thread():
-            self._push(self.memory.snapshot)
-        elif self._queued < MAX_QUEUED:  # above the limit, the last queued update sends the newest data
-            self._queued += 1
-            self._loop.post(self._push_queued, None if self._queued == MAX_QUEUED else self.memory.snapshot)
+            self._send_update(self.memory.snapshot)
+        elif self._queued_count < MAX_QUEUED:  # at the limit, the last queued call sends the newest data
+            self._queued_count += 1
+            self._loop.post(
+                self._send_queued_update, None if self._queued_count == MAX_QUEUED else self.memory.snapshot
+            )
 
-    def _push_queued(self, snapshot: Snapshot | None) -> None:
-        self._queued -= 1
+    def _send_queued_update(self, snapshot: Snapshot | None) -> None:
+        self._queued_count -= 1
         if self.members:
-            self._push(snapshot or self.memory.snapshot)
+            self._send_update(snapshot or self.memory.snapshot)
 
-    def _push(self, snapshot: Snapshot) -> None:
+    def _send_update(self, snapshot: Snapshot) -> None:
         """Send an update to all sessions except the writer's."""
         writer = None if self.writer is None else self.writer.session
         version = snapshot.version
-        common: bytes | None = None  # the frame of all sessions that have got every earlier write
+        common: bytes | None = None  # the frame for all sessions that have every earlier write
         for session, membership in self.members.items():
-            if membership.sent >= version:
+            if membership.sent_seq >= version:
                 continue
             if session is writer:
-                membership.sent = version  # the client has the data of its own write
+                membership.sent_seq = version  # the client has the data of its own write
             elif session.credit <= 0:
-                session.dirty[self] = None
-            elif membership.sent == version - 1:
+                session.waiting_channels[self] = None
+            elif membership.sent_seq == version - 1:
                 if common is None:
-                    common = self._encode(snapshot, membership.sent)
-                membership.sent = version
+                    common = self._encode(snapshot, membership.sent_seq)
+                membership.sent_seq = version
                 session.credit -= 1
                 session.send_bytes(common)
             else:
-                self._push_to(session, membership, snapshot)
+                self._send_update_to(session, membership, snapshot)
 
-    def push_latest(self, session: ZmqSession) -> None:
+    def send_latest(self, session: ZmqSession) -> None:
         """Send the present data to one session."""
         membership = self.members.get(session)
         snapshot = self.memory.snapshot
-        if membership is not None and snapshot.version > membership.sent:
-            self._push_to(session, membership, snapshot)
+        if membership is not None and snapshot.version > membership.sent_seq:
+            self._send_update_to(session, membership, snapshot)
 
-    def _push_to(self, session: ZmqSession, membership: Membership, snapshot: Snapshot) -> None:
-        session.skipped += snapshot.version - membership.sent - 1
+    def _send_update_to(self, session: ZmqSession, membership: Membership, snapshot: Snapshot) -> None:
+        session.skipped += snapshot.version - membership.sent_seq - 1
         session.credit -= 1
-        data = self._encode(snapshot, membership.sent)
-        membership.sent = snapshot.version
+        data = self._encode(snapshot, membership.sent_seq)
+        membership.sent_seq = snapshot.version
         session.send_bytes(data)
 
-    def _encode(self, snapshot: Snapshot, sent: int) -> bytes:
-        """Return the Update for a client that has the data of write number ``sent``."""
+    def _encode(self, snapshot: Snapshot, sent_seq: int) -> bytes:
+        """Return the Update for a client that has the data of write number ``sent_seq``."""
         seq = snapshot.version
-        stamped, changed = snapshot.last_stamped > sent, snapshot.last_changed > sent
-        return encode(Update(self.memory.mem_serial, seq, stamped, changed, seq - sent - 1, snapshot.block))
+        stamped, changed = snapshot.last_stamped > sent_seq, snapshot.last_changed > sent_seq
+        return encode(
+            Update(self.memory.mem_serial, seq, stamped, changed, seq - sent_seq - 1, snapshot.block)
+        )
 
     def membership_changed(self, interface: Interface, kind: EventKind, serial: UUID) -> None:  # noqa: ARG002
         if self._loop.is_current_thread():
@@ -170,8 +174,8 @@ class Channel(MembershipListener):
             self._loop.post(self._send_change, kind, serial)
 
     def _send_change(self, kind: EventKind, serial: UUID) -> None:
-        if self._last_change == (kind, serial):  # reported twice when the carrier changed, see hand_over
-            return
+        if self._last_change == (kind, serial):
+            return  # the listener has two registrations while the carrier changes, see `move_listener`
         self._last_change = (kind, serial)
         owner = next((member.owner for member in self.memory.instances() if member.serial == serial), "")
         for session in tuple(self.members):

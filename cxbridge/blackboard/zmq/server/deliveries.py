@@ -1,7 +1,8 @@
-"""Messages from the server to writers in clients, which report the outcome of each.
+"""Messages from the server to writers in clients.
 
 The sender of a message waits until the message is in the writer's queue, as on a local blackboard. So each
-delivery ends with an outcome: that of the client, the loss of the session, or a timeout.
+delivery ends with an outcome, which the client reports, or which follows from the loss of the session or from
+a timeout.
 """
 
 from __future__ import annotations
@@ -21,24 +22,24 @@ from cxbridge.blackboard.zmq.wire.frames import Deliver, Delivered, Reply, Resul
 from cxbridge.blackboard.zmq.wire.refusals import raise_refusal
 from cxbridge.interfaces.instance import Interface, Message, MessageQueue
 
-# as many as a writer's queue holds by default
+# the default limit of a writer's queue
 MAX_PENDING: Final = 1024
-"""The maximal number of pending messages per session."""
+"""The maximal number of pending messages of a session."""
 
 OutcomeCallback = Callable[[ResultCode, int], None]
-"""Takes the outcome of a message and a detail."""
+"""Called with the outcome of a message, and with the limit of the queue for ``QUEUE_FULL``, else 0."""
 
 
 @dataclass(slots=True)
 class _Delivery:
     session: ZmqSession
     instance: bytes
-    done: OutcomeCallback
-    deadline: float
+    on_outcome: OutcomeCallback
+    deadline_s: float
 
 
 class Deliveries:
-    """The pending messages; for the server's thread only."""
+    """The pending deliveries; for the server's thread only."""
 
     def __init__(self) -> None:
         self._numbers = itertools.count(1)
@@ -47,57 +48,60 @@ class Deliveries:
     def __len__(self) -> int:
         return len(self._pending)
 
-    def start(self, session: ZmqSession, message: Deliver, done: OutcomeCallback, deadline: float) -> None:
+    def start(
+        self, session: ZmqSession, message: Deliver, on_outcome: OutcomeCallback, deadline_s: float
+    ) -> None:
         """Send a message to the session of its writer.
 
         :param message: a frame without delivery number.
-        :param done: called exactly once with the outcome.
-        :param deadline: the limit, in seconds of the monotonic clock.
+        :param on_outcome: called exactly once.
+        :param deadline_s: the limit, in seconds of the monotonic clock.
         """
         if session.failed:
-            done(ResultCode.NO_WRITER, 0)
+            on_outcome(ResultCode.NO_WRITER, 0)
             return
-        if session.pending >= MAX_PENDING:
-            done(ResultCode.QUEUE_FULL, MAX_PENDING)
+        if session.pending_count >= MAX_PENDING:
+            on_outcome(ResultCode.QUEUE_FULL, MAX_PENDING)
             return
         message.delivery = next(self._numbers)
-        session.pending += 1
-        self._pending[message.delivery] = _Delivery(session, message.instance, done, deadline)
+        session.pending_count += 1
+        self._pending[message.delivery] = _Delivery(session, message.instance, on_outcome, deadline_s)
         session.send(message)
 
     def finish(self, session: ZmqSession, outcome: Delivered) -> None:
-        """Finish a delivery with the outcome that the client reports; expired deliveries are ignored."""
+        """Finish a delivery with the outcome that the client reports, unless the delivery has expired."""
         delivery = self._pending.get(outcome.delivery)
         if delivery is not None and delivery.session is session:
             self._finish_delivery(outcome.delivery, outcome.code, outcome.detail)
 
-    def drop(self, session: ZmqSession, instance: bytes | None = None) -> None:
+    def fail_deliveries(self, session: ZmqSession, instance: bytes | None = None) -> None:
         """Fail the deliveries to a session, or to one of its writers."""
         for number, delivery in list(self._pending.items()):
             if delivery.session is session and instance in (None, delivery.instance):
                 self._finish_delivery(number, ResultCode.NO_WRITER, 0)
 
-    def expire(self, now: float) -> None:
+    def expire(self, now_s: float) -> None:
         """Fail the deliveries whose deadline has passed."""
         for number, delivery in list(self._pending.items()):
-            if delivery.deadline < now:
+            if delivery.deadline_s < now_s:
                 self._finish_delivery(number, ResultCode.TIMEOUT, 0)
 
     def _finish_delivery(self, number: int, code: ResultCode, detail: int) -> None:
         delivery = self._pending.pop(number)
-        delivery.session.pending -= 1
-        delivery.done(code, detail)
+        delivery.session.pending_count -= 1
+        delivery.on_outcome(code, detail)
 
 
 class Forwarder(Listener):
     """Forwards messages of this process to a writer in a client.
 
-    The message listener sends and waits in the thread of the sender, without a lock. Then the
-    `ForwardedQueue` of the instance reports the outcome.
+    As a message listener, the forwarder sends a message and waits for the outcome in the thread of the
+    sender, without a lock. Then the blackboard appends the message to the instance's `ForwardedQueue`, which
+    reports the outcome to the sender.
 
     :param loop: the server's thread.
-    :param deliver: sends a message from the server's thread.
-    :param timeout: seconds to wait for the outcome.
+    :param deliver: sends a message; called in the server's thread.
+    :param timeout: the seconds to wait for the outcome.
     :param log: called with the failures of messages whose sender does not wait for the outcome.
     """
 
@@ -116,19 +120,20 @@ class Forwarder(Listener):
 
     def message_received(self, interface: Interface, message: Message) -> bool:
         if self._loop.is_current_thread():
-            # a listener of a remote write: to wait for the outcome would stop the thread that receives it
+            # the sender is a listener in the server's thread, which must not wait for a frame that it
+            # receives
             self.outcome.value = (ResultCode.OK, 0)
             self._deliver(interface, message.copy(), self._log_failure)
             return True
         outcomes: SimpleQueue[tuple[ResultCode, int]] = SimpleQueue()
 
-        def done(code: ResultCode, detail: int) -> None:
+        def on_outcome(code: ResultCode, detail: int) -> None:
             outcomes.put((code, detail))
 
-        self._loop.post(self._deliver, interface, message, done)
+        self._loop.post(self._deliver, interface, message, on_outcome)
         self.outcome.value = (ResultCode.TIMEOUT, 0)
         with suppress(Empty):
-            # longer than a delivery may take, because the server's thread checks deadlines only now and then
+            # a second longer than the deadline, which the server's thread checks only a few times a second
             self.outcome.value = outcomes.get(timeout=self._timeout + 1.0)
         return self.outcome.value[0] is not ResultCode.DECLINED
 
@@ -138,7 +143,7 @@ class Forwarder(Listener):
 
 
 class ForwardedQueue(MessageQueue):
-    """The queue of a writer in a client: it stores nothing and raises the error of the outcome."""
+    """The queue of a writer in a client, which stores no messages and raises the error of the outcome."""
 
     __slots__ = ("_forwarder",)
 
@@ -147,11 +152,11 @@ class ForwardedQueue(MessageQueue):
         self._forwarder = forwarder
 
     def append(self, message: Message, time_us: int) -> None:
-        """Finish the sending of a message.
+        """Report the outcome of the present message, which the `Forwarder` has sent, to its sender.
 
         :raises NoWriterError: if the writer was closed before its reply.
         :raises QueueFullError: if the writer's queue is bounded and full.
-        :raises RequestTimeoutError: if the client did not reply.
+        :raises RequestTimeoutError: if the client did not reply in time.
         """
         code, detail = self._forwarder.outcome.value
         if code is not ResultCode.OK:

@@ -1,4 +1,4 @@
-"""Requests of clients on the local blackboard; all code runs in the server's thread."""
+"""The effect of clients' frames on the local blackboard; all code runs in the server's thread."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from cxbridge.blackboard.zmq.wire.frames import (
     Watch,
     Write,
 )
-from cxbridge.blackboard.zmq.wire.refusals import refusal_of
+from cxbridge.blackboard.zmq.wire.refusals import make_refusal
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.known_hashes import accepts_hash
@@ -51,8 +51,8 @@ class RequestHandler:
     """Carries out the requests of clients on a local blackboard.
 
     :param loop: the server's thread.
-    :param delivery_timeout: seconds in which a client must take a message for its writer.
-    :param log: called with a text for the log.
+    :param delivery_timeout: the seconds in which a client must report the outcome of a message to its writer.
+    :param log: called with the text of a log line.
     """
 
     def __init__(
@@ -95,19 +95,19 @@ class RequestHandler:
                 try:
                     self._handlers[type(frame)](session, frame)
                 except CxbridgeError as error:
-                    session.send(refusal_of(error, frame.request))
+                    session.send(make_refusal(error, frame.request))
             case Beat():
-                pass  # a frame of any kind is a sign of life
+                pass  # the server has recorded the time of this sign of life, as for each frame
             case _:
                 raise ProtocolError(f"{type(frame).__name__} within a session")
 
     def _open(self, session: ZmqSession, frame: Open) -> None:
-        interface_class = self._class_of(frame.type, frame.id)
+        interface_class = self._find_class(frame.type, frame.id)
         schema = interface_class.SCHEMA
         check_client_limits(session.instances.values(), schema)
         if frame.writer:
             self._rights.check_writer(f"{frame.type}::{frame.id}")
-        # before opening, otherwise a wrong client could create the interface in its version
+        # before the opening, which would create the interface in the version of an outdated client
         if not accepts_hash(schema, frame.hash) or schema.datasize != frame.size:
             raise VersionMismatchError(f"{frame.type}::{frame.id}", schema.hash, frame.hash)
         if frame.writer:
@@ -116,33 +116,36 @@ class RequestHandler:
             )
         else:
             instance = self._board.open_for_reading(interface_class, frame.id, owner=frame.owner)
-        # earlier writes must be sent before the reply, whose data are newer
-        self._loop.drain()
+        # sends the updates of earlier writes before the reply, whose data are newer
+        self._loop.run_posted_calls()
         serial = instance.serial.bytes
         session.instances[serial] = instance
-        channel = self._channel_of(instance)
+        channel = self._get_channel(instance)
         snapshot = channel.join(session, instance)
         session.send(
             Opened(
                 serial,
                 channel.memory.mem_serial,
-                session.memberships[channel].sent,
+                session.memberships[channel].sent_seq,
                 snapshot is not None and snapshot.last_stamped > 0,
                 snapshot is not None and snapshot.last_changed > 0,
-                [Member(i.serial.bytes, i.owner, i.is_writer) for i in channel.memory.instances()],
+                [
+                    Member(member.serial.bytes, member.owner, member.is_writer)
+                    for member in channel.memory.instances()
+                ],
                 None if snapshot is None else snapshot.block,
                 request=frame.request,
             )
         )
 
-    def _class_of(self, interface_type: str, interface_id: str) -> type[Interface]:
+    def _find_class(self, interface_type: str, interface_id: str) -> type[Interface]:
         check_names(interface_type, interface_id)
         try:
             return self._board.registry.get(interface_type)
         except InterfaceError as error:
             raise UnknownTypeError(interface_type, hint=error.hint) from error
 
-    def _channel_of(self, instance: Interface) -> Channel:
+    def _get_channel(self, instance: Interface) -> Channel:
         memory = self._board.find_memory(instance)
         channel = self._channels.get(memory.mem_serial)
         if channel is None:
@@ -163,19 +166,19 @@ class RequestHandler:
             session.reply(frame.request, detail=self.close(session, instance))
 
     def close(self, session: ZmqSession, instance: Interface) -> int:
-        """Close an instance of a session; return the client's sequence number."""
-        channel = self._channel_by_instance(instance)
+        """Close an instance of a session; return the sequence number of the client's copy."""
+        channel = self._find_channel(instance)
         if instance.valid:
-            channel.hand_over(instance)  # before closing, whose event the channel must still hear
+            channel.move_listener(instance)  # first, because the channel reports the closing to the clients
             self._board.close(instance)
-        sent = channel.leave(session, instance)
+        sent_seq = channel.leave(session, instance)
         del session.instances[instance.serial.bytes]
-        self.deliveries.drop(session, instance.serial.bytes)
+        self.deliveries.fail_deliveries(session, instance.serial.bytes)
         if not channel.members:
             self._channels.pop(channel.memory.mem_serial, None)
-        return sent
+        return sent_seq
 
-    def _channel_by_instance(self, instance: Interface) -> Channel:
+    def _find_channel(self, instance: Interface) -> Channel:
         """Return the channel of an instance, which may be invalid after a shutdown of the blackboard."""
         if instance.valid:
             return self._channels[instance.mem_serial]
@@ -186,9 +189,9 @@ class RequestHandler:
             if any(serial in membership.instances for membership in channel.members.values())
         )
 
-    def end(self, session: ZmqSession) -> None:
+    def end_session(self, session: ZmqSession) -> None:
         """Close the instances of a session and fail its deliveries."""
-        self.deliveries.drop(session)
+        self.deliveries.fail_deliveries(session)
         for instance in list(session.instances.values()):
             self.close(session, instance)
 
@@ -225,20 +228,20 @@ class RequestHandler:
         writer = self._channels[sender.mem_serial].writer
         if writer is not None:
 
-            def done(code: ResultCode, detail: int) -> None:
-                self._emit(sender, received, _OUTCOMES.get(code, REFUSED))
+            def on_outcome(code: ResultCode, detail: int) -> None:
+                self._emit_message(sender, received, _OUTCOMES.get(code, REFUSED))
                 session.reply(frame.request, code, detail)
 
-            self._start_delivery(writer, received, frame.hops, done)
+            self._start_delivery(writer, received, frame.hops, on_outcome)
         elif sender.has_writer:
             self._board.find_memory(sender).transmit(sender, received)
             session.reply(frame.request, ResultCode.OK if received.enqueued else ResultCode.DECLINED)
         else:
-            self._emit(sender, received, REFUSED)
+            self._emit_message(sender, received, REFUSED)
             session.reply(frame.request, ResultCode.NO_WRITER)
 
     def _start_delivery(
-        self, writer: RemoteWriter, message: Message, hops: int, done: OutcomeCallback
+        self, writer: RemoteWriter, message: Message, hops: int, on_outcome: OutcomeCallback
     ) -> None:
         """Send a message to a writer in a client.
 
@@ -257,29 +260,29 @@ class RequestHandler:
             hops,
             message.to_bytes(),
         )
-        self.deliveries.start(session, frame, done, time.monotonic() + self._delivery_timeout)
+        self.deliveries.start(session, frame, on_outcome, time.monotonic() + self._delivery_timeout)
 
-    def _emit(self, sender: Interface, message: Message, outcome: str) -> None:
+    def _emit_message(self, sender: Interface, message: Message, outcome: str) -> None:
         """Emit the event of a message between clients."""
         emit_message(self._board.bus, self._board.clock.now_us(), sender.uid, sender.owner, message, outcome)
 
-    def _deliver(self, writer: Interface, message: Message, done: OutcomeCallback) -> None:
+    def _deliver(self, writer: Interface, message: Message, on_outcome: OutcomeCallback) -> None:
         """Send a message of this process to a writer in a client."""
         channel = self._channels.get(writer.mem_serial)
-        # the writer may have been closed since the listener was called
+        # the writer may have been closed after the call of the listener
         if channel is None or channel.writer is None or channel.writer.instance is not writer:
-            done(ResultCode.NO_WRITER, 0)
+            on_outcome(ResultCode.NO_WRITER, 0)
         else:
-            self._start_delivery(channel.writer, message, message.hops, done)
+            self._start_delivery(channel.writer, message, message.hops, on_outcome)
 
     def _list(self, session: ZmqSession, frame: List) -> None:
         infos = self._board.list(frame.type_glob, frame.id_glob)
         session.send(Listed(list(infos), request=frame.request))
 
     def _watch(self, session: ZmqSession, frame: Watch) -> None:
-        session.watching = True  # first: between the list and an event no interface is missed
+        session.watching = True  # before the list, so that the client misses no interface in between
         session.send(Listed(list(self._board.list_all()), request=frame.request))
 
     def _sync(self, session: ZmqSession, frame: Sync) -> None:
-        self._loop.drain()  # the reply must follow the earlier writes of this process
+        self._loop.run_posted_calls()  # sends the updates of this process' earlier writes before the reply
         session.reply(frame.request)

@@ -1,7 +1,7 @@
 """The server of a local blackboard over ZeroMQ: sockets, sessions and their thread.
 
-One thread owns all of this. It alternates between posted calls, frames of clients and checks of the sessions,
-and sleeps until a socket or another thread wakes it.
+The server's thread makes posted calls, handles frames of clients and checks the sessions in turn, and sleeps
+until a socket, another thread or the next check wakes the thread.
 """
 
 from __future__ import annotations
@@ -40,42 +40,43 @@ from cxbridge.blackboard.zmq.wire.frames import (
     encode,
 )
 from cxbridge.blackboard.zmq.wire.sockets import (
-    FAREWELL_MS,
+    LINGER_MS,
     NOBLOCK,
     EndpointFile,
     bind,
-    context_for,
-    readable,
-    receiver,
+    choose_context,
+    is_readable,
+    raw_receive,
     skip_parts,
 )
 from cxbridge.rights import EVERYTHING, Rights
 
-MIN_HEARTBEAT: Final = 0.05
+MIN_HEARTBEAT_S: Final = 0.05
 """The shortest heartbeat in seconds."""
 
 MAX_SESSIONS: Final = 1024
 """The maximal number of clients."""
 
-# A reader that waits for a core misses some 5 ms. At 100,000 updates a second 256 updates take 2.6 ms:
-# half of a burst was conflated.
+# A reader that waits for a processor core pauses about 5 ms. With 256 updates, which take 2.6 ms at 100,000
+# updates a second, half of a burst was conflated.
 WINDOW: Final = 1024
 """The maximal number of unacknowledged updates per client."""
 
-_BATCH: Final = 64  # messages of one socket before the next socket is served
-_TICKS: Final = 4  # checks of the sessions per heartbeat
+_BATCH_SIZE: Final = 64  # messages of one socket before the next socket is served
+_CHECKS_PER_HEARTBEAT: Final = 4  # so that a dead client is found within three heartbeats, see wire.frames
 
 
 class ZmqBlackBoardServer(BoardServer, Observer):
     """Serves a local blackboard to clients in threads, processes and on other machines.
 
-    :param board: the blackboard; its owner shuts it down.
-    :param endpoints: ``tcp://host:port`` (``*``: any port), ``ipc://path`` or ``inproc://name``.
+    :param board: the blackboard, which stays open.
+    :param endpoints: ``tcp://host:port`` (``*`` as the port: any free port), ``ipc://path`` or
+        ``inproc://name``.
     :param heartbeat: the seconds between signs of life; clients may demand fewer.
     :param keys: the CURVE keys, required for endpoints that other machines can reach.
     :param insecure: whether such endpoints are allowed without keys.
     :param window: the maximal number of unacknowledged updates per client.
-    :param context: the ZeroMQ context; by default a new context, or for inproc that of the process.
+    :param context: the ZeroMQ context; by default a new context, and for inproc the context of the process.
     :raises InsecureEndpointError: if an endpoint needs keys.
     """
 
@@ -97,43 +98,43 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         name = f"{COMPONENT}Server"
         super().__init__(name, None if board.bus is None else board.bus.logger(name))
         self.board: Final = board
-        self.heartbeat: Final = max(heartbeat, MIN_HEARTBEAT)
+        self.heartbeat: Final = max(heartbeat, MIN_HEARTBEAT_S)
         self.endpoints: list[str] = list(endpoints)
         """The endpoints, with the actual ports after the start."""
         self._keys = keys
         self._window = window
         self._max_sessions = max_sessions
-        self._lent_context = context
+        self._given_context = context
         # the attributes from here on are set while the server runs
         self._context: zmq.Context[zmq.Socket[bytes]] | None = None
-        self._own_context = False
+        self._owns_context = False
         self._authenticator: Any = None
         self._epoch = b""
         self._sockets: list[zmq.Socket[bytes]] = []
-        self._files: list[EndpointFile] = []
+        self._endpoint_files: list[EndpointFile] = []
         self._sessions: dict[bytes, ZmqSession] = {}
-        self._failed: deque[tuple[ZmqSession, ResultCode]] = deque()
-        self._inbox: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
+        self._failed_sessions: deque[tuple[ZmqSession, ResultCode]] = deque()
+        self._posted_calls: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
         self._skipped = 0
-        # three heartbeats, as for other signs of life; at least a second, because a listener may take a while
-        patience = max(3 * self.heartbeat, 1.0)
+        # three heartbeats, as for the death of a client; at least a second for the client's listeners
+        delivery_timeout = max(3 * self.heartbeat, 1.0)
         self._requests: Final = RequestHandler(
-            board, self, patience, partial(self._complaints.add, "request"), rights
+            board, self, delivery_timeout, partial(self._complaints.add, "request"), rights
         )
 
     def _prepare(self) -> None:
         """Bind the sockets."""
         self._epoch = os.urandom(SERIAL_SIZE)
-        self._context, self._own_context = context_for(self._lent_context, self.endpoints)
-        self._authenticator = self._authenticate(self._context)
+        self._context, self._owns_context = choose_context(self._given_context, self.endpoints)
+        self._authenticator = self._start_authenticator(self._context)
         for index, endpoint in enumerate(self.endpoints):
             socket, self.endpoints[index] = bind(self._context, endpoint, self._keys)
             self._sockets.append(socket)
-            self._files.append(EndpointFile(endpoint))
+            self._endpoint_files.append(EndpointFile(endpoint))
         self.board.register_observer(self)
         self._info(f"serving at {', '.join(self.endpoints)}")
 
-    def _authenticate(self, context: zmq.Context[zmq.Socket[bytes]]) -> Any:
+    def _start_authenticator(self, context: zmq.Context[zmq.Socket[bytes]]) -> Any:
         """Start the thread that checks the keys of clients."""
         if self._keys is None:
             return None
@@ -146,16 +147,17 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     def _release(self) -> None:
         self.board.unregister_observer(self)
-        for file in self._files:  # before the endpoints are unbound, see EndpointFile.remove
+        for file in self._endpoint_files:  # before the endpoints are unbound, see EndpointFile.remove
             file.remove()
+        # not strict: after a failed start, only the first endpoints have sockets
         for socket, endpoint in zip(self._sockets, self.endpoints, strict=False):
-            with contextlib.suppress(zmq.ZMQError):  # the file of the endpoint may be removed
+            with contextlib.suppress(zmq.ZMQError):  # unbinding fails without the file of an ipc endpoint
                 socket.unbind(endpoint)  # releases the endpoint at once for another server
-            socket.close(linger=FAREWELL_MS)
+            socket.close(linger=LINGER_MS)
         self._sockets.clear()
         if self._authenticator is not None:
             self._authenticator.stop()
-        if self._context is not None and self._own_context:
+        if self._context is not None and self._owns_context:
             self._context.term()
 
     @property
@@ -164,17 +166,17 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         return self._skipped + sum(session.skipped for session in tuple(self._sessions.values()))
 
     @property
-    def sessions(self) -> int:
+    def session_count(self) -> int:
         """The number of clients."""
         return len(self._sessions)
 
-    def post(self, work: Callable[..., None], *args: Any) -> None:
-        """Call a function in the server's thread; calls stay in order."""
-        self._inbox.append((work, args))
+    def post(self, function: Callable[..., None], *args: Any) -> None:
+        """Queue a call for the server's thread; calls stay in order."""
+        self._posted_calls.append((function, args))
         self._wakeup.set()
 
     def existence_changed(self, interface_type: str, interface_id: str, *, created: bool) -> None:
-        """Notify the clients that watch."""
+        """Notify the watching clients of a created or destroyed interface."""
         if self.is_current_thread():
             self._send_existence(created, interface_type, interface_id)
         else:
@@ -188,94 +190,97 @@ class ZmqBlackBoardServer(BoardServer, Observer):
     def _run(self) -> None:
         self._by_descriptor = {socket.fileno(): socket for socket in self._sockets}
         if sys.platform == "win32":
-            return  # the context refuses Windows
+            return  # unreachable, because `choose_context` refuses Windows, whose `select` has no `poll`
         poll = select.poll()
         poll.register(self._wakeup, select.POLLIN)
         for descriptor in self._by_descriptor:
             poll.register(descriptor, select.POLLIN)
-        due = checked = time.monotonic()
-        # a single message per round while there are few, so that posted updates do not wait for a batch
+        next_check_s = last_check_s = time.monotonic()
+        # one message per round after a sleep, so that posted updates do not wait for a batch
         batch = 1
         ready: Sequence[tuple[int, int]] = ()
         while not self._stopping:
             self._wakeup.clear()
-            self.drain()
+            self.run_posted_calls()
             self._end_failed()
-            now = time.monotonic()
-            if now >= due:
-                self._check_sessions(now, now - checked)
-                shortest = min((s.heartbeat for s in self._sessions.values()), default=self.heartbeat)
-                checked, due = now, now + shortest / _TICKS
-            # ZeroMQ's descriptors only report events since the last look, and sending looks, too: nothing may
-            # be sent between the last look and the poll
+            now_s = time.monotonic()
+            if now_s >= next_check_s:
+                self._check_sessions(now_s, now_s - last_check_s)
+                min_heartbeat_s = min((s.heartbeat for s in self._sessions.values()), default=self.heartbeat)
+                last_check_s, next_check_s = now_s, now_s + min_heartbeat_s / _CHECKS_PER_HEARTBEAT
+            # a descriptor of ZeroMQ reports only events since the last query or send of its socket, so
+            # nothing may be sent between the query in `_receive` and the poll
             if self._receive(batch, ready):
-                batch, ready = _BATCH, ()
+                batch, ready = _BATCH_SIZE, ()
             else:
                 batch = 1
-                ready = poll.poll(max(0.0, due - time.monotonic()) * 1000 + 1)
+                ready = poll.poll(max(0.0, next_check_s - time.monotonic()) * 1000 + 1)
         for session in tuple(self._sessions.values()):
             session.send(Gone(ResultCode.SHUTDOWN, "the server stops"))
             self._end_session(session)
-        self.drain()
+        self.run_posted_calls()
 
-    def drain(self) -> None:
-        """Carry out the posted calls."""
-        while self._inbox:
-            work, args = self._inbox.popleft()
+    def run_posted_calls(self) -> None:
+        """Make the posted calls now; for the server's thread only."""
+        while self._posted_calls:
+            function, args = self._posted_calls.popleft()
             try:
-                work(*args)
-            except Exception as error:  # noqa: BLE001 - other clients must be served further
-                self._complaints.add(type(error).__name__, f"{work.__name__} failed: {error!r}")
+                function(*args)
+            except Exception as error:  # noqa: BLE001 - the server must go on to serve the other clients
+                self._complaints.add(type(error).__name__, f"{function.__name__} failed: {error!r}")
 
     def _receive(self, batch: int, ready: Sequence[tuple[int, int]]) -> bool:
-        """Handle received messages, at most one batch per socket; return whether there may be more.
+        """Handle received messages, at most one batch per socket; return whether more may be waiting.
 
-        :param ready: descriptors that the poll just reported.
+        :param ready: the descriptors and events that the poll has just reported; empty to query all sockets.
         """
         if ready:
             sockets = [self._by_descriptor[fd] for fd, _ in ready if fd in self._by_descriptor]
         else:
-            sockets = [socket for socket in self._sockets if readable(socket)]
+            sockets = [socket for socket in self._sockets if is_readable(socket)]
         for socket in sockets:
-            self._receive_by(socket, batch)
+            self._receive_from(socket, batch)
         return bool(ready or sockets)
 
-    def _receive_by(self, socket: zmq.Socket[bytes], batch: int) -> None:
-        recv = receiver(socket)
+    def _receive_from(self, socket: zmq.Socket[bytes], batch: int) -> None:
+        recv = raw_receive(socket)
         for _ in range(batch):
             try:
                 route = recv(NOBLOCK)
             except zmq.Again:
                 return
-            # a part instead of bytes, because asking the socket for further parts would cost more
+            # a part object, which knows whether further parts follow; a query of the socket would cost more
             part = recv(0, False)
-            surplus = skip_parts(socket) if part.more else 0
+            surplus_parts = skip_parts(socket) if part.more else 0
             try:
-                self._handle_message(socket, route, part.bytes, surplus)
+                self._handle_message(socket, route, part.bytes, surplus_parts)
             except ProtocolError as error:
-                # the kind of the complaint is the start of the text, because the rest may quote the client
+                # the kind of the complaint is the start of the text, because the end may quote the client's
+                # bytes
                 self._complaints.add(str(error.message)[:40], f"a client was sent away: {error.message}")
-                self._send_away(socket, route, ResultCode.PROTOCOL, error.message)
+                self._dismiss_client(socket, route, ResultCode.PROTOCOL, error.message)
             except Exception as error:  # noqa: BLE001 - a client's frame must not end the service of others
                 self._complaints.add(type(error).__name__, f"a client was sent away: {error!r}")
-                self._send_away(socket, route, ResultCode.REFUSED, "the server failed")
+                self._dismiss_client(socket, route, ResultCode.REFUSED, "the server failed")
 
-    def _handle_message(self, socket: zmq.Socket[bytes], route: bytes, data: bytes, surplus: int) -> None:
+    def _handle_message(
+        self, socket: zmq.Socket[bytes], route: bytes, data: bytes, surplus_parts: int
+    ) -> None:
         """Handle one message.
 
-        :param surplus: the number of parts after the frame, which no message may have.
+        :param surplus_parts: the number of parts after the frame; a valid message has none.
         """
         session = self._sessions.get(route[1:])
         if session is not None and session.failed:
             return
-        if surplus:
-            raise ProtocolError(f"a message has one frame, not {1 + surplus}")
+        if surplus_parts:
+            raise ProtocolError(f"a message has one frame, not {1 + surplus_parts}")
         frame = decode_client_frame(data)
         if session is None or route[:1] != COMMANDS:
             if isinstance(frame, Hello):
                 self._welcome(socket, route, frame)
             elif session is None:
-                self._send_away(socket, route, ResultCode.UNKNOWN_SESSION, "there is no such session")
+                self._dismiss_client(socket, route, ResultCode.UNKNOWN_SESSION, "there is no such session")
         elif self._accept_number(session, frame.number):
             if isinstance(frame, Bye):
                 self._end_session(session)
@@ -283,12 +288,12 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._requests.handle(session, frame)
 
     def _accept_number(self, session: ZmqSession, number: int) -> bool:
-        """Record a frame's number and return whether it is the expected one."""
+        """Record a frame's number and return whether the number is the expected one."""
         session.last_received_s = time.monotonic()
-        if number == session.numbers_in + 1:
-            session.numbers_in = number
+        if number == session.last_number_received + 1:
+            session.last_number_received = number
             return True
-        if number > session.numbers_in:
+        if number > session.last_number_received:
             self._fail(session, ResultCode.FRAME_LOST)
         return False
 
@@ -298,8 +303,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             raise ProtocolError("a Hello by another socket than the session's")
         if hello.session in self._sessions:
             return
-        # otherwise the writers of the previous session would keep out the client's writers until the server
-        # notices the end of that session
+        # the writers of the previous session would block the client's new writers until the server notices
+        # the end of that session
         replaced = self._sessions.get(hello.replaces)
         if replaced is not None:
             self._end_session(replaced)
@@ -307,43 +312,46 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             self._complaints.add(
                 "too many", f"more than {self._max_sessions} clients, the next are sent away"
             )
-            self._send_away(socket, route, ResultCode.TOO_MANY, f"{self._max_sessions} clients are connected")
+            self._dismiss_client(
+                socket, route, ResultCode.TOO_MANY, f"{self._max_sessions} clients are connected"
+            )
             return
-        heartbeat = min(max(hello.heartbeat_ms / 1000 or self.heartbeat, MIN_HEARTBEAT), self.heartbeat)
+        heartbeat = min(max(hello.heartbeat_ms / 1000 or self.heartbeat, MIN_HEARTBEAT_S), self.heartbeat)
         session = ZmqSession(
             hello.session, socket, hello.name, heartbeat, self._window, self._fail, time.monotonic
         )
         self._sessions[session.id] = session
         session.send(Welcome(self._epoch, round(heartbeat * 1000), self._window))
 
-    def _check_sessions(self, now: float, gap: float) -> None:
+    def _check_sessions(self, now_s: float, gap_s: float) -> None:
         """Send heartbeats, detect dead clients and expire deliveries.
 
-        :param gap: seconds since the last check.
+        :param gap_s: the seconds since the last check.
         """
-        stalled = gap > self.heartbeat  # this process was suspended and could not receive
+        was_suspended = gap_s > self.heartbeat  # the process could not receive, so no client counts as silent
         for session in tuple(self._sessions.values()):
-            if stalled:
-                session.last_received_s = now
-            session.check_alive(now)
-        self._requests.deliveries.expire(now)
+            if was_suspended:
+                session.last_received_s = now_s
+            session.check_alive(now_s)
+        self._requests.deliveries.expire(now_s)
         self._end_failed()
 
     def _fail(self, session: ZmqSession, code: ResultCode) -> None:
         """Record that a session cannot continue.
 
-        It is ended after the current request, because callers iterate over sessions and their instances.
+        The server ends the session after the current request, because the callers iterate over sessions and
+        their instances.
         """
         if not session.failed:
             session.failed = True
-            self._failed.append((session, code))
+            self._failed_sessions.append((session, code))
 
     def _end_failed(self) -> None:
-        while self._failed:
-            session, code = self._failed.popleft()
+        while self._failed_sessions:
+            session, code = self._failed_sessions.popleft()
             if self._sessions.get(session.id) is session:
                 self._complaints.add(code.name, f"client {session} is given up: {code.name}")
-                self._send_away(session.socket, EVENTS + session.id, code, "the session was ended")
+                self._dismiss_client(session.socket, EVENTS + session.id, code, "the session was ended")
                 self._end_session(session)
 
     def _end_session(self, session: ZmqSession) -> None:
@@ -351,12 +359,12 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         session.failed = True
         if self._sessions.pop(session.id, None) is not None:
             self._skipped += session.skipped
-            self._requests.end(session)
+            self._requests.end_session(session)
 
-    def _send_away(self, socket: zmq.Socket[bytes], route: bytes, code: ResultCode, text: str) -> None:
-        """Notify a client that it has no session, and end an existing one."""
+    def _dismiss_client(self, socket: zmq.Socket[bytes], route: bytes, code: ResultCode, text: str) -> None:
+        """Notify a client that it has no session, and end the session if its commands socket is the route."""
         session = self._sessions.get(route[1:])
-        with contextlib.suppress(zmq.ZMQError):  # the client is gone, or does not read
+        with contextlib.suppress(zmq.ZMQError):  # the client is lost, or does not read
             socket.send_multipart([EVENTS + route[1:], encode(Gone(code, text))], zmq.NOBLOCK)
         if session is not None and route[:1] == COMMANDS:
             self._end_session(session)

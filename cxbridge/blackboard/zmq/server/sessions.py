@@ -1,4 +1,8 @@
-"""A session of the server: the open instances of a client, and the stream of frames to it."""
+"""A session of the server: the open instances of a client, and the stream of frames to the client.
+
+The server sends at most `window` updates that the client has not acknowledged (credit). An interface with a
+new update waits while the session has no credit; later updates replace the waiting one (conflation).
+"""
 
 from __future__ import annotations
 
@@ -8,15 +12,24 @@ from typing import Any, Protocol
 
 import zmq
 
-from cxbridge.blackboard.zmq.wire.frames import BEAT, DEATH, EVENTS, Beat, Frame, Reply, ResultCode, encode
-from cxbridge.blackboard.zmq.wire.sockets import MORE, NOBLOCK, sender
+from cxbridge.blackboard.zmq.wire.frames import (
+    BEAT_HEARTBEATS,
+    DEATH_HEARTBEATS,
+    EVENTS,
+    Beat,
+    Frame,
+    Reply,
+    ResultCode,
+    encode,
+)
+from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, SEND_MORE, raw_send
 from cxbridge.interfaces.instance import Interface
 
 
 class UpdateSource(Protocol):
     """Sends updates of an interface to sessions, see :class:`~.channels.Channel`."""
 
-    def push_latest(self, session: ZmqSession) -> None:
+    def send_latest(self, session: ZmqSession) -> None:
         """Send the present data to a session."""
 
 
@@ -24,11 +37,11 @@ class UpdateSource(Protocol):
 class Membership:
     """A session's state of an interface.
 
-    :param sent: the sequence number of the client's copy.
+    :param sent_seq: the sequence number of the client's copy.
     :param instances: the serials of the session's instances of the interface.
     """
 
-    sent: int
+    sent_seq: int
     instances: set[bytes] = field(default_factory=set)
 
 
@@ -38,19 +51,18 @@ class ZmqSession:
 
     :param id: the id of the session, 16 bytes.
     :param socket: the ROUTER socket to which the client is connected.
-    :param name: identifies the client in the log.
+    :param name: identifies the client in log lines.
     :param heartbeat: the seconds between signs of life.
     :param window: the maximal number of unacknowledged updates.
     :param fail: called when the session cannot continue, with the reason.
     :param now: returns the monotonic time in seconds.
-    :param credit: the number of updates that may be sent before the client acknowledges some.
-    :param numbers_in: the number of the last received frame.
-    :param numbers_out: the number of the last sent frame.
+    :param credit: the number of updates that the server may send before the next acknowledgement.
     :param watching: whether the client gets Existence frames.
-    :param failed: whether the session is to be ended; it then receives and sends no frame.
+    :param failed: whether the server will end the session, which receives and sends no frames any more.
     :param skipped: the number of conflated updates.
-    :param pending: the number of messages whose outcome the client has not reported.
-    :param dirty: the interfaces with an update that waits for credit, oldest first.
+    :param pending_count: the number of messages whose outcome the client has not reported.
+    :param instances: the client's instances by serial.
+    :param waiting_channels: the interfaces with an update that waits for credit, oldest first.
     """
 
     id: bytes
@@ -61,17 +73,17 @@ class ZmqSession:
     fail: Callable[[ZmqSession, ResultCode], None]
     now: Callable[[], float]
     credit: int = 0
-    numbers_in: int = 0
-    numbers_out: int = 0
+    last_number_received: int = 0
+    last_number_sent: int = 0
     last_received_s: float = 0.0
     last_sent_s: float = 0.0
     watching: bool = False
     failed: bool = False
     skipped: int = 0
-    pending: int = 0
+    pending_count: int = 0
     instances: dict[bytes, Interface] = field(default_factory=dict)
     memberships: dict[UpdateSource, Membership] = field(default_factory=dict)
-    dirty: dict[UpdateSource, None] = field(default_factory=dict)
+    waiting_channels: dict[UpdateSource, None] = field(default_factory=dict)
     _route: bytes = b""
     _send: Callable[..., Any] = field(init=False)
 
@@ -79,24 +91,26 @@ class ZmqSession:
         self.credit = self.window
         self.last_received_s = self.last_sent_s = self.now()
         self._route = EVENTS + self.id
-        self._send = sender(self.socket)
+        self._send = raw_send(self.socket)
 
     def __str__(self) -> str:
         return self.name or self.id.hex()[:8]
 
     def send(self, frame: Frame) -> None:
         """Send a frame with the next number."""
-        frame.number = self.numbers_out + 1
+        frame.number = self.last_number_sent + 1
         data = encode(frame)
-        self.numbers_out += 1  # not before: a frame that cannot be encoded must leave no gap
+        self.last_number_sent += (
+            1  # after the encoding, because a frame that cannot be encoded must leave no gap
+        )
         self.send_bytes(data)
 
     def send_bytes(self, data: bytes) -> None:
-        """Send an encoded frame without a number, which several sessions may share."""
+        """Send an encoded frame, which several sessions may share if it has no number."""
         if self.failed:
             return
         try:
-            self._send(self._route, MORE)
+            self._send(self._route, SEND_MORE)
             self._send(data, NOBLOCK)
         except zmq.Again:
             self.fail(self, ResultCode.TOO_SLOW)
@@ -111,16 +125,16 @@ class ZmqSession:
 
     def give_credit(self, count: int) -> None:
         """Add credit for ``count`` updates and send the waiting interfaces."""
-        # a client that acknowledges more than it has received gains nothing
+        # the limit, because a faulty client may acknowledge more updates than it has received
         self.credit = min(self.credit + count, self.window)
-        while self.credit > 0 and self.dirty:
-            channel = next(iter(self.dirty))
-            del self.dirty[channel]
-            channel.push_latest(self)
+        while self.credit > 0 and self.waiting_channels:
+            channel = next(iter(self.waiting_channels))
+            del self.waiting_channels[channel]
+            channel.send_latest(self)
 
-    def check_alive(self, now: float) -> None:
+    def check_alive(self, now_s: float) -> None:
         """Send a heartbeat if it is due; fail the session if the client was silent for too long."""
-        if now - self.last_received_s > DEATH * self.heartbeat:
+        if now_s - self.last_received_s > DEATH_HEARTBEATS * self.heartbeat:
             self.fail(self, ResultCode.SILENT)
-        elif now - self.last_sent_s > BEAT * self.heartbeat:
+        elif now_s - self.last_sent_s > BEAT_HEARTBEATS * self.heartbeat:
             self.send(Beat())

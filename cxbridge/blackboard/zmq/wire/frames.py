@@ -1,9 +1,9 @@
 """The frames of the protocol, and their bytes.
 
-Frames of a session (Hello, Open, Change, ...) are protobuf envelopes (envelope.proto). Data frames, those of
-each write and message, are MessagePack arrays, which msgspec encodes in a tenth of the time: the number of
-the kind, the values of the fields, and the number in the session. The decoders check types, sizes and limits.
-docs/evidence/protocol-zmq.md describes the meaning.
+The frames of a session (Hello, Open, Change, ...) are protobuf envelopes (envelope.proto). The data frames,
+which each write and message needs, are MessagePack arrays, which msgspec encodes in a tenth of the time. The
+array has the number of the kind (``tag``), the values of the fields, and the number in the session. The
+decoders check types, sizes and limits. docs/evidence/protocol-zmq.md describes the meaning.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.listeners import EventKind
 
 VERSION: Final = 3
-"""The version of the protocol. Both peers must have the same one."""
+"""The version of the protocol, which both peers must have."""
 
 EVENTS: Final = b"e"
 """The first byte of the routing id of a client's events socket; the session's id follows."""
@@ -33,13 +33,13 @@ EVENTS: Final = b"e"
 COMMANDS: Final = b"c"
 """The first byte of the routing id of a client's commands socket; the session's id follows."""
 
-# below three, so that the check, four times a heartbeat, notices a dead peer within three heartbeats
-DEATH: Final = 2.5
-"""The number of heartbeats without a frame after which a peer is dead."""
+# below three, so that a check four times a heartbeat notices a dead peer within three heartbeats
+DEATH_HEARTBEATS: Final = 2.5
+"""The number of heartbeats without a received frame after which a peer counts as dead."""
 
-# below one, so that each interval has a frame
-BEAT: Final = 0.75
-"""The number of heartbeats without sending after which a Beat is sent."""
+# below one, so that each heartbeat has a frame
+BEAT_HEARTBEATS: Final = 0.75
+"""The number of heartbeats without a sent frame after which a peer sends a Beat."""
 
 MAX_FRAME: Final = 1 << 20
 """The maximal bytes of a frame to the server."""
@@ -87,8 +87,8 @@ class ResultCode(IntEnum):
 class Frame(Struct, kw_only=True):
     """A frame.
 
-    :param number: counts the frames of one direction in a session, from 1; 0 for Hello, Update and a Gone
-        without session.
+    :param number: the number of the frame among the frames of its direction in a session, from 1; 0 for
+        Hello, Update and a Gone without session.
     """
 
     number: int = 0
@@ -113,6 +113,7 @@ class Hello(Frame):
     """The first frame of a client.
 
     :param replaces: the client's previous session, which the server ends; else empty.
+    :param heartbeat_ms: the demanded heartbeat; 0 for the server's.
     :param name: identifies the client in the server's log.
     """
 
@@ -151,7 +152,7 @@ class Watch(Request):
 
 
 class Sync(Request):
-    """A request for a Reply after all earlier frames are handled and all earlier writes are sent."""
+    """A request for a Reply after the server has handled all earlier frames and sent all earlier writes."""
 
 
 class Send(Request, array_like=True, tag_field="frame", tag=7):
@@ -173,7 +174,7 @@ class Send(Request, array_like=True, tag_field="frame", tag=7):
 class Write(Frame, array_like=True, tag_field="frame", tag=8):
     """The block of a writer.
 
-    :param stamped: whether the time stamp is new; None if only a comparison of the blocks can tell.
+    :param stamped: whether the time stamp is new; None to compare the time stamps of the blocks.
     """
 
     instance: Serial
@@ -189,7 +190,10 @@ class Credit(Frame, array_like=True, tag_field="frame", tag=9):
 
 
 class Delivered(Frame, array_like=True, tag_field="frame", tag=10):
-    """The outcome of a Deliver."""
+    """The outcome of a Deliver.
+
+    :param detail: for QUEUE_FULL, the limit of the queue.
+    """
 
     delivery: int
     code: ResultCode
@@ -204,12 +208,12 @@ class Bye(Frame):
     """The end of a session by the client."""
 
 
-# the server sends the frames from here on; both peers send Beat
+# the server sends the following frames, and Beat
 class Welcome(Frame):
     """The reply to Hello.
 
     :param epoch: the id of the running server.
-    :param window: the number of updates that may be sent without Credit.
+    :param window: the maximal number of updates that the server sends without Credit.
     """
 
     epoch: Serial
@@ -220,7 +224,8 @@ class Welcome(Frame):
 class Reply(Response, array_like=True, tag_field="frame", tag=21):
     """The outcome of a request.
 
-    :param text: the text for log lines; for WRITER_ACTIVE the owner of the writer.
+    :param detail: the sequence number for Close; for QUEUE_FULL, the limit of the queue.
+    :param text: the text for log lines; for WRITER_ACTIVE, the owner of the writer.
     :param hash: for VERSION_MISMATCH, the hash of the type at the server.
     """
 
@@ -243,6 +248,8 @@ class Opened(Response):
 
     :param channel: the number of the interface at the server.
     :param seq: the sequence number of the present data.
+    :param stamped: whether any write had a new time stamp.
+    :param changed: whether any write has changed the data.
     :param block: the present data; None if the session has the interface open already.
     """
 
@@ -316,16 +323,16 @@ ServerFrame = Welcome | Reply | Opened | Listed | Update | Change | Deliver | Ex
 ClientData = Send | Write | Credit | Delivered
 ServerData = Reply | Update | Deliver
 
-# made once: a decoder's construction takes longer than the decoding of a frame
+# constructed once, because the construction of a decoder takes longer than the decoding of a frame
 _encode: Final = Encoder().encode
 _decode_client_data: Final[Callable[[bytes], ClientData]] = Decoder(ClientData).decode
 _decode_server_data: Final[Callable[[bytes], ServerData]] = Decoder(ServerData).decode
 
-_DATA: Final = frozenset(get_args(ClientData | ServerData))
-_FIRST_BYTES_OF_DATA: Final = range(0x90, 0xA0)
+_DATA_FRAMES: Final = frozenset(get_args(ClientData | ServerData))
+_DATA_FIRST_BYTES: Final = range(0x90, 0xA0)
 """The first bytes of MessagePack's arrays of up to 15 values; an envelope begins with its version, 08."""
 
-_F = TypeVar("_F")
+_FrameT = TypeVar("_FrameT")
 
 
 def _kinds(frames: Any, data: Any) -> dict[str, Any]:
@@ -339,7 +346,7 @@ _SERVER_KINDS: Final[Mapping[str, type[ServerFrame]]] = _kinds(ServerFrame, Serv
 
 def _load_envelope() -> Any:
     """Return the class that protobuf makes from the compiled envelope.proto."""
-    # a generated Python module would warn with the next major version of protobuf
+    # not a generated Python module, which would warn with the next major version of protobuf
     files = FileDescriptorSet.FromString(Path(__file__).with_name("envelope.binpb").read_bytes())
     pool = DescriptorPool()
     pool.Add(files.file[0])
@@ -355,7 +362,7 @@ def encode(frame: Frame) -> bytes:
     :raises ProtocolError: if a text has no UTF-8 form, or a number does not fit its field.
     """
     try:
-        if type(frame) in _DATA:
+        if type(frame) in _DATA_FRAMES:
             return _encode(frame)
         fields = to_builtins(frame, builtin_types=(bytes,))
         number = fields.pop("number")
@@ -383,44 +390,47 @@ def decode_server_frame(data: bytes) -> ServerFrame:
     return _decode(data, _decode_server_data, _SERVER_KINDS)
 
 
-def _decode(data: bytes, decode_data: Callable[[bytes], _F], kinds: Mapping[str, type[_F]]) -> _F:
+def _decode(
+    data: bytes, decode_data: Callable[[bytes], _FrameT], kinds: Mapping[str, type[_FrameT]]
+) -> _FrameT:
     try:
-        if data and data[0] in _FIRST_BYTES_OF_DATA:
+        if data and data[0] in _DATA_FIRST_BYTES:
             return decode_data(data)
         envelope = _Envelope.FromString(data)
     except (message.DecodeError, DecodeError, UnicodeError) as error:
         raise _invalid_error(error) from error
     if envelope.version != VERSION:
         raise ProtocolError(
-            f"version {envelope.version} of the blackboard's protocol, here is version {VERSION}", hint=_HINT
+            f"version {envelope.version} of the blackboard's protocol, here is version {VERSION}",
+            hint=_VERSION_HINT,
         )
     kind = envelope.WhichOneof("body")
     if kind not in kinds:
         raise _invalid_error(f"{kind or 'an envelope without a frame'} in this direction")
-    fields = _fields(getattr(envelope, kind))
+    fields = _read_fields(getattr(envelope, kind))
     try:
         return convert({**fields, "number": envelope.number}, kinds[kind])
     except ValidationError as error:
         raise _invalid_error(error) from error
 
 
-def _fields(body: Any) -> dict[str, Any]:
+def _read_fields(body: Any) -> dict[str, Any]:
     """Return the values of a protobuf message; None for an absent optional field."""
     values: dict[str, Any] = {}
     for field in body.DESCRIPTOR.fields:
         value = getattr(body, field.name)
-        if not isinstance(value, (str, bytes, int)):  # fields of other types are repeated
-            value = [part if isinstance(part, str) else _fields(part) for part in value]
+        if not isinstance(value, (str, bytes, int)):  # the repeated fields, with texts or messages
+            value = [item if isinstance(item, str) else _read_fields(item) for item in value]
         elif field.has_presence and not body.HasField(field.name):
             value = None
         values[field.name] = value
     return values
 
 
-_HINT: Final = "let both sides run the same version of cxbridge"
+_VERSION_HINT: Final = "let both sides run the same version of cxbridge"
 
 
 def _invalid_error(reason: object) -> ProtocolError:
     return ProtocolError(
-        f"not a frame of version {VERSION} of the blackboard's protocol: {reason}", hint=_HINT
+        f"not a frame of version {VERSION} of the blackboard's protocol: {reason}", hint=_VERSION_HINT
     )

@@ -1,4 +1,4 @@
-"""Refusals of requests: the server's errors as replies, and replies as the client's errors."""
+"""Refusals of requests: the server's errors become replies, which become the same errors at the client."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ from cxbridge.errors import CxbridgeError
 def raise_refusal(
     reply: Reply, *, uid: str, hash_: bytes = b"", message_type: str = "", serial: object = None
 ) -> NoReturn:
-    """Raise the error that a reply stands for.
+    """Raise the error that the server has encoded in a reply.
 
     :param uid: the interface of the request, ``Type::id``.
-    :param hash_: the hash of the type that the client has requested.
+    :param hash_: the hash of the type in the client's request.
+    :param message_type: the type of the message in the request.
     :param serial: the serial of the sending instance.
     """
     interface_type, interface_id = parse_uid(uid)
@@ -54,7 +55,7 @@ def raise_refusal(
             raise RemoteRefusalError(reply.text or f"the server refuses: {reply.code.name}")
 
 
-def refusal_of(error: CxbridgeError, request: int) -> Reply:  # noqa: PLR0911 - one return per error
+def make_refusal(error: CxbridgeError, request: int) -> Reply:  # noqa: PLR0911 - one return per error
     """Return the reply that refuses a request."""
     match error:
         case WriterActiveError():

@@ -1,6 +1,6 @@
 """Sockets of ZeroMQ, configured for both peers of the transport.
 
-The limits of queues bound the memory that a slow peer costs: a full queue refuses the frame, and the sender
+The limits of queues bound the memory for a slow peer: a full queue refuses the frame, and the sender
 conflates updates or ends the session.
 """
 
@@ -16,44 +16,44 @@ from typing import TYPE_CHECKING, Any
 import zmq
 
 from cxbridge.blackboard.kit.errors import EndpointError
-from cxbridge.blackboard.zmq.security import CurveClient, CurveServer, takes_keys
+from cxbridge.blackboard.zmq.security import CurveClient, CurveServer, uses_curve
 from cxbridge.blackboard.zmq.wire.frames import MAX_FRAME, MAX_REPLY
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-# above the window of 1024 updates, so that only replies and events can fill it
+# above the window of 1024 updates, so that updates alone never fill the queue
 SERVER_QUEUE = 4096
 """The maximal number of frames waiting for a client."""
 
 CLIENT_QUEUE = 1000
-"""The maximal number of frames waiting for the server, as many as by default in ZeroMQ."""
+"""The maximal number of frames waiting for the server, ZeroMQ's default."""
 
-# the operating systems of further clients retry after a second
-BACKLOG = 1024
+# the operating system of a client beyond the limit retries only after a second
+SERVER_BACKLOG = 1024
 """The maximal number of connections waiting to be accepted."""
 
-FAREWELL_MS = 300
-"""Milliseconds in which a closed socket may send its last messages."""
+LINGER_MS = 300
+"""The milliseconds in which a closed socket may send its last messages."""
 
-# ZeroMQ releases the endpoint of a closed socket in its own thread, a moment later
-PATIENCE_S = 0.5
-"""Seconds to wait for an endpoint in use."""
+# a thread of ZeroMQ releases the endpoint of a closed socket after `close` has returned
+ENDPOINT_WAIT_S = 0.5
+"""The seconds to wait for an endpoint in use."""
 
 RECONNECT_MS = 50
-"""Milliseconds between attempts to connect."""
+"""The milliseconds between attempts to connect."""
 
 
 Context = zmq.Context[zmq.Socket[bytes]]
 Socket = zmq.Socket[bytes]
 
 NOBLOCK = int(zmq.NOBLOCK)  # plain integers, because combining flags makes an object each time
-MORE = int(zmq.NOBLOCK | zmq.SNDMORE)
+SEND_MORE = int(zmq.NOBLOCK | zmq.SNDMORE)
 _POLLIN = int(zmq.POLLIN)
 
 
-def context_for(context: Context | None, endpoints: Sequence[str]) -> tuple[Context, bool]:
-    """Return the context to use, and whether the caller terminates it.
+def choose_context(context: Context | None, endpoints: Sequence[str]) -> tuple[Context, bool]:
+    """Return the context to use, and whether the caller must terminate it.
 
     :raises EndpointError: on Windows, where sockets of ZeroMQ cannot be polled by descriptor.
     """
@@ -65,7 +65,7 @@ def context_for(context: Context | None, endpoints: Sequence[str]) -> tuple[Cont
     if context is not None:
         return context, False
     if any(endpoint.startswith("inproc:") for endpoint in endpoints):
-        return zmq.Context.instance(), False  # both ends of an inproc connection must share their context
+        return zmq.Context.instance(), False  # ZeroMQ connects inproc endpoints only within a context
     return zmq.Context(), True
 
 
@@ -74,17 +74,17 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
 
     :raises EndpointError: if the endpoint cannot be bound, or is in use.
     """
-    _refuse_taken(endpoint)
+    _check_endpoint_free(endpoint)
     socket = context.socket(zmq.ROUTER)
     try:
         _configure(socket, endpoint, MAX_FRAME, keys)
         socket.router_mandatory = True  # otherwise a ROUTER silently drops frames for a lost client
         socket.sndhwm = SERVER_QUEUE
         socket.rcvhwm = CLIENT_QUEUE
-        socket.handshake_ivl = 5000  # milliseconds
-        socket.backlog = BACKLOG
-        _bind_patiently(socket, endpoint)
-        guard_file(endpoint)
+        socket.handshake_ivl = 5000  # milliseconds; ZeroMQ's default is 30 seconds
+        socket.backlog = SERVER_BACKLOG
+        _bind_with_retries(socket, endpoint)
+        restrict_file(endpoint)
     except zmq.ZMQError as error:
         socket.close()
         raise EndpointError(f"{endpoint} cannot be bound: {error.strerror}") from error
@@ -97,26 +97,26 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
 
 
 def _configure(socket: Socket, endpoint: str, max_frame: int, keys: CurveServer | CurveClient | None) -> None:
-    """Set the options that both peers have."""
+    """Set the options of both peers."""
     socket.linger = 0  # a closed socket must not delay the end of the process
     socket.ipv6 = "[" in endpoint
     socket.maxmsgsize = max_frame
-    if keys is not None and takes_keys(endpoint):
+    if keys is not None and uses_curve(endpoint):
         keys.apply(socket)
 
 
-def guard_file(endpoint: str) -> None:
+def restrict_file(endpoint: str) -> None:
     """Restrict the file of an ipc endpoint to this user."""
     if path := _ipc_path(endpoint):
         path.chmod(0o600)
 
 
-def _refuse_taken(endpoint: str) -> None:
-    """Check that no process serves an ipc endpoint, because libzmq would silently replace it."""
+def _check_endpoint_free(endpoint: str) -> None:
+    """Check that no process serves an ipc endpoint, because libzmq would silently take the endpoint over."""
     path = _ipc_path(endpoint)
     if path is None:
         return
-    deadline = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + ENDPOINT_WAIT_S
     while _is_served(str(path)):
         if time.monotonic() > deadline:
             raise EndpointError(f"another process serves {endpoint} already", hint="does another daemon run?")
@@ -138,7 +138,8 @@ class EndpointFile:
     def remove(self) -> None:
         """Remove the file unless another process has replaced it.
 
-        Call it before the endpoint is unbound, because no other daemon takes an endpoint that is served.
+        The caller unbinds the endpoint afterwards: another daemon can replace the file only when no process
+        serves the endpoint.
         """
         if self._path is not None and self._identity is not None and self._file_identity() == self._identity:
             with contextlib.suppress(OSError):  # the permissions may have changed
@@ -159,7 +160,7 @@ def _is_served(path: str) -> bool:
     if sys.platform == "win32":
         return False
     with unix.socket(unix.AF_UNIX, unix.SOCK_STREAM) as probe:
-        probe.settimeout(PATIENCE_S)
+        probe.settimeout(ENDPOINT_WAIT_S)
         try:
             probe.connect(path)
         except OSError:
@@ -167,27 +168,28 @@ def _is_served(path: str) -> bool:
     return True
 
 
-def readable(socket: Socket) -> bool:
+def is_readable(socket: Socket) -> bool:
     """Return whether a frame can be received at once."""
     events = socket.getsockopt(zmq.EVENTS)
     return isinstance(events, int) and bool(events & _POLLIN)
 
 
-def sender(socket: Socket) -> Callable[..., Any]:
+def raw_send(socket: Socket) -> Callable[..., Any]:
     """Return the ``send(data, flags)`` of the underlying C socket."""
-    # half as expensive as the method of pyzmq's Python class
+    # the method of pyzmq's Python class takes twice as long
     send: Callable[..., Any] = super(zmq.Socket, socket).send
     return send
 
 
-def receiver(socket: Socket) -> Callable[..., Any]:
-    """Return the ``recv(flags, copy)`` of the underlying C socket; see :func:`sender`."""
+def raw_receive(socket: Socket) -> Callable[..., Any]:
+    """Return the ``recv(flags, copy)`` of the underlying C socket; see :func:`raw_send`."""
     recv: Callable[..., Any] = super(zmq.Socket, socket).recv
     return recv
 
 
 def skip_parts(socket: Socket) -> int:
-    """Receive the remaining parts of a message, of which libzmq delivers all or none; return their number."""
+    """Receive the remaining parts of a message; return their number."""
+    # without waiting, because libzmq delivers all parts of a message at once
     count = 0
     while socket.getsockopt(zmq.RCVMORE):
         socket.recv()
@@ -195,9 +197,9 @@ def skip_parts(socket: Socket) -> int:
     return count
 
 
-def _bind_patiently(socket: Socket, endpoint: str) -> None:
-    """Bind a socket, and retry while the endpoint of a closed socket is being released."""
-    deadline = time.monotonic() + PATIENCE_S
+def _bind_with_retries(socket: Socket, endpoint: str) -> None:
+    """Bind a socket, and retry while ZeroMQ releases the endpoint of a closed socket."""
+    deadline = time.monotonic() + ENDPOINT_WAIT_S
     while True:
         try:
             socket.bind(endpoint)
@@ -210,7 +212,7 @@ def _bind_patiently(socket: Socket, endpoint: str) -> None:
 
 
 def connect(context: Context, endpoint: str, route: bytes, keys: CurveClient | None) -> Socket:
-    """Return a client socket, which connects as soon as the server runs.
+    """Return a client socket that connects as soon as the server runs.
 
     :param route: the routing id of the client.
     :raises EndpointError: if the endpoint is invalid.
