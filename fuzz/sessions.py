@@ -134,7 +134,7 @@ class Fuzzed:
         self.local.clear()
         for session in self.sessions():
             self.server._end_session(session)  # noqa: SLF001
-        self.server.drain()
+        self.server.run_posted_calls()
         self.check()
         service = self.server._requests  # noqa: SLF001
         assert not self.board.list_all(), "instances are left"
@@ -256,7 +256,7 @@ class Fuzzed:
         try:
             self.server._handle_message(self.wire, route, frames[0], len(frames) - 1)  # noqa: SLF001
         except ProtocolError as error:
-            self.server._send_away(self.wire, route, ResultCode.PROTOCOL, error.message)  # noqa: SLF001
+            self.server._dismiss_client(self.wire, route, ResultCode.PROTOCOL, error.message)  # noqa: SLF001
         self.server._end_failed()  # noqa: SLF001
 
     def act_here(self, script: _Script) -> None:
@@ -369,7 +369,7 @@ SCRIPTS: Final = tuple(
 
 def zmq_sessions(data: bytes) -> None:
     """Let clients do what a script says; the server must stay sane, and at the end forget everything."""
-    with patch.object(sessions, "sender", lambda wire: wire.send):  # which it is, but for real sockets
+    with patch.object(sessions, "raw_send", lambda wire: wire.send):  # which it is, but for real sockets
         fuzzed = Fuzzed()
         script = _Script(data)
         for client in range(_CLIENTS - 1):  # else each script had to begin like that

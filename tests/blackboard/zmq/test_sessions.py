@@ -64,12 +64,14 @@ def test_what_the_servers_process_wrote_before_a_flush_is_there_after_it(made):
     writer = made.board.open_for_writing(SampleInterface, "a")
     client = made.client()
     reader = client.open_for_reading(SampleInterface, "a")
-    really_drain = made.server.drain
+    really_drain = made.server.run_posted_calls
     requests = made.server._requests
     requests._loop = SimpleNamespace(
-        is_current_thread=made.server.is_current_thread, post=made.server.post, drain=really_drain
+        is_current_thread=made.server.is_current_thread, post=made.server.post, run_posted_calls=really_drain
     )
-    made.server.drain = lambda: None  # as if there was a frame after each frame, and no time for it
+    made.server.run_posted_calls = lambda: (
+        None
+    )  # as if there was a frame after each frame, and no time for it
     try:
         writer.count = 7
         writer.write()
@@ -77,7 +79,7 @@ def test_what_the_servers_process_wrote_before_a_flush_is_there_after_it(made):
         assert reader.read()
         assert reader.count == 7
     finally:
-        made.server.drain, requests._loop = really_drain, made.server
+        made.server.run_posted_calls, requests._loop = really_drain, made.server
 
 
 def test_messages_between_local_and_remote_instances(made):
