@@ -52,7 +52,7 @@ def decode_transform(message: Message) -> StampedTransform:
     )
 
 
-class FrameSender(Closing):
+class FramePublisher(Closing):
     """Publishes the existing and future frames of a blackboard."""
 
     def __init__(self, node: Node, board: BlackBoard) -> None:

@@ -57,10 +57,10 @@ class ProblemExpertFeature(Feature):
     def make_expert(self, env: ClipsEnvironment) -> ProblemExpert:
         """Make an expert. The caller holds the lock of the environment while using the expert."""
         # imported here, since the imports are slow and only clients use an expert
-        from cxbridge_ros2.experts.facts import FactKnowledge, domain_of_facts  # noqa: PLC0415
+        from cxbridge_ros2.experts.facts import FactKnowledge, extend_domain  # noqa: PLC0415
         from cxbridge_ros2.experts.knowledge import ProblemExpert  # noqa: PLC0415
 
-        domain = domain_of_facts(env, self._find_domain(env))
+        domain = extend_domain(env, self._find_domain(env))
         return ProblemExpert(FactKnowledge(env, self._goal_numbers), lambda: domain)
 
 

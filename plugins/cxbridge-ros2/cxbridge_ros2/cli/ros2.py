@@ -1,4 +1,4 @@
-"""``cxbridge ros2``: packages for machines with ROS 2, and a prompt for PlanSys2's experts."""
+"""The command ``cxbridge ros2``: packages for machines with ROS 2, and a prompt for PlanSys2's experts."""
 
 from __future__ import annotations
 
@@ -82,6 +82,7 @@ def terminal(
         "distribution": distribution,
         "packages": list(map(str, packages or ())),
     }
+    # without the unset options, for which the settings have defaults
     with Prompt(
         {name: value for name, value in node_options.items() if value not in ("", None, [])}
     ) as prompt:

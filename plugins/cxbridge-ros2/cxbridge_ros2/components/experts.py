@@ -1,4 +1,8 @@
-"""The component of PlanSys2's experts: their clients see and edit the agent's world model."""
+"""The component that serves an agent's world model to clients of PlanSys2.
+
+PlanSys2 has a domain expert and a problem expert, nodes with a PDDL domain and a PDDL problem, and a planner.
+Clients of these nodes see and edit the world model of the agent.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,7 @@ from cxbridge.executive.planning.settings import PlannerSettings
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge_ros2.experts.definitions import TYPES
+from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
 from cxbridge_ros2.experts.planner import PlanServer
 from cxbridge_ros2.experts.server import SECTION, ExpertServer, ExpertSettings
 from cxbridge_ros2.problem_expert import shared_problem_expert
@@ -21,10 +25,10 @@ if TYPE_CHECKING:
 
 
 class Ros2Experts(Component):
-    """Serves domain, problem and planner of an agent, also while a daemon is paused."""
+    """Serves the domain, the problem and the planner of an agent."""
 
     hooks = (Hook.THINK,)
-    steady = True
+    steady = True  # clients are served while a daemon is paused
     description = "The world model for clients of PlanSys2"
 
     def __init__(self, context: Run) -> None:
@@ -43,7 +47,7 @@ class Ros2Experts(Component):
         log = context.bus.logger("Ros2Experts")
         self._node = settings.node.join(
             f"cxbridge_experts_{context.name}".rstrip("_"),
-            settings.node.load_definitions(TYPES),
+            settings.node.load_definitions(TYPE_DEFINITIONS),
             log.warn,
             context.rights,
         )
@@ -65,7 +69,7 @@ class Ros2Experts(Component):
 
     @property
     def is_quiet(self) -> bool:
-        """False: a client may change the world model at any time."""
+        """False, since a client may change the world model at any time."""
         return False
 
     def close(self) -> None:
@@ -74,6 +78,6 @@ class Ros2Experts(Component):
 
 
 def _make_planning_service(settings: PlannerSettings) -> PlanningService:
-    from cxbridge.executive.planning import PlanningService  # noqa: PLC0415 - slow, and few clients plan
+    from cxbridge.executive.planning import PlanningService  # noqa: PLC0415 - slow, and few clients request plans
 
     return PlanningService(settings.at_once, settings.memory)

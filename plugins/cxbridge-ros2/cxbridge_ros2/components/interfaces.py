@@ -1,4 +1,4 @@
-"""The component that maps interfaces of the blackboard to topics of ROS 2."""
+"""The component that maps interfaces of the blackboard to topics of ROS 2, and topics to interfaces."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from cxbridge_ros2.settings import NodeSettings, locate_errors
 class Ros2Interfaces(Component):
     """Publishes interfaces, and writes received messages to interfaces."""
 
+    # received messages are written before the agent thinks; writes of the loop are published at its end
     hooks = (Hook.SENSOR_ACQUIRE, Hook.POST_LOOP)
     description = "Interfaces as topics of ROS 2"
 
@@ -24,24 +25,24 @@ class Ros2Interfaces(Component):
         self._context = context
         self._log = context.bus.logger("Ros2Interfaces")
         self._nodes: list[Node] = []
-        self._written: list[WrittenInterface] = []
-        self._published: list[PublishedInterfaces] = []
-        # topics with the same node settings share a node
-        topics_of_nodes: dict[NodeSettings, list[TopicSettings]] = {}
+        self._written_interfaces: list[WrittenInterface] = []
+        self._published_interfaces: list[PublishedInterfaces] = []
+        # topics with equal settings of their nodes share a node
+        topics_by_node: dict[NodeSettings, list[TopicSettings]] = {}
         for topic in read_topic_settings(context.config, context.paths.confdir):
-            topics_of_nodes.setdefault(topic.node, []).append(topic)
+            topics_by_node.setdefault(topic.node, []).append(topic)
         try:
-            for number, (settings, topics) in enumerate(topics_of_nodes.items(), start=1):
-                self._join(
+            for number, (settings, topics) in enumerate(topics_by_node.items(), start=1):
+                self._join_domain(
                     f"cxbridge_{context.name}_blackboard{number if number > 1 else ''}", settings, topics
                 )
         except Exception:
             self.close()
             raise
 
-    def _join(self, name: str, settings: NodeSettings, topics: list[TopicSettings]) -> None:
+    def _join_domain(self, name: str, settings: NodeSettings, topics: list[TopicSettings]) -> None:
         context, registry = self._context, self._context.registry
-        schemas = {topic.key: [*map(registry.schema, self._types(topic))] for topic in topics}
+        schemas = {topic.key: [*map(registry.schema, self._matching_types(topic))] for topic in topics}
         texts: dict[str, str] = {}
         for topic in topics:
             for schema in schemas[topic.key] if topic.type_name is None else ():
@@ -53,38 +54,40 @@ class Ros2Interfaces(Component):
                     check_mapping(topic, schema, definitions)
         node = settings.join(name, definitions, self._log.warn, context.rights)
         self._nodes.append(node)
-        # written interfaces first: they are left out of the published ones
+        # the written interfaces first, since published interfaces leave them out
         for topic in sorted(topics, key=lambda topic: topic.direction != WRITE):
             with locate_errors(context.config, f"{SECTION}/{topic.key}"):
-                self._begin(topic, node)
+                self._add_topic(topic, node)
 
-    def _types(self, topic: TopicSettings) -> list[str]:
-        """Return the interface types of a topic."""
+    def _matching_types(self, topic: TopicSettings) -> list[str]:
+        """Return the names of the interface types that a topic's pattern matches."""
         registry, glob = self._context.registry, topic.pattern.type_glob
         matching_types = [name for name in registry.names() if fnmatchcase(name, glob)]
         if not matching_types:
             with locate_errors(self._context.config, f"{SECTION}/{topic.key}"):
-                registry.schema(glob)  # raises the error with the known types
+                registry.schema(glob)  # raises the error about an unknown type
         return matching_types
 
-    def _begin(self, topic: TopicSettings, node: Node) -> None:
+    def _add_topic(self, topic: TopicSettings, node: Node) -> None:
         board = self._context.board
         if topic.direction == WRITE:
-            self._written.append(WrittenInterface(topic, node, board, self._log))
+            self._written_interfaces.append(WrittenInterface(topic, node, board, self._log))
         else:
-            written_uids = {interface.uid for interface in self._written}
-            self._published.append(PublishedInterfaces(topic, node, board, self._log, written_uids))
+            written_uids = {interface.uid for interface in self._written_interfaces}
+            self._published_interfaces.append(
+                PublishedInterfaces(topic, node, board, self._log, written_uids)
+            )
 
     def loop(self) -> None:
         for node in self._nodes:
             node.poll()
-        for written in self._written:
+        for written in self._written_interfaces:
             written.loop()
-        for published in self._published:
+        for published in self._published_interfaces:
             published.loop()
 
     def close(self) -> None:
-        for interface in (*self._published, *self._written):
+        for interface in (*self._published_interfaces, *self._written_interfaces):
             interface.close()
         for node in self._nodes:
             node.close()

@@ -1,4 +1,8 @@
-"""The daemon as a managed node of ROS 2: its log is on /rosout, and clients pause, resume and stop it."""
+"""The component that makes a daemon a managed node of ROS 2.
+
+The log of the daemon is on /rosout, its state on /diagnostics, and clients pause, resume and stop the daemon
+with the services of managed nodes (lifecycle_msgs).
+"""
 
 from __future__ import annotations
 
@@ -19,9 +23,9 @@ from cxbridge_ros2.rosout import RosoutPublisher
 from cxbridge_ros2.settings import locate_errors, read_node_section, typed_setting
 from cxbridge_ros2.stamps import us_to_stamp
 
-SECTION: Final = "/ros2/node"
+_SECTION: Final = "/ros2/node"
 _KEYS: Final = ("name", "log")
-_DIAGNOSTICS: Final = "diagnostic_msgs/msg/DiagnosticArray"
+_DIAGNOSTICS_TYPE: Final = "diagnostic_msgs/msg/DiagnosticArray"
 _OK, _WARN, _ERROR = 0, 1, 2  # levels of diagnostic_msgs/DiagnosticStatus
 
 _LEVELS: Final = {"debug": Level.DEBUG, "info": Level.INFO, "warn": Level.WARN, "error": Level.ERROR}
@@ -29,31 +33,31 @@ _COMPONENT: Final = "the node of ROS 2"
 
 
 class Ros2NodeComponent(Component):
-    """The node, which other nodes see as a managed node of ROS."""
+    """The managed node of a daemon."""
 
     hooks = (Hook.POST_LOOP,)
-    steady = True
+    steady = True  # clients resume a paused daemon
     description = "The daemon as a managed node of ROS 2"
 
     def __init__(self, daemon: Daemon) -> None:
         self._daemon = daemon
-        values, settings = read_node_section(daemon.config, SECTION, _KEYS, daemon.paths.confdir, _COMPONENT)
-        with locate_errors(daemon.config, SECTION):
-            name, level = _name_and_level(values)
+        values, settings = read_node_section(daemon.config, _SECTION, _KEYS, daemon.paths.confdir, _COMPONENT)
+        with locate_errors(daemon.config, _SECTION):
+            name, level = _parse_name_and_level(values)
         warn = daemon.bus.logger("Ros2Node").warn
         self._node = node = settings.join(name, settings.load_definitions(), warn, daemon.rights)
         try:
             self._rosout = RosoutPublisher(node, name, level)
             daemon.bus.subscribe(self._rosout, *RosoutPublisher.events)
             callbacks = {
-                DEACTIVATE: lambda: self._carry_out("pause"),
-                ACTIVATE: lambda: self._carry_out("resume"),
-                SHUTDOWN: lambda: self._carry_out("shutdown"),
-                CLEANUP: lambda: False,  # a daemon is always configured
+                DEACTIVATE: lambda: self._run_command("pause"),
+                ACTIVATE: lambda: self._run_command("resume"),
+                SHUTDOWN: lambda: self._run_command("shutdown"),
+                CLEANUP: lambda: False,  # fails, since a daemon is always configured
             }
             report = daemon.bus.logger("Ros2Node").error
             self._lifecycle = Lifecycle(node, name, callbacks, daemon.clock, report, LifecycleState.ACTIVE)
-            # read-only: a run has them from its start
+            # read-only, since they are chosen when the daemon starts
             parameters = {
                 "use_sim_time": Parameter(value=daemon.clock.name == "ros2", read_only=True),
                 "spec": Parameter(daemon.spec, "what the executive does", read_only=True),
@@ -62,26 +66,26 @@ class Ros2NodeComponent(Component):
         except Exception:
             node.close()
             raise
-        self._diagnostics = node.create_publisher("/diagnostics", _DIAGNOSTICS)
-        self._clock, self._diagnostics_us, self._name = daemon.clock, 0, name
+        self._diagnostics_publisher = node.create_publisher("/diagnostics", _DIAGNOSTICS_TYPE)
+        self._clock, self._next_diagnostics_us, self._name = daemon.clock, 0, name
         daemon.add_endpoints([f"ROS 2 node /{name}"], "ROS 2")
 
-    def _carry_out(self, command: str) -> bool:
+    def _run_command(self, command: str) -> bool:
         self._daemon.carry_out(command)
         return True
 
     def loop(self) -> None:
-        """Answer requests, and report transitions requested in other ways."""
+        """Handle requests, and report transitions that clients of other protocols have requested."""
         self._node.poll()
         is_paused = self._daemon.lifecycle.paused
         self._lifecycle.report_state(LifecycleState.INACTIVE if is_paused else LifecycleState.ACTIVE)
         now_us = self._clock.now_us()
-        if now_us >= self._diagnostics_us:
-            self._diagnostics_us = now_us + MICROSECONDS  # once a second, the usual rate of /diagnostics
-            rows = [self._status(row) for row in self._daemon.lifecycle.status()]
-            self._diagnostics.publish({"header": {"stamp": us_to_stamp(now_us)}, "status": rows})
+        if now_us >= self._next_diagnostics_us:
+            self._next_diagnostics_us = now_us + MICROSECONDS  # once a second, the usual rate of /diagnostics
+            rows = [self._make_status(row) for row in self._daemon.lifecycle.status()]
+            self._diagnostics_publisher.publish({"header": {"stamp": us_to_stamp(now_us)}, "status": rows})
 
-    def _status(self, row: ComponentStatus) -> Mapping[str, Any]:
+    def _make_status(self, row: ComponentStatus) -> Mapping[str, Any]:
         level = _ERROR if row.reason else _OK if row.state is State.ACTIVE else _WARN
         name, message = f"{self._name}: {row.name}", row.reason or row.state.name.lower()
         return {"level": level, "name": name, "message": message, "hardware_id": self._name}
@@ -91,7 +95,7 @@ class Ros2NodeComponent(Component):
         self._node.close()
 
 
-def _name_and_level(values: Mapping[str, Any]) -> tuple[str, Level]:
+def _parse_name_and_level(values: Mapping[str, Any]) -> tuple[str, Level]:
     log = typed_setting(values, "log", "info", _COMPONENT)
     if log not in _LEVELS:
         raise ConfigError(

@@ -18,7 +18,7 @@ _COMPONENT = "the Skiller for ROS 2"
 
 
 class Ros2Skiller(Component):
-    """Serves the Skiller of the blackboard as an action whose goals are skill strings."""
+    """Serves a Skiller on the blackboard as an action whose goals are skill strings."""
 
     hooks = (Hook.SKILL,)
     description = "The Skiller as an action of ROS 2"
@@ -64,11 +64,11 @@ class Ros2Skiller(Component):
                     except StopIteration as end:
                         result = end.value
                         break
-                    if goal.wants_cancel:  # leaving the block stops the skill
+                    if goal.wants_cancel:  # leaving the `with` block stops the skill
                         return {"success": False, "error": "it was cancelled"}
                     yield {"status": statuses.pop()} if statuses else None
         except CxbridgeError as error:
-            # e.g. no Skiller, or a Skiller that another client has locked: the goal fails, the server stays
+            # e.g. without a Skiller, or with a Skiller under control of another client: only the goal fails
             raise AbortedError({"success": False, "error": error.message}) from None
         if result.outcome is not CallOutcome.FINAL:
             raise AbortedError({"success": False, "error": result.error})

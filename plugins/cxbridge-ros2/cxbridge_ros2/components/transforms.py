@@ -1,4 +1,4 @@
-"""The component that writes transforms from /tf and /tf_static as TransformInterfaces."""
+"""The component that exchanges coordinate frames: /tf and /tf_static of ROS 2, TransformInterfaces here."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from cxbridge.rights import right_of_frame
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.space.tf import TransformPublisher
-from cxbridge_ros2.frames import ROS_ID_PREFIX, TF_MESSAGE_TYPE, FrameSender, decode_transform
+from cxbridge_ros2.frames import ROS_ID_PREFIX, TF_MESSAGE_TYPE, FramePublisher, decode_transform
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.settings import locate_errors, read_node_section, typed_setting
 
 _SECTION: Final = "/ros2/tf"
-MAX_FRAMES: Final = 500  # limit of frames: a stranger may send any number of names
+MAX_FRAMES: Final = 500  # limit of frames from ROS, since other nodes may send any number
 
 _ALL: Final = "all"
 _KEYS: Final = ("frames", "publish")
-_TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))
+_TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))  # topic, QoS, whether it is static
 _COMPONENT: Final = "the settings of /tf"
 
 
 class Ros2Transforms(Component):
-    """Makes the frames of ROS 2 available to rules and skills."""
+    """Writes the frames of ROS 2 to the blackboard for rules and skills, and publishes the other frames."""
 
     hooks = (Hook.SENSOR_ACQUIRE,)
     description = "Coordinate frames of ROS 2"
@@ -39,34 +39,39 @@ class Ros2Transforms(Component):
         with locate_errors(context.config, _SECTION):
             is_publishing = typed_setting(values, "publish", default=False, component=_COMPONENT)
         frames = values.get("frames", _ALL)
-        self._selected = None if frames == _ALL else frozenset(map(str, frames))
+        self._selected_frames = None if frames == _ALL else frozenset(map(str, frames))
         self._publishers: dict[str, TransformPublisher] = {}
-        self._refused: set[str] = set()
+        self._refused_frames: set[str] = set()
         self._node = node = settings.join(
             f"cxbridge_tf_{context.name}", settings.load_definitions(), self._log.warn, context.rights
         )
         for topic, profile, static in _TOPICS:
-            receive, right = partial(self._receive, static=static), right_of_frame("ros2-tf", topic)
+            receive, right = (
+                partial(self._receive_transforms, static=static),
+                right_of_frame("ros2-tf", topic),
+            )
             node.subscribe(topic, TF_MESSAGE_TYPE, receive, PROFILES[profile], right=right)
-        self._sender = FrameSender(node, context.board) if is_publishing else None
+        self._frame_publisher = FramePublisher(node, context.board) if is_publishing else None
 
     def loop(self) -> None:
         self._node.poll()
-        if self._sender is not None:
-            self._sender.publish_changes()
+        if self._frame_publisher is not None:
+            self._frame_publisher.publish_changes()
 
-    def _receive(self, message: Message, *, static: bool) -> None:
+    def _receive_transforms(self, message: Message, *, static: bool) -> None:
         for transform in message["transforms"]:
-            # as in tf2, a leading slash, which old nodes write, is no part of the frame's name
+            # tf of ROS 1 began the names of frames with a slash, and some old nodes still do
             child = transform["child_frame_id"].lstrip("/")
-            if child in self._refused or (self._selected is not None and child not in self._selected):
+            if child in self._refused_frames or (
+                self._selected_frames is not None and child not in self._selected_frames
+            ):
                 continue
             try:
-                self._publisher(child).send(decode_transform(transform), static=static)
+                self._find_publisher(child).send(decode_transform(transform), static=static)
             except CxbridgeError as error:
-                self._refuse(child, error.message)
+                self._refuse_frame(child, error.message)
 
-    def _publisher(self, child: str) -> TransformPublisher:
+    def _find_publisher(self, child: str) -> TransformPublisher:
         if child not in self._publishers:
             if len(self._publishers) >= MAX_FRAMES:
                 raise InterfaceError(f"there are {MAX_FRAMES} frames already")
@@ -74,16 +79,16 @@ class Ros2Transforms(Component):
             self._publishers[child] = publisher
         return self._publishers[child]
 
-    def _refuse(self, child: str, reason: str) -> None:
+    def _refuse_frame(self, child: str, reason: str) -> None:
         """Log once why a frame is left out."""
-        if len(self._refused) >= MAX_FRAMES:  # else any number of names would fill the log and the memory
-            return
-        self._refused.add(child)
+        if len(self._refused_frames) >= MAX_FRAMES:
+            return  # other nodes may send any number of names, which would fill log and memory
+        self._refused_frames.add(child)
         self._log.warn(f"The frame '{child}' of ROS 2 is left out: {reason}")
 
     def close(self) -> None:
-        if self._sender is not None:
-            self._sender.close()
+        if self._frame_publisher is not None:
+            self._frame_publisher.close()
         self._node.close()
         for publisher in self._publishers.values():
             publisher.close()

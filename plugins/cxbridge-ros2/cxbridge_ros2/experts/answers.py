@@ -1,4 +1,7 @@
-"""The services of the problem expert: responses, and changes of the problem."""
+"""The services of the problem expert: their handlers, by name.
+
+:class:`ExpertService` also describes the services of the domain expert.
+"""
 
 from __future__ import annotations
 
@@ -10,163 +13,192 @@ from msgspec import Struct
 from cxbridge.errors import PddlError, Ros2Error
 from cxbridge.executive.pddl.ast import Ground
 from cxbridge.executive.pddl.problems import format_problem
-from cxbridge_ros2.experts.knowledge import ProblemExpert, ground_text, words_of
-from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_in, ground_node, param
+from cxbridge_ros2.experts.knowledge import ProblemExpert, format_ground, split_words
+from cxbridge_ros2.experts.nodes import (
+    NodeCodec,
+    TreeNodeKind,
+    make_ground_node,
+    make_param,
+    parse_ground_node,
+)
 from cxbridge_ros2.messages import Message
 
-# Carries out a request and returns the fields of the response besides `success`.
-Work = Callable[[ProblemExpert, NodeCodec, Message], Mapping[str, Any] | None]
+# Handles a request and returns the fields of the response besides `success`; None if there are none.
+ServiceHandler = Callable[[ProblemExpert, NodeCodec, Message], Mapping[str, Any] | None]
 
 
 class ExpertService(Struct, frozen=True):
     """A service of an expert.
 
-    :param failure: PlanSys2's text about a failure.
-    :param changes: whether the service changes the problem.
+    :param handle: handles a request; `PddlError` and `Ros2Error` become the error in the response.
+    :param error_prefix: PlanSys2's text before an error.
+    :param changes_problem: whether the service changes the problem.
     """
 
-    work: Work
-    failure: str = "Error"
-    changes: bool = False
+    handle: ServiceHandler
+    error_prefix: str = "Error"
+    changes_problem: bool = False
 
 
-def answer(
+def make_response(
     service: ExpertService, expert: ProblemExpert, codec: NodeCodec, request: Message
 ) -> Mapping[str, Any]:
     """Return the response of a service to a request."""
     try:
-        fields = service.work(expert, codec, request) or {}
+        fields = service.handle(expert, codec, request) or {}
     except (PddlError, Ros2Error) as error:
-        return {"success": False, "error_info": f"{service.failure}: {error.message}"}
+        return {"success": False, "error_info": f"{service.error_prefix}: {error.message}"}
     return fields if "exist" in fields else {"success": True, **fields}  # ExistNode has no `success`
 
 
-def knowledge_message(expert: ProblemExpert) -> Message:
-    """Return the knowledge as plansys2_msgs/msg/Knowledge."""
+def make_knowledge_message(expert: ProblemExpert) -> Message:
+    """Return the knowledge of an expert as a plansys2_msgs/msg/Knowledge."""
     knowledge = expert.knowledge
     return {
         "instances": [*knowledge.instances],
-        "predicates": [*map(ground_text, knowledge.predicates)],
-        "functions": [*map(ground_text, knowledge.functions)],
+        "predicates": [*map(format_ground, knowledge.predicates)],
+        "functions": [*map(format_ground, knowledge.functions)],
         "goal": knowledge.goal,
     }
 
 
-# --- services with more than one expression
+# --- handlers that are more than an expression
 
 
-def _add_goal(expert: ProblemExpert, codec: NodeCodec, request: Message) -> None:
+def _add_problem_goal(expert: ProblemExpert, codec: NodeCodec, request: Message) -> None:
     if not request["tree"]["nodes"]:
-        raise Ros2Error("Malformed expression")
-    expert.set_goal(codec.formula(request["tree"]))
+        raise Ros2Error("Malformed expression")  # PlanSys2's text
+    expert.set_goal(codec.decode_tree(request["tree"]))
 
 
 def _get_instance(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
-    kind = expert.instances.get(name := request["instance"])
-    if kind is None:
+    type_name = expert.instances.get(name := request["instance"])
+    if type_name is None:
         raise Ros2Error(f"there is no '{name}'")
-    return {"instance": param(name, kind)}
+    return {"instance": make_param(name, type_name)}
 
 
 def _get_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
     ground = _parse_ground(request["expression"])
     if ground not in expert.knowledge.predicates:
-        raise Ros2Error(f"{ground_text(ground)} is not true")
-    return {"node": ground_node(TreeNodeKind.PREDICATE, ground, expert.instances)}
+        raise Ros2Error(f"{format_ground(ground)} is not true")
+    return {"node": make_ground_node(TreeNodeKind.PREDICATE, ground, expert.instances)}
 
 
 def _get_predicates(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
     types, predicates = expert.instances, expert.knowledge.predicates
-    return {"states": [ground_node(TreeNodeKind.PREDICATE, ground, types) for ground in predicates]}
+    return {"states": [make_ground_node(TreeNodeKind.PREDICATE, ground, types) for ground in predicates]}
 
 
 def _get_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
     functions, ground = expert.knowledge.functions, _parse_ground(request["expression"])
     if ground not in functions:
-        raise Ros2Error(f"{ground_text(ground)} has no value")
-    return {"node": ground_node(TreeNodeKind.FUNCTION, ground, expert.instances, functions[ground])}
+        raise Ros2Error(f"{format_ground(ground)} has no value")
+    return {"node": make_ground_node(TreeNodeKind.FUNCTION, ground, expert.instances, functions[ground])}
 
 
 def _get_functions(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
     types, functions = expert.instances, expert.knowledge.functions.items()
     return {
-        "states": [ground_node(TreeNodeKind.FUNCTION, ground, types, value) for ground, value in functions]
+        "states": [
+            make_ground_node(TreeNodeKind.FUNCTION, ground, types, value) for ground, value in functions
+        ]
     }
 
 
 def _parse_ground(text: str) -> Ground:
     """Return the predicate or function in ``(at r1 home)`` or ``(= (distance a b) 3)``."""
-    name, *arguments = words_of(text) or [""]
+    name, *arguments = split_words(text) or [""]
     if name == "=" and arguments:
-        name, *arguments = arguments[:-1] or [""]
+        name, *arguments = arguments[:-1] or [""]  # without the number
     return name, tuple(arguments)
 
 
-def _change(work: Callable[[ProblemExpert, Message], None], failure: str) -> ExpertService:
-    """Return a service that changes the problem, and whose request has no formulas."""
-    return ExpertService(lambda expert, _codec, request: work(expert, request), failure, changes=True)
+def _make_change_service(
+    handle: Callable[[ProblemExpert, Message], None], error_prefix: str
+) -> ExpertService:
+    """Return a service that changes the problem. Its handler needs no codec and returns nothing."""
+    return ExpertService(
+        lambda expert, _codec, request: handle(expert, request), error_prefix, changes_problem=True
+    )
 
 
 # Services of the problem expert, by the last part of the name.
 PROBLEM_SERVICES: Final[Mapping[str, ExpertService]] = {
-    "add_problem": _change(
+    "add_problem": _make_change_service(
         lambda expert, request: expert.add_problem(request["problem"]), "Problem not valid"
     ),
-    "add_problem_goal": ExpertService(_add_goal, "Goal not valid", changes=True),
-    "add_problem_instance": _change(
+    "add_problem_goal": ExpertService(_add_problem_goal, "Goal not valid", changes_problem=True),
+    "add_problem_instance": _make_change_service(
         lambda expert, request: expert.add_instance(request["param"]["name"], request["param"]["type"]),
         "Instance not valid",
     ),
-    "add_problem_predicate": _change(
-        lambda expert, request: expert.add_predicate(ground_in(request["node"])), "Predicate not valid"
+    "add_problem_predicate": _make_change_service(
+        lambda expert, request: expert.add_predicate(parse_ground_node(request["node"])),
+        "Predicate not valid",
     ),
-    "add_problem_function": _change(
-        lambda expert, request: expert.add_function(ground_in(request["node"]), request["node"]["value"]),
+    "add_problem_function": _make_change_service(
+        lambda expert, request: expert.add_function(
+            parse_ground_node(request["node"]), request["node"]["value"]
+        ),
         "Function not valid",
     ),
     "get_problem": ExpertService(
-        lambda expert, _codec, _request: {"problem": format_problem(expert.problem())}, "Problem not valid"
+        lambda expert, _codec, _request: {"problem": format_problem(expert.make_problem())},
+        "Problem not valid",
     ),
     "get_problem_goal": ExpertService(
-        lambda expert, codec, _request: {"tree": codec.tree(expert.goal, {})}, "Goal not valid"
+        lambda expert, codec, _request: {"tree": codec.encode_formula(expert.goal, {})}, "Goal not valid"
     ),
     "get_problem_instance": ExpertService(_get_instance, "Instance not found"),
     "get_problem_instances": ExpertService(
-        lambda expert, _codec, _request: {"instances": [param(*pair) for pair in expert.instances.items()]}
+        lambda expert, _codec, _request: {
+            "instances": [make_param(*pair) for pair in expert.instances.items()]
+        }
     ),
     "get_problem_predicate": ExpertService(_get_predicate, "Predicate not found"),
     "get_problem_predicates": ExpertService(_get_predicates),
     "get_problem_function": ExpertService(_get_function, "Function not found"),
     "get_problem_functions": ExpertService(_get_functions),
     "is_problem_goal_satisfied": ExpertService(
-        # no nodes: an empty conjunction, which is true
+        # a tree without nodes stands for an empty conjunction, which is true
         lambda expert, codec, request: {
-            "satisfied": not request["tree"]["nodes"] or expert.is_satisfied(codec.formula(request["tree"]))
+            "satisfied": not request["tree"]["nodes"]
+            or expert.is_satisfied(codec.decode_tree(request["tree"]))
         },
         "Goal not valid",
     ),
-    "remove_problem_goal": _change(
+    "remove_problem_goal": _make_change_service(
         lambda expert, _request: expert.knowledge.put_goal(""), "Error clearing goal"
     ),
-    "clear_problem_knowledge": _change(lambda expert, _request: expert.clear(), "Error clearing knowledge"),
-    "remove_problem_instance": _change(
+    "clear_problem_knowledge": _make_change_service(
+        lambda expert, _request: expert.clear(), "Error clearing knowledge"
+    ),
+    "remove_problem_instance": _make_change_service(
         lambda expert, request: expert.remove_instance(request["param"]["name"]), "Error removing instance"
     ),
-    "remove_problem_predicate": _change(
-        lambda expert, request: expert.remove_predicate(ground_in(request["node"])),
+    "remove_problem_predicate": _make_change_service(
+        lambda expert, request: expert.remove_predicate(parse_ground_node(request["node"])),
         "Error removing predicate",
     ),
-    "remove_problem_function": _change(
-        lambda expert, request: expert.remove_function(ground_in(request["node"])), "Error removing function"
+    "remove_problem_function": _make_change_service(
+        lambda expert, request: expert.remove_function(parse_ground_node(request["node"])),
+        "Error removing function",
     ),
     "exist_problem_predicate": ExpertService(
-        lambda expert, _codec, request: {"exist": ground_in(request["node"]) in expert.knowledge.predicates}
+        lambda expert, _codec, request: {
+            "exist": parse_ground_node(request["node"]) in expert.knowledge.predicates
+        }
     ),
     "exist_problem_function": ExpertService(
-        lambda expert, _codec, request: {"exist": ground_in(request["node"]) in expert.knowledge.functions}
+        lambda expert, _codec, request: {
+            "exist": parse_ground_node(request["node"]) in expert.knowledge.functions
+        }
     ),
-    "update_problem_function": _change(
-        lambda expert, request: expert.update_function(ground_in(request["node"]), request["node"]["value"]),
+    "update_problem_function": _make_change_service(
+        lambda expert, request: expert.update_function(
+            parse_ground_node(request["node"]), request["node"]["value"]
+        ),
         "Function not valid",
     ),
 }

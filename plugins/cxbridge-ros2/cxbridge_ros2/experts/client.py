@@ -1,4 +1,4 @@
-"""Blocking client for the services of PlanSys2's experts and planner."""
+"""A blocking client for the services of PlanSys2's experts and planner."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from typing import Any, Final
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import Ros2Error
-from cxbridge_ros2.experts.definitions import SERVICES
+from cxbridge_ros2.experts.definitions import SERVICE_TYPES
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Client, Node
 
-PATIENCE_S: Final = 5.0  # default limit in seconds for a server to appear, and to answer
+DEFAULT_PATIENCE_S: Final = 5.0  # limit in seconds for a server to appear, and to respond
 
 _POLL_S: Final = 0.05  # seconds of one poll, short enough for Ctrl-C
-_REPEAT_S: Final = 2.0  # seconds after which a request is repeated
-# Starts of the names of read-only services, which may be called again: the first response may be lost while
-# the server discovers the client.
-_READ_ONLY: Final = ("get_domain", "get_problem", "exist_", "is_")
+_REPEAT_S: Final = 2.0  # seconds after which a request to a read-only service is repeated
+# Starts of the names of read-only services. Their requests are repeated, since the first response may be lost
+# while the server discovers the client.
+_READ_ONLY_PREFIXES: Final = ("get_domain", "get_problem", "exist_", "is_")
 
 
 class ExpertRefusedError(Ros2Error):
@@ -25,14 +25,16 @@ class ExpertRefusedError(Ros2Error):
 
 
 class ExpertClient:
-    """Client of the experts.
+    """A client of the experts and the planner.
 
     :param clock: measures the waiting time.
     :param namespace: the prefix of all names.
-    :param patience_s: the limit in seconds for a server to appear, and to answer.
+    :param patience_s: the limit in seconds for a server to appear, and to respond.
     """
 
-    def __init__(self, node: Node, clock: Clock, namespace: str = "", patience_s: float = PATIENCE_S) -> None:
+    def __init__(
+        self, node: Node, clock: Clock, namespace: str = "", patience_s: float = DEFAULT_PATIENCE_S
+    ) -> None:
         self.node = node
         self.clock = clock
         self.namespace = namespace
@@ -49,8 +51,8 @@ class ExpertClient:
         :raises Ros2Error: if there is no server, or the server does not answer.
         """
         name = self.namespace + service
-        if name not in self._clients:  # kept, since the discovery of a server takes a while
-            self._clients[name] = self.node.create_client(name, SERVICES[service])
+        if name not in self._clients:  # kept for further calls, since the discovery of a server takes a while
+            self._clients[name] = self.node.create_client(name, SERVICE_TYPES[service])
         client = self._clients[name]
         if not self.wait(lambda: client.has_server, self._patience_s):
             raise Ros2Error(f"{name} has no server", hint="see 'ros2 service list', the domain and the reach")
@@ -59,7 +61,7 @@ class ExpertClient:
         end_us = self.clock.now_us() + round((patience_s or self._patience_s) * MICROSECONDS)
         numbers: list[int] = []
         while not (responses or reasons) and self.clock.now_us() < end_us:
-            if not numbers or service.rpartition("/")[2].startswith(_READ_ONLY):
+            if not numbers or service.rpartition("/")[2].startswith(_READ_ONLY_PREFIXES):
                 numbers.append(client.call(request or {}, responses.append, reasons.append))
             remaining_s = (end_us - self.clock.now_us()) / MICROSECONDS
             self.wait(lambda: bool(responses or reasons), min(_REPEAT_S, remaining_s))
@@ -72,10 +74,10 @@ class ExpertClient:
     def request(
         self, service: str, request: Mapping[str, Any] | None = None, patience_s: float = 0.0
     ) -> Message:
-        """Return the successful response of a service.
+        """Return the response of a service that reports success. The parameters are those of :meth:`call`.
 
         :raises ExpertRefusedError: if the service reports a failure.
-        :raises Ros2Error: if no server answers.
+        :raises Ros2Error: if no server responds.
         """
         response = self.call(service, request, patience_s)
         if not response.get("success", True):
@@ -83,7 +85,7 @@ class ExpertClient:
         return response
 
     def wait(self, condition: Callable[[], bool], seconds: float) -> bool:
-        """Handle messages until a condition holds or the time is over; return whether it holds."""
+        """Handle messages until a condition holds or the time is over; return whether the condition holds."""
         end_us = self.clock.now_us() + round(seconds * MICROSECONDS)
         while not condition():
             if self.clock.now_us() > end_us:

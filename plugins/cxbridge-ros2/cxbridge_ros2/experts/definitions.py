@@ -11,9 +11,9 @@ from typing import Final
 
 PACKAGE: Final = "plansys2_msgs"
 
-# fields of requests and responses, separated by commas
-_EMPTY: Final = "std_msgs/Empty request"
-_DONE: Final = "bool success, string error_info"
+# Fields of requests and responses, separated by commas.
+_EMPTY_REQUEST: Final = "std_msgs/Empty request"
+_DONE_RESPONSE: Final = "bool success, string error_info"
 
 _MESSAGES: Final = {
     "Param": "string name, string type, string[] sub_types",
@@ -33,48 +33,49 @@ _MESSAGES: Final = {
 }
 EXECUTE_PLAN: Final = f"{PACKAGE}/action/ExecutePlan"  # action of PlanSys2's executor
 
-_INFOS: Final = "ActionExecutionInfo[] action_execution_status"
+_ACTION_STATES: Final = "ActionExecutionInfo[] action_execution_status"
 _SERVICES: Final = {
-    "AddProblem": ("string problem", _DONE),
-    "AddProblemGoal": ("Tree tree", _DONE),
-    "AffectNode": ("Node node", _DONE),
-    "AffectParam": ("Param param", _DONE),
-    "ClearProblemKnowledge": (_EMPTY, _DONE),
-    "RemoveProblemGoal": (_EMPTY, _DONE),
+    "AddProblem": ("string problem", _DONE_RESPONSE),
+    "AddProblemGoal": ("Tree tree", _DONE_RESPONSE),
+    "AffectNode": ("Node node", _DONE_RESPONSE),
+    "AffectParam": ("Param param", _DONE_RESPONSE),
+    "ClearProblemKnowledge": (_EMPTY_REQUEST, _DONE_RESPONSE),
+    "RemoveProblemGoal": (_EMPTY_REQUEST, _DONE_RESPONSE),
     "ExistNode": ("Node node", "bool exist"),
-    "GetDomain": (_EMPTY, "bool success, string domain, string error_info"),
-    "GetDomainName": (_EMPTY, "bool success, string name, string error_info"),
-    "GetDomainTypes": (_EMPTY, "bool success, string[] types, string error_info"),
-    "GetDomainActions": (_EMPTY, "bool success, string[] actions, string error_info"),
+    "GetDomain": (_EMPTY_REQUEST, "bool success, string domain, string error_info"),
+    "GetDomainName": (_EMPTY_REQUEST, "bool success, string name, string error_info"),
+    "GetDomainTypes": (_EMPTY_REQUEST, "bool success, string[] types, string error_info"),
+    "GetDomainActions": (_EMPTY_REQUEST, "bool success, string[] actions, string error_info"),
     "GetDomainConstants": ("string type", "bool success, string[] constants, string error_info"),
-    "GetDomainActionDetails": ("string action, string[] parameters", f"Action action, {_DONE}"),
+    "GetDomainActionDetails": ("string action, string[] parameters", f"Action action, {_DONE_RESPONSE}"),
     "GetDomainDurativeActionDetails": (
         "string durative_action, string[] parameters",
         "bool success, DurativeAction durative_action, string error_info",
     ),
-    "GetDomainDerivedPredicateDetails": ("string predicate", f"Derived[] predicates, {_DONE}"),
+    "GetDomainDerivedPredicateDetails": ("string predicate", f"Derived[] predicates, {_DONE_RESPONSE}"),
     "GetNodeDetails": ("string expression", "bool success, Node node, string error_info"),
-    "GetStates": (_EMPTY, "bool success, Node[] states, string error_info"),
-    "GetProblem": (_EMPTY, "bool success, string problem, string error_info"),
-    "GetProblemGoal": (_EMPTY, "bool success, Tree tree, string error_info"),
+    "GetStates": (_EMPTY_REQUEST, "bool success, Node[] states, string error_info"),
+    "GetProblem": (_EMPTY_REQUEST, "bool success, string problem, string error_info"),
+    "GetProblemGoal": (_EMPTY_REQUEST, "bool success, Tree tree, string error_info"),
     "GetProblemInstanceDetails": ("string instance", "bool success, Param instance, string error_info"),
-    "GetProblemInstances": (_EMPTY, "bool success, Param[] instances, string error_info"),
+    "GetProblemInstances": (_EMPTY_REQUEST, "bool success, Param[] instances, string error_info"),
     "IsProblemGoalSatisfied": ("Tree tree", "bool success, bool satisfied, string error_info"),
     "GetPlan": ("string domain, string problem", "bool success, Plan plan, string error_info"),
-    "ValidateDomain": ("string domain", _DONE),
+    "ValidateDomain": ("string domain", _DONE_RESPONSE),
 }
 
 
-def _lines(fields: str) -> str:
+def _split_fields(fields: str) -> str:
+    """Return fields on separate lines, as in a file."""
     return fields.replace(", ", "\n")
 
 
-# Text of each definition by type.
-TYPES: Final[Mapping[str, str]] = {
-    EXECUTE_PLAN: f"Plan plan\n---\nbool success\n{_INFOS}\n---\n{_INFOS}",
-    **{f"{PACKAGE}/msg/{name}": _lines(fields) for name, fields in _MESSAGES.items()},
+# Texts of definitions, as in .msg, .srv and .action files, by type.
+TYPE_DEFINITIONS: Final[Mapping[str, str]] = {
+    EXECUTE_PLAN: f"Plan plan\n---\nbool success\n{_ACTION_STATES}\n---\n{_ACTION_STATES}",
+    **{f"{PACKAGE}/msg/{name}": _split_fields(fields) for name, fields in _MESSAGES.items()},
     **{
-        f"{PACKAGE}/srv/{name}": f"{_lines(request)}\n---\n{_lines(response)}"
+        f"{PACKAGE}/srv/{name}": f"{_split_fields(request)}\n---\n{_split_fields(response)}"
         for name, (request, response) in _SERVICES.items()
     },
 }
@@ -82,7 +83,7 @@ TYPES: Final[Mapping[str, str]] = {
 
 # --- names and types of services and topics -----------------------------------------------------------------
 
-PROBLEM: Final = {
+PROBLEM_SERVICE_TYPES: Final = {
     "add_problem": "AddProblem",
     "add_problem_goal": "AddProblemGoal",
     "add_problem_instance": "AffectParam",
@@ -106,7 +107,7 @@ PROBLEM: Final = {
     "exist_problem_function": "ExistNode",
     "update_problem_function": "AffectNode",
 }
-DOMAIN: Final = {
+DOMAIN_SERVICE_TYPES: Final = {
     "get_domain": "GetDomain",
     "get_domain_name": "GetDomainName",
     "get_domain_types": "GetDomainTypes",
@@ -122,9 +123,9 @@ DOMAIN: Final = {
     "get_domain_derived_predicates": "GetStates",
     "get_domain_derived_predicate_details": "GetDomainDerivedPredicateDetails",
 }
-PLANNER: Final = {"get_plan": "GetPlan", "validate_domain": "ValidateDomain"}
+PLANNER_SERVICE_TYPES: Final = {"get_plan": "GetPlan", "validate_domain": "ValidateDomain"}
 
-# Distributions whose PlanSys2 has no derived predicates, and numbers the kinds of nodes in another way.
+# Distributions whose PlanSys2 has no derived predicates, and other numbers for the operators in trees.
 BEFORE_JAZZY: Final = ("humble", "iron")
 
 # Services added by Jazzy; older packages lack some of their types.
@@ -134,32 +135,32 @@ SINCE_JAZZY: Final = (
     "/planner/validate_domain",
 )
 
-# Services of each node, with the names of their types.
-NODES: Final[Mapping[str, Mapping[str, str]]] = {
-    "problem": {f"/problem_expert/{name}": kind for name, kind in PROBLEM.items()},
-    "domain": {f"/domain_expert/{name}": kind for name, kind in DOMAIN.items()},
-    "planner": {f"/planner/{name}": kind for name, kind in PLANNER.items()},
+# The services of each node, with the last part of their types.
+SERVICES_BY_NODE: Final[Mapping[str, Mapping[str, str]]] = {
+    "problem": {f"/problem_expert/{name}": kind for name, kind in PROBLEM_SERVICE_TYPES.items()},
+    "domain": {f"/domain_expert/{name}": kind for name, kind in DOMAIN_SERVICE_TYPES.items()},
+    "planner": {f"/planner/{name}": kind for name, kind in PLANNER_SERVICE_TYPES.items()},
 }
 
-# All services with their types.
-SERVICES: Final = {
-    name: f"{PACKAGE}/srv/{kind}" for services in NODES.values() for name, kind in services.items()
+# The types of all services by name.
+SERVICE_TYPES: Final = {
+    name: f"{PACKAGE}/srv/{kind}" for services in SERVICES_BY_NODE.values() for name, kind in services.items()
 }
 
 
-def services_of(node: str, distribution: str) -> Mapping[str, str]:
-    """Return the services of a node in a distribution, with their types.
+def list_services(node: str, distribution: str) -> Mapping[str, str]:
+    """Return the types of a node's services in a distribution, by name.
 
     :param node: a key of :data:`NODES`.
     """
     missing = SINCE_JAZZY if distribution in BEFORE_JAZZY else ()
-    return {name: SERVICES[name] for name in NODES[node] if name not in missing}
+    return {name: SERVICE_TYPES[name] for name in SERVICES_BY_NODE[node] if name not in missing}
 
 
-# Topic for notifications about changes.
-UPDATE: Final = ("/problem_expert/update_notify", "std_msgs/msg/Empty")
+# The topic for notifications about changes, and its type.
+UPDATE_TOPIC: Final = ("/problem_expert/update_notify", "std_msgs/msg/Empty")
 
-# Topic with the whole knowledge.
-KNOWLEDGE: Final = ("/problem_expert/knowledge", f"{PACKAGE}/msg/Knowledge")
+# The topic with the whole knowledge, and its type.
+KNOWLEDGE_TOPIC: Final = ("/problem_expert/knowledge", f"{PACKAGE}/msg/Knowledge")
 
 TOPIC_DEPTH: Final = 100  # queue depth of both topics

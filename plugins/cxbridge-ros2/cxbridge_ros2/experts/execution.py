@@ -9,30 +9,31 @@ from typing import Any, Final
 
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.actions import ActionClient, GoalStatus, SentGoal
-from cxbridge_ros2.experts.client import PATIENCE_S, ExpertClient, ExpertRefusedError
+from cxbridge_ros2.experts.client import DEFAULT_PATIENCE_S, ExpertClient, ExpertRefusedError
 from cxbridge_ros2.experts.definitions import EXECUTE_PLAN
 from cxbridge_ros2.messages import Message
 
-_ACTION: Final = "/execute_plan"
-# constants of plansys2_msgs/msg/ActionExecutionInfo; 1 is NOT_EXECUTED
+_ACTION_NAME: Final = "/execute_plan"
+# Constants of plansys2_msgs/msg/ActionExecutionInfo.
 _FAILED: Final = 3
+# 1, NOT_EXECUTED, is missing: the state of each action at the start is not reported
 _STATES: Final = {2: "executing", _FAILED: "failed", 4: "succeeded", 5: "cancelled"}
 
 _NUMBER: Final = r"(\d+(?:\.\d+)?)"
-_ITEM: Final = re.compile(rf"\s*{_NUMBER}\s*:\s*(\([^()]+\))\s*(?:\[\s*{_NUMBER}\s*\])?\s*")
+_ITEM_PATTERN: Final = re.compile(rf"\s*{_NUMBER}\s*:\s*(\([^()]+\))\s*(?:\[\s*{_NUMBER}\s*\])?\s*")
 
-Item = Mapping[str, Any]  # a plansys2_msgs/msg/PlanItem
+PlanItem = Mapping[str, Any]  # a plansys2_msgs/msg/PlanItem
 
 
-def item_of(text: str) -> Item | None:
-    """Parse a line of a plan: ``0.000: (move r2 hall dock) [5.000]``; return None for other lines."""
-    match = _ITEM.fullmatch(text)
+def parse_item(text: str) -> PlanItem | None:
+    """Parse a line of a plan such as ``0.000: (move r2 hall dock) [5.000]``; return None for other lines."""
+    match = _ITEM_PATTERN.fullmatch(text)
     if match is None:
         return None
     return {"time": float(match[1]), "action": match[2], "duration": float(match[3] or 0)}
 
 
-def read_plan(file: Path) -> list[Item]:
+def read_plan(file: Path) -> list[PlanItem]:
     """Return the plan in a file with one action a line; empty lines and comments (``;``) are skipped.
 
     :raises Ros2Error: if the file cannot be read, or a line is not an action.
@@ -46,7 +47,7 @@ def read_plan(file: Path) -> list[Item]:
         text = line.partition(";")[0]
         if not text.strip():
             continue
-        item = item_of(text)
+        item = parse_item(text)
         if item is None:
             raise Ros2Error(
                 f"'{text.strip()}' is not an action of a plan",
@@ -58,38 +59,40 @@ def read_plan(file: Path) -> list[Item]:
     return items
 
 
-def execute(client: ExpertClient, items: Sequence[Item]) -> Iterator[str]:
-    """Execute a plan; yield the states of actions and the final success.
+def execute_plan(client: ExpertClient, items: Sequence[PlanItem]) -> Iterator[str]:
+    """Execute a plan; yield a text about each change of an action's state, and about the success of the plan.
 
     Closing the generator early cancels the plan.
 
     :raises ExpertRefusedError: if the plan fails; with the failed actions.
     :raises Ros2Error: if there is no executor, or the executor vanishes.
     """
-    name = client.namespace + _ACTION
+    name = client.namespace + _ACTION_NAME
     with ActionClient(client.node, name, EXECUTE_PLAN) as executor:
-        if not client.wait(lambda: executor.has_server, PATIENCE_S):
+        if not client.wait(lambda: executor.has_server, DEFAULT_PATIENCE_S):
             raise Ros2Error(f"{name} has no server", hint=executor.missing_server_reason() or None)
         sent = executor.send({"plan": {"items": items}})
         states: dict[str, int] = {}
         try:
             while not sent.is_over:
-                has_changed = client.wait(lambda: sent.is_over or _has_changes(sent, states), PATIENCE_S)
+                has_changed = client.wait(
+                    lambda: sent.is_over or _has_changes(sent, states), DEFAULT_PATIENCE_S
+                )
                 executor.check_server(sent)
                 if not has_changed and not executor.has_server:
                     raise Ros2Error(f"the executor of {name} has vanished")
-                yield from _changes(_infos(sent.feedback), states)
+                yield from _describe_changes(_list_action_infos(sent.feedback), states)
         finally:
             if not sent.is_over:  # the caller has closed this generator, or the executor has vanished
                 sent.cancel()
-                client.wait(lambda: sent.is_over, PATIENCE_S)
+                client.wait(lambda: sent.is_over, DEFAULT_PATIENCE_S)
     if sent.is_accepted is False:
         raise ExpertRefusedError(f"{name} has rejected the plan")
-    infos = _infos(sent.result)
-    yield from _changes(infos, states)
+    infos = _list_action_infos(sent.result)
+    yield from _describe_changes(infos, states)
     if sent.status is not GoalStatus.SUCCEEDED or not (sent.result or {}).get("success"):
         failed = [
-            f"{_text_of(info)} {info['message_status']}".rstrip()
+            f"{_format_action(info)} {info['message_status']}".rstrip()
             for info in infos
             if info["status"] == _FAILED
         ]
@@ -98,23 +101,28 @@ def execute(client: ExpertClient, items: Sequence[Item]) -> Iterator[str]:
     yield "the plan has succeeded"
 
 
-def _infos(message: Message | None) -> Sequence[Message]:
+def _list_action_infos(message: Message | None) -> Sequence[Message]:
     infos: Sequence[Message] = (message or {}).get("action_execution_status", [])
     return infos
 
 
 def _has_changes(sent: SentGoal, states: Mapping[str, int]) -> bool:
-    return any(states.get(info["action_full_name"]) != info["status"] for info in _infos(sent.feedback))
+    return any(
+        states.get(info["action_full_name"]) != info["status"] for info in _list_action_infos(sent.feedback)
+    )
 
 
-def _changes(infos: Sequence[Message], states: dict[str, int]) -> Iterator[str]:
-    """Yield the changes of states, and store the new states."""
+def _describe_changes(infos: Sequence[Message], states: dict[str, int]) -> Iterator[str]:
+    """Yield a text about each change of an action's state, and store the new states.
+
+    :param states: the last reported states by action.
+    """
     for info in infos:
         name, status = info["action_full_name"], info["status"]
         if status != states.get(name) and status in _STATES:
-            yield f"{_text_of(info)}: {_STATES[status]}"
+            yield f"{_format_action(info)}: {_STATES[status]}"
         states[name] = status
 
 
-def _text_of(info: Message) -> str:
+def _format_action(info: Message) -> str:
     return f"({' '.join((info['action'], *info['arguments']))})"

@@ -1,6 +1,7 @@
-"""Domain and problem knowledge in the facts of an environment.
+"""The domain and the problem in the facts of a CLIPS environment.
 
-Rules may assert objects, facts and whole operators that no PDDL file has; clients of experts see these, too.
+Rules may assert objects, facts and operators that no PDDL file contains. Clients of the experts see these,
+too.
 """
 
 from __future__ import annotations
@@ -37,28 +38,28 @@ from cxbridge.executive.problem.facts import (
 )
 from cxbridge_ros2.experts.knowledge import Knowledge
 
-UNNAMED: Final = "domain"  # name of the domain before any is parsed
+UNNAMED_DOMAIN: Final = "domain"  # name of a domain that exists only as facts
 
 _REQUIREMENTS: Final = ("strips", "typing", "negative-preconditions")
-_GOAL: Final = "problem-goal"
-# Ordered facts that the core asserts for each object, but does not retract with the object.
-_TYPE_OF: Final = "domain-obj-is-of-type"
+_GOAL_TEMPLATE: Final = "problem-goal"
+# Template of facts that the CX core asserts for each object, but does not retract with the object.
+_TYPE_TEMPLATE: Final = "domain-obj-is-of-type"
 
 
 class FactKnowledge(Knowledge):
     """Knowledge stored as facts.
 
-    :param env: the environment, whose lock must be held.
-    :param numbers: the numbers of new goals, for unique ids.
+    :param env: the environment, whose lock the caller holds.
+    :param goal_numbers: numbers for the ids of new goals.
     """
 
-    def __init__(self, env: ClipsEnvironment, numbers: Iterator[int]) -> None:
+    def __init__(self, env: ClipsEnvironment, goal_numbers: Iterator[int]) -> None:
         self._env = env
-        self._numbers = numbers
+        self._goal_numbers = goal_numbers
 
     @property
     def instances(self) -> dict[str, str]:
-        return {str(name): str(kind) for name, kind in self._env.columns(INSTANCE, "name", "type")}
+        return {str(name): str(type_name) for name, type_name in self._env.columns(INSTANCE, "name", "type")}
 
     @property
     def predicates(self) -> list[Ground]:
@@ -71,10 +72,12 @@ class FactKnowledge(Knowledge):
     @property
     def goal(self) -> str:
         """The formula of the latest goal; empty without a goal."""
-        return next((str(formula) for (formula,) in reversed([*self._env.columns(_GOAL, "formula")])), "")
+        return next(
+            (str(formula) for (formula,) in reversed([*self._env.columns(_GOAL_TEMPLATE, "formula")])), ""
+        )
 
-    def put_instance(self, name: str, kind: str) -> None:
-        self._assert(INSTANCE, {"name": clips_scalar(name), "type": Symbol(kind)})
+    def put_instance(self, name: str, type_name: str) -> None:
+        self._assert(INSTANCE, {"name": clips_scalar(name), "type": Symbol(type_name)})
 
     def put_predicate(self, ground: Ground) -> None:
         self._assert(PREDICATE, slots_of(ground))
@@ -84,14 +87,17 @@ class FactKnowledge(Knowledge):
 
     def put_goal(self, formula: str) -> None:
         """Assert a goal in place of all current goals."""
-        self._retract(_GOAL, lambda _slots: True)
+        self._retract(_GOAL_TEMPLATE, lambda _slots: True)
         if formula:
-            self._assert(_GOAL, {"id": Symbol(f"{_GOAL}-{next(self._numbers)}"), "formula": formula})
+            self._assert(
+                _GOAL_TEMPLATE,
+                {"id": Symbol(f"{_GOAL_TEMPLATE}-{next(self._goal_numbers)}"), "formula": formula},
+            )
 
     def drop_instance(self, name: str) -> None:
         """Retract an object and its type facts."""
         self._retract(INSTANCE, lambda slots: str(slots["name"]) == name)
-        self._retract(_TYPE_OF, lambda slots: list_in(slots, "implied")[:1] == [name])
+        self._retract(_TYPE_TEMPLATE, lambda slots: list_in(slots, "implied")[:1] == [name])
 
     def drop_predicate(self, ground: Ground) -> None:
         self._retract(PREDICATE, lambda slots: ground_in(slots) == ground)
@@ -110,13 +116,13 @@ class FactKnowledge(Knowledge):
                 self._env.retract(index)
 
 
-def domain_of_facts(env: ClipsEnvironment, parsed: Domain | None) -> Domain | None:
-    """Return the domain, extended by types, predicates and operators that exist only as facts.
+def extend_domain(env: ClipsEnvironment, parsed: Domain | None) -> Domain | None:
+    """Extend a domain by the types, predicates and operators that exist only as facts.
 
     :param parsed: the last parsed domain, or None.
     :returns: the domain; None if there is neither a parsed domain nor a fact about a domain.
     """
-    domain = parsed or Domain(UNNAMED, _REQUIREMENTS)
+    domain = parsed or Domain(UNNAMED_DOMAIN, _REQUIREMENTS)
     type_names = {ROOT_TYPE, *names_of(domain.types)}
     types = tuple(
         TypedNames((str(name),), (str(parent),) if parent != name else ())
@@ -127,17 +133,17 @@ def domain_of_facts(env: ClipsEnvironment, parsed: Domain | None) -> Domain | No
     predicates = tuple(
         Predicate(
             text_in(slots, "name"),
-            _parameters(list_in(slots, "param-names"), list_in(slots, "param-types")),
+            _make_parameters(list_in(slots, "param-names"), list_in(slots, "param-types")),
         )
-        for slots in _rows(env, "domain-predicate")
+        for slots in _list_slots(env, "domain-predicate")
         if text_in(slots, "name") not in predicate_names
     )
     action_names = {action.name for action in domain.actions}
     operators = [
-        slots for slots in _rows(env, "domain-operator") if text_in(slots, "name") not in action_names
+        slots for slots in _list_slots(env, "domain-operator") if text_in(slots, "name") not in action_names
     ]
-    # the facts of operators are many, and a parsed domain usually has all operators
-    actions = tuple(_actions(env, operators)) if operators else ()
+    # the condition saves time: operators have many facts, and usually a parsed domain has all operators
+    actions = tuple(_make_actions(env, operators)) if operators else ()
     if not (types or predicates or actions):
         return parsed
     return domain.changed(
@@ -147,10 +153,10 @@ def domain_of_facts(env: ClipsEnvironment, parsed: Domain | None) -> Domain | No
     )
 
 
-def _actions(env: ClipsEnvironment, operators: list[Slots]) -> Iterator[ActionSchema]:
-    """Yield the actions of operators, from the facts about their parameters, conditions and effects."""
-    parameter_rows, effects = _rows(env, "domain-operator-parameter"), _rows(env, "domain-effect")
-    conditions = Conditions(_rows(env, "pddl-formula"), _rows(env, "pddl-predicate"))
+def _make_actions(env: ClipsEnvironment, operators: list[Slots]) -> Iterator[ActionSchema]:
+    """Yield the actions of operators, made of the facts about parameters, conditions and effects."""
+    parameter_rows, effects = _list_slots(env, "domain-operator-parameter"), _list_slots(env, "domain-effect")
+    conditions = Conditions(_list_slots(env, "pddl-formula"), _list_slots(env, "pddl-predicate"))
     for operator in operators:
         name = text_in(operator, "name")
         types = {
@@ -161,24 +167,24 @@ def _actions(env: ClipsEnvironment, operators: list[Slots]) -> Iterator[ActionSc
         parameters = list_in(operator, "param-names") or [*types]
         yield ActionSchema(
             name,
-            _parameters(parameters, [types.get(parameter, ROOT_TYPE) for parameter in parameters]),
+            _make_parameters(parameters, [types.get(parameter, ROOT_TYPE) for parameter in parameters]),
             conditions.of(name),
-            And(tuple(_effect(slots) for slots in effects if text_in(slots, "part-of") == name)),
+            And(tuple(_make_effect(slots) for slots in effects if text_in(slots, "part-of") == name)),
         )
 
 
-def _effect(slots: Slots) -> Formula:
+def _make_effect(slots: Slots) -> Formula:
     atom = atom_of(slots)
     return Not(atom) if text_in(slots, "type") == "NEGATIVE" else atom
 
 
-def _parameters(names: list[str], types: list[str]) -> tuple[TypedNames, ...]:
-    """Return parameters; as in PDDL, a parameter without a type is an object."""
+def _make_parameters(names: list[str], types: list[str]) -> tuple[TypedNames, ...]:
+    """Return parameters; a parameter without a type gets PDDL's type ``object``."""
     return tuple(
-        TypedNames((name,), (kind,))
-        for name, kind in zip_longest(names, types[: len(names)], fillvalue=ROOT_TYPE)
+        TypedNames((name,), (type_name,))
+        for name, type_name in zip_longest(names, types[: len(names)], fillvalue=ROOT_TYPE)
     )
 
 
-def _rows(env: ClipsEnvironment, template: str) -> list[Slots]:
+def _list_slots(env: ClipsEnvironment, template: str) -> list[Slots]:
     return [slots for _, _, slots in env.facts(template)]

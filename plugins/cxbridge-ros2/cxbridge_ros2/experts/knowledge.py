@@ -1,9 +1,9 @@
-"""The knowledge about a problem, changed by the rules of PlanSys2's problem expert.
+"""The knowledge about a planning problem, and the changes that PlanSys2's problem expert permits.
 
-:class:`ProblemExpert` has the rules: the names must exist, and the knowledge about an instance is removed
-    with
-the instance. Subclasses of :class:`Knowledge` store the knowledge in memory or as facts. Source: PlanSys2's
-ProblemExpert and its node.
+:class:`ProblemExpert` has the rules for changes: each name must exist in the domain or in the problem, and
+the knowledge about an instance is removed with the instance. Subclasses of :class:`Knowledge` store the
+knowledge in memory or as facts. A :class:`Ground` is a predicate or a function with its arguments. Source:
+the class ProblemExpert of PlanSys2, and its node.
 """
 
 from __future__ import annotations
@@ -36,29 +36,29 @@ from cxbridge.executive.pddl.problems import problem_of_facts
 from cxbridge.executive.pddl.semantics import DomainChecker
 from cxbridge.executive.problem.truth import KnownState
 
-_NAME: Final = re.compile(r"\w[\w.:+-]*")
-_ZERO: Final = Constant("0")
-_WORDS: Final = re.compile(r"[^\s()]+")
+_NAME_PATTERN: Final = re.compile(r"\w[\w.:+-]*")
+_ANY_NUMBER: Final = Constant("0")  # only the names in a formula are checked
+_WORD_PATTERN: Final = re.compile(r"[^\s()]+")
 
 
-def words_of(text: str) -> list[str]:
-    """Return the words of a PDDL text, without parentheses."""
-    return _WORDS.findall(text)
+def split_words(text: str) -> list[str]:
+    """Return the names and numbers in a PDDL text."""
+    return _WORD_PATTERN.findall(text)
 
 
-def ground_text(ground: Ground) -> str:
+def format_ground(ground: Ground) -> str:
     """Return a predicate or a function in PDDL."""
     name, arguments = ground
     return f"({' '.join((name, *arguments))})"
 
 
-def _reject(mistake: PddlError) -> None:
-    """Raise a mistake that is only a warning elsewhere, so that clients of experts get the reason."""
+def _raise_mistake(mistake: PddlError) -> None:
+    """Raise a mistake that is a warning in PDDL files, so that clients get the reason."""
     raise mistake
 
 
 class Knowledge(ABC):
-    """Storage of instances, predicates, functions and the goal."""
+    """Stores instances with their types, true predicates, values of functions, and the goal."""
 
     @property
     @abstractmethod
@@ -78,7 +78,7 @@ class Knowledge(ABC):
         """The formula of the goal; may be empty."""
 
     @abstractmethod
-    def put_instance(self, name: str, kind: str) -> None: ...
+    def put_instance(self, name: str, type_name: str) -> None: ...
 
     @abstractmethod
     def put_predicate(self, ground: Ground) -> None: ...
@@ -88,7 +88,7 @@ class Knowledge(ABC):
 
     @abstractmethod
     def put_goal(self, formula: str) -> None:
-        """Set the goal; an empty text removes it."""
+        """Set the goal; an empty text removes the goal."""
 
     @abstractmethod
     def drop_instance(self, name: str) -> None: ...
@@ -107,8 +107,8 @@ class MemoryKnowledge(Knowledge):
     functions: dict[Ground, float] = field(default_factory=dict)
     goal: str = ""
 
-    def put_instance(self, name: str, kind: str) -> None:
-        self.instances[name] = kind
+    def put_instance(self, name: str, type_name: str) -> None:
+        self.instances[name] = type_name
 
     def put_predicate(self, ground: Ground) -> None:
         self.predicates.append(ground)
@@ -132,12 +132,12 @@ class MemoryKnowledge(Knowledge):
 class ProblemExpert:
     """Checks changes of the knowledge against the domain.
 
-    :param domain_of: returns the domain; without a domain, any type and predicate is accepted.
+    :param find_domain: returns the domain, or None. Without a domain, each type and predicate is accepted.
     """
 
-    def __init__(self, knowledge: Knowledge, domain_of: Callable[[], Domain | None]) -> None:
+    def __init__(self, knowledge: Knowledge, find_domain: Callable[[], Domain | None]) -> None:
         self.knowledge = knowledge
-        self._domain_of = domain_of
+        self._find_domain = find_domain
 
     @property
     def domain(self) -> Domain:
@@ -145,7 +145,7 @@ class ProblemExpert:
 
         :raises PddlError: if there is no domain.
         """
-        domain = self._domain_of()
+        domain = self._find_domain()
         if domain is None:
             raise PddlError("there is no domain")
         return domain
@@ -153,34 +153,34 @@ class ProblemExpert:
     @property
     def instances(self) -> Mapping[str, str]:
         """The types of instances and of the domain's constants."""
-        domain = self._domain_of()
+        domain = self._find_domain()
         constants = () if domain is None else pairs_of(domain.constants)
-        return {**{name: kind or ROOT_TYPE for name, kind in constants}, **self.knowledge.instances}
+        return {**{name: type_name or ROOT_TYPE for name, type_name in constants}, **self.knowledge.instances}
 
     # --- instances
 
-    def add_instance(self, name: str, kind: str) -> None:
+    def add_instance(self, name: str, type_name: str) -> None:
         """Add an instance, unless it exists with this type.
 
         :raises PddlError: if the name is invalid, the instance exists with another type, or the type is
             unknown.
         """
-        if _NAME.fullmatch(name) is None:
+        if _NAME_PATTERN.fullmatch(name) is None:
             raise PddlError(f"'{name}' is not a valid name")
-        domain = self._domain_of()
-        if domain is not None and kind not in (ROOT_TYPE, *names_of(domain.types)):
-            raise PddlError(f"the domain has no such type: '{kind}'")
-        self._check_type(name, kind)
+        domain = self._find_domain()
+        if domain is not None and type_name not in (ROOT_TYPE, *names_of(domain.types)):
+            raise PddlError(f"the domain has no such type: '{type_name}'")
+        self._check_type(name, type_name)
         if name not in self.instances:
-            self.knowledge.put_instance(name, kind)
+            self.knowledge.put_instance(name, type_name)
 
-    def _check_type(self, name: str, kind: str) -> None:
+    def _check_type(self, name: str, type_name: str) -> None:
         known_type = self.instances.get(name)
-        if known_type not in (None, kind):
+        if known_type not in (None, type_name):
             raise PddlError(f"'{name}' is a {known_type} already")
 
     def remove_instance(self, name: str) -> None:
-        """Remove an instance with its predicates, functions and part of the goal.
+        """Remove an instance, and all predicates, functions and parts of the goal that name the instance.
 
         :raises PddlError: if there is no such instance.
         """
@@ -195,8 +195,8 @@ class ProblemExpert:
             _, arguments = ground
             if name in arguments:
                 self.knowledge.drop_function(ground)
-        if name in words_of(self.knowledge.goal):
-            self.knowledge.put_goal(_goal_without(self.knowledge.goal, name))
+        if name in split_words(self.knowledge.goal):
+            self.knowledge.put_goal(_remove_from_goal(self.knowledge.goal, name))
         self.knowledge.drop_instance(name)
 
     # --- predicates and functions
@@ -207,7 +207,7 @@ class ProblemExpert:
         :raises PddlError: if the predicate or an argument is unknown.
         """
         if ground not in self.knowledge.predicates:
-            self.check(_atom(ground))
+            self.check_names(_make_atom(ground))
             self.knowledge.put_predicate(ground)
 
     def remove_predicate(self, ground: Ground) -> None:
@@ -215,7 +215,7 @@ class ProblemExpert:
 
         :raises PddlError: if the predicate or an argument is unknown.
         """
-        self.check(_atom(ground))
+        self.check_names(_make_atom(ground))
         if ground in self.knowledge.predicates:
             self.knowledge.drop_predicate(ground)
 
@@ -224,7 +224,7 @@ class ProblemExpert:
 
         :raises PddlError: if the function or an argument is unknown.
         """
-        self.check(_comparison(ground))
+        self.check_names(_make_comparison(ground))
         self.knowledge.put_function(ground, float(value))
 
     def update_function(self, ground: Ground, value: float) -> None:
@@ -233,7 +233,7 @@ class ProblemExpert:
         :raises PddlError: if the function has no value yet.
         """
         if ground not in self.knowledge.functions:
-            raise PddlError(f"{ground_text(ground)} has no value")
+            raise PddlError(f"{format_ground(ground)} has no value")
         self.add_function(ground, value)
 
     def remove_function(self, ground: Ground) -> None:
@@ -241,22 +241,22 @@ class ProblemExpert:
 
         :raises PddlError: if the function or an argument is unknown.
         """
-        self.check(_comparison(ground))
+        self.check_names(_make_comparison(ground))
         if ground in self.knowledge.functions:
             self.knowledge.drop_function(ground)
 
-    def check(self, formula: Formula) -> None:
+    def check_names(self, formula: Formula) -> None:
         """Check a formula's names against domain and instances.
 
         :raises PddlError: for the first mistake.
         """
-        domain = self._domain_of()
+        domain = self._find_domain()
         if domain is not None:
             # the checker knows only constants, so each instance is passed as a constant
             constants = set(names_of(domain.constants))
             groups = tuple(
-                TypedNames((name,), (kind,))
-                for name, kind in self.knowledge.instances.items()
+                TypedNames((name,), (type_name,))
+                for name, type_name in self.knowledge.instances.items()
                 if name not in constants
             )
             DomainChecker(domain.changed(constants=domain.constants + groups)).check_formula(formula)
@@ -276,7 +276,7 @@ class ProblemExpert:
 
         :raises PddlError: if a name in the goal is unknown.
         """
-        self.check(goal)
+        self.check_names(goal)
         self.knowledge.put_goal(format_formula(goal))
 
     def is_satisfied(self, goal: Formula) -> bool:
@@ -284,35 +284,37 @@ class ProblemExpert:
 
         :raises PddlError: if a name in the formula is unknown.
         """
-        self.check(goal)
+        self.check_names(goal)
         predicates, functions = set(self.knowledge.predicates), self.knowledge.functions
-        return goal.holds(KnownState(predicates, functions, self._instances_of))
+        return goal.holds(KnownState(predicates, functions, self._find_instances))
 
-    def _instances_of(self, types: tuple[str, ...]) -> list[str]:
-        """Return the instances of any of the types; without types, all instances."""
-        accepted_types = {subtype for kind in types for subtype in (kind, *subtypes(self.domain, kind))} or {
-            ROOT_TYPE
-        }
+    def _find_instances(self, types: tuple[str, ...]) -> list[str]:
+        """Return the instances of some types and their subtypes; without types, all instances."""
+        accepted_types = {
+            subtype for type_name in types for subtype in (type_name, *subtypes(self.domain, type_name))
+        } or {ROOT_TYPE}
         return [
-            name for name, kind in self.instances.items() if not accepted_types.isdisjoint((ROOT_TYPE, kind))
+            name
+            for name, type_name in self.instances.items()
+            if not accepted_types.isdisjoint((ROOT_TYPE, type_name))
         ]
 
-    def problem(self) -> Problem:
+    def make_problem(self) -> Problem:
         """Return the knowledge as a problem.
 
         :raises PddlError: if rules have made the knowledge invalid.
         """
         domain, knowledge = self.domain, self.knowledge
-        declared = {predicate.name for predicate in domain.predicates}
+        declared_predicates = {predicate.name for predicate in domain.predicates}
         problem = problem_of_facts(
             domain,
             knowledge.instances.items(),
-            # facts of rules may have predicates that no planner knows
-            [(name, arguments) for name, arguments in knowledge.predicates if name in declared],
+            # rules may assert facts whose predicates the domain lacks: planners would reject the problem
+            [(name, arguments) for name, arguments in knowledge.predicates if name in declared_predicates],
             self.goal or And(()),
             numbers=knowledge.functions.items(),
         )
-        return problem.changed(name="problem_1")  # as PlanSys2 names its problem
+        return problem.changed(name="problem_1")  # PlanSys2's name for each problem
 
     def add_problem(self, text: str) -> None:
         """Add the contents of a problem; its goal replaces the current goal.
@@ -320,16 +322,16 @@ class ProblemExpert:
         :raises PddlError: if the problem does not fit the domain, or an instance exists with another type;
             nothing is added then.
         """
-        problem = parse_problem(text, self.domain, warn=_reject)
-        objects = {name: kind or ROOT_TYPE for name, kind in pairs_of(problem.objects)}
-        for name, kind in objects.items():  # all checks come before the first change
-            self._check_type(name, kind)
-        for name, kind in objects.items():
-            self.add_instance(name, kind)
+        problem = parse_problem(text, self.domain, warn=_raise_mistake)
+        objects = {name: type_name or ROOT_TYPE for name, type_name in pairs_of(problem.objects)}
+        for name, type_name in objects.items():  # all checks before the first change
+            self._check_type(name, type_name)
+        for name, type_name in objects.items():
+            self.add_instance(name, type_name)
         for atom in problem.init:
-            self.add_predicate(ground_of(atom.predicate, atom))
+            self.add_predicate(make_ground(atom.predicate, atom))
         for call, value in problem.numbers:
-            self.add_function(ground_of(call.function, call), value)
+            self.add_function(make_ground(call.function, call), value)
         self.set_goal(problem.goal)
 
     def clear(self) -> None:
@@ -342,40 +344,41 @@ class ProblemExpert:
             self.knowledge.drop_instance(name)
 
 
-def subtypes(domain: Domain, kind: str) -> list[str]:
+def subtypes(domain: Domain, type_name: str) -> list[str]:
     """Return the descendants of a type."""
     names: list[str] = []
-    pending = [kind]
-    while pending:
-        parent_type = pending.pop(0)
+    pending_types = [type_name]
+    while pending_types:
+        parent_type = pending_types.pop(0)
         children = [
             name
             for name, parent in pairs_of(domain.types)
-            if (parent or ROOT_TYPE) == parent_type and name not in (*names, kind)  # types may form a circle
+            if (parent or ROOT_TYPE) == parent_type
+            and name not in (*names, type_name)  # a broken domain may have circular types
         ]
         names += children
-        pending += children
+        pending_types += children
     return names
 
 
-def ground_of(name: str, term: Atom | FunctionTerm) -> Ground:
+def make_ground(name: str, term: Atom | FunctionTerm) -> Ground:
     return name, tuple(argument.name for argument in term.arguments if isinstance(argument, Constant))
 
 
-def _atom(ground: Ground) -> Atom:
+def _make_atom(ground: Ground) -> Atom:
     name, arguments = ground
     return Atom(name, tuple(map(Constant, arguments)))
 
 
-def _comparison(ground: Ground) -> TermComparison:
-    """Return a formula about a function, whose names can be checked; the number does not matter."""
+def _make_comparison(ground: Ground) -> TermComparison:
+    """Return a formula that compares a function with a number, for the check of its names."""
     name, arguments = ground
-    return TermComparison("=", FunctionTerm(name, tuple(map(Constant, arguments))), _ZERO)
+    return TermComparison("=", FunctionTerm(name, tuple(map(Constant, arguments))), _ANY_NUMBER)
 
 
-def _goal_without(goal: str, name: str) -> str:
-    """Return the goal without the parts about an instance."""
+def _remove_from_goal(goal: str, name: str) -> str:
+    """Return a goal without its conjuncts that name an instance; empty if no conjunct remains."""
     formula = parse_formula(goal)
     conjuncts = formula.parts if isinstance(formula, And) else (formula,)
-    remaining = tuple(part for part in conjuncts if name not in words_of(format_formula(part)))
+    remaining = tuple(part for part in conjuncts if name not in split_words(format_formula(part)))
     return format_formula(And(remaining)) if remaining else ""

@@ -1,7 +1,8 @@
-"""Conversion between formulas and the trees of nodes in PlanSys2's messages.
+"""Conversion between formulas and the trees in PlanSys2's messages.
 
-A tree is a list of nodes, which name their children by index; the first node is the root. Jazzy has added
-kinds of nodes and so changed the numbers of the operators.
+A tree is a list of nodes. A node has the indices of its children, and the first node is the root. The numbers
+of operators follow those of the kinds of nodes; since Jazzy has added kinds, the operators of other
+distributions have other numbers.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from cxbridge_ros2.messages import Message
 
 
 class TreeNodeKind(IntEnum):
-    """The kind of a node. Jazzy added the last three."""
+    """The kind of a node in plansys2_msgs/msg/Node. Jazzy added the last three."""
 
     UNKNOWN = 0
     AND = 1
@@ -57,21 +58,21 @@ _OPERATORS: Final = ("=", ">=", ">", "<=", "<", "*", "/", "+", "-")
 
 _COMPARISONS: Final = _OPERATORS[:5]
 _CHANGES: Final = ("assign", "increase", "decrease", "scale-up", "scale-down")
-# Clients may send any tree; this depth stays far below Python's recursion limit.
+# Limit of the depth of a tree, far below Python's recursion limit, since clients may send any tree.
 _MAX_DEPTH: Final = 200
-_PAIR: Final = 2
+_OPERAND_COUNT: Final = 2
 
-# Returns the parameter types of a predicate or a function.
-TypesOf = Callable[[str], tuple[str, ...]]
+# Returns the types of the parameters of a predicate or a function, by its name.
+FindParameterTypes = Callable[[str], tuple[str, ...]]
 
 
 class NodeCodec:
-    """Converter between formulas and the messages of a distribution."""
+    """Converts formulas to trees and back, for the PlanSys2 of a ROS distribution."""
 
     def __init__(self, distribution: str) -> None:
         self._kinds = [*TreeNodeKind]
-        self._is_old = distribution in BEFORE_JAZZY
-        if self._is_old:
+        self._is_before_jazzy = distribution in BEFORE_JAZZY
+        if self._is_before_jazzy:
             self._kinds = self._kinds[: TreeNodeKind.NUMBER + 1]
         self._numbers = {
             operator: number for number, operator in enumerate((*_OPERATORS, *_CHANGES), len(self._kinds))
@@ -80,32 +81,37 @@ class NodeCodec:
 
     # --- to messages
 
-    def tree(
-        self, formula: Formula | None, names: Mapping[str, str], types_of: TypesOf = lambda _name: ()
+    def encode_formula(
+        self,
+        formula: Formula | None,
+        names: Mapping[str, str],
+        find_types: FindParameterTypes = lambda _term_name: (),
     ) -> Message:
-        """Return the tree of a formula; None gives an empty tree.
+        """Return a formula as a tree; None gives an empty tree.
 
-        :param names: the values of variables, by name.
+        :param names: names that replace variables.
         :raises Ros2Error: if PlanSys2's messages cannot express the formula.
         """
         nodes: list[Message] = []
         if formula is not None:
-            _TreeMaker(nodes, names, types_of, self._numbers, is_old=self._is_old).add(formula)
+            _TreeWriter(nodes, names, find_types, self._numbers, is_before_jazzy=self._is_before_jazzy).add(
+                formula
+            )
         return {"nodes": nodes}
 
     # --- from messages
 
-    def formula(self, tree: Mapping[str, Any], *, effects: bool = False) -> Formula:
-        """Return the formula of a tree.
+    def decode_tree(self, tree: Mapping[str, Any], *, effects: bool = False) -> Formula:
+        """Return a tree as a formula.
 
         :param effects: whether numeric changes are allowed.
         :raises Ros2Error: if the tree is not a formula.
         """
-        return _TreeReader(tree["nodes"], self._operators, self._kinds, effects=effects).formula()
+        return _TreeReader(tree["nodes"], self._operators, self._kinds, effects=effects).decode_tree()
 
 
 class _TreeReader:
-    """Reads the formula in the nodes of a message."""
+    """Decodes the formula in the nodes of a message."""
 
     def __init__(
         self,
@@ -119,23 +125,23 @@ class _TreeReader:
         self._effects = effects
         self._visited: set[int] = set()
 
-    def formula(self, index: int = 0, depth: int = 0) -> Formula:
-        """Return the formula below a node."""
-        node, kind = self._node(index, depth)
+    def decode_tree(self, index: int = 0, depth: int = 0) -> Formula:
+        """Return the formula of a node and its children."""
+        node, kind = self._visit_node(index, depth)
         if kind is TreeNodeKind.PREDICATE:
-            return Atom(node["name"], tuple(map(_term_of, _names(node))))
+            return Atom(node["name"], tuple(map(_parse_term, _parameter_names(node))))
         if kind is TreeNodeKind.EXPRESSION:
-            operator, left, right = self._operation(node["expression_type"], node, depth)
+            operator, left, right = self._decode_operation(node["expression_type"], node, depth)
             if operator in _COMPARISONS:
                 return TermComparison(operator, left, right)
             raise Ros2Error(f"'{operator}' is a number, not a condition")
         if kind is TreeNodeKind.CHANGE and self._effects:
-            return NumericChange(*self._operation(node["modifier_type"], node, depth))
-        return self._composite(
-            node, kind, tuple(self.formula(child, depth + 1) for child in node["children"])
+            return NumericChange(*self._decode_operation(node["modifier_type"], node, depth))
+        return self._make_composite(
+            node, kind, tuple(self.decode_tree(child, depth + 1) for child in node["children"])
         )
 
-    def _composite(self, node: Message, kind: TreeNodeKind, parts: tuple[Formula, ...]) -> Formula:
+    def _make_composite(self, node: Message, kind: TreeNodeKind, parts: tuple[Formula, ...]) -> Formula:
         if kind is TreeNodeKind.AND:
             return And(parts)
         if kind is TreeNodeKind.OR:
@@ -154,33 +160,33 @@ class _TreeReader:
             f"a node of the type {node['node_type']} with {len(parts)} children is not a condition"
         )
 
-    def _term(self, index: int, depth: int) -> Term:
-        node, kind = self._node(index, depth)
+    def _decode_term(self, index: int, depth: int) -> Term:
+        node, kind = self._visit_node(index, depth)
         if kind is TreeNodeKind.NUMBER:
             return Constant(format_number(node["value"]))
         if kind is TreeNodeKind.FUNCTION:
-            return FunctionTerm(node["name"], tuple(map(_term_of, _names(node))))
+            return FunctionTerm(node["name"], tuple(map(_parse_term, _parameter_names(node))))
         if kind is TreeNodeKind.EXPRESSION:
-            operator, left, right = self._operation(node["expression_type"], node, depth)
+            operator, left, right = self._decode_operation(node["expression_type"], node, depth)
             if operator in _OPERATORS and operator not in _COMPARISONS:
                 return FunctionTerm(operator, (left, right))
         if kind in (TreeNodeKind.CONSTANT, TreeNodeKind.PARAMETER):
-            return _term_of(node["name"])
+            return _parse_term(node["name"])
         raise Ros2Error(f"a node of the type {node['node_type']} is not a number")
 
-    def _operation(self, number: int, node: Message, depth: int) -> tuple[str, Term, Term]:
+    def _decode_operation(self, number: int, node: Message, depth: int) -> tuple[str, Term, Term]:
         operator, children = self._operators.get(number, ""), node["children"]
-        if not operator or len(children) != _PAIR:
+        if not operator or len(children) != _OPERAND_COUNT:
             raise Ros2Error(f"an expression of type {number} with {len(children)} children is not valid")
-        left, right = (self._term(child, depth + 1) for child in children)
+        left, right = (self._decode_term(child, depth + 1) for child in children)
         return operator, left, right
 
-    def _node(self, index: int, depth: int) -> tuple[Message, TreeNodeKind]:
+    def _visit_node(self, index: int, depth: int) -> tuple[Message, TreeNodeKind]:
         if index >= len(self._nodes):
             raise Ros2Error(f"the tree has no node {index}")
         if depth > _MAX_DEPTH:
             raise Ros2Error(f"the tree is deeper than {_MAX_DEPTH} nodes")
-        # a node with two parents would be read 2^N times below N such nodes
+        # below N nodes with two parents each, a node would be decoded 2^N times
         if index in self._visited:
             raise Ros2Error(f"the tree has node {index} in two places: a node has one parent")
         self._visited.add(index)
@@ -188,23 +194,23 @@ class _TreeReader:
         return self._nodes[index], TreeNodeKind(kind) if kind in self._kinds else TreeNodeKind.UNKNOWN
 
 
-class _TreeMaker:
+class _TreeWriter:
     """Adds the nodes of a formula to a list."""
 
     def __init__(
         self,
         nodes: list[Message],
         names: Mapping[str, str],
-        types_of: TypesOf,
+        find_types: FindParameterTypes,
         numbers: Mapping[str, int],
         *,
-        is_old: bool,
+        is_before_jazzy: bool,
     ) -> None:
-        self._nodes, self._names, self._types_of = nodes, names, types_of
-        self._numbers, self._is_old = numbers, is_old
+        self._nodes, self._parameter_names, self._find_types = nodes, names, find_types
+        self._numbers, self._is_before_jazzy = numbers, is_before_jazzy
 
     def add(self, formula: Formula) -> int:  # noqa: PLR0911 - a return for each kind of formula
-        """Add the nodes of a formula and return the index of the first."""
+        """Add the nodes of a formula, and return the index of its root."""
         match formula:
             case Atom(predicate=name, arguments=terms):
                 return self._add_ground(TreeNodeKind.PREDICATE, name, terms)
@@ -215,7 +221,7 @@ class _TreeMaker:
             case Not(part=part):
                 return self._add_node(TreeNodeKind.NOT, (part,))
             case Imply(condition=condition, consequence=consequence):
-                # PlanSys2 has no kind for an implication
+                # PlanSys2 has no kind of node for an implication
                 return self._add_node(TreeNodeKind.OR, (Not(condition), consequence))
             case TermComparison(operator=operator, left=left, right=right):
                 number = self._numbers[operator]
@@ -223,9 +229,9 @@ class _TreeMaker:
             case NumericChange(operator=operator, target=left, amount=right):
                 number = self._numbers[operator]
                 return self._add_node(TreeNodeKind.CHANGE, (left, right), modifier_type=number)
-            case Quantified(quantifier="exists", variables=groups, part=part) if not self._is_old:
+            case Quantified(quantifier="exists", variables=groups, part=part) if not self._is_before_jazzy:
                 parameters = [
-                    param(f"?{name}", group.types[0] if group.types else "")
+                    make_param(f"?{name}", group.types[0] if group.types else "")
                     for group in groups
                     for name in group.names
                 ]
@@ -236,15 +242,17 @@ class _TreeMaker:
     def _add_node(self, kind: TreeNodeKind, children: Sequence[Formula | Term] = (), **fields: Any) -> int:
         index = len(self._nodes)
         node = {"node_type": int(kind), "node_id": index, **fields}
-        self._nodes.append(node)  # before its children: the root is the first node
+        self._nodes.append(node)  # before its children, since the root is the first node
         node["children"] = [
             self.add(child) if isinstance(child, Formula) else self._add_term(child) for child in children
         ]
         return index
 
     def _add_ground(self, kind: TreeNodeKind, name: str, terms: tuple[Term, ...]) -> int:
-        types = (*self._types_of(name), *[""] * len(terms))
-        parameters = [param(self._name(term), text) for term, text in zip(terms, types, strict=False)]
+        types = (*self._find_types(name), *[""] * len(terms))  # an unknown predicate has no types
+        parameters = [
+            make_param(self._term_name(term), text) for term, text in zip(terms, types, strict=False)
+        ]
         return self._add_node(kind, name=name, parameters=parameters)
 
     def _add_term(self, term: Term) -> int:
@@ -258,41 +266,43 @@ class _TreeMaker:
                 raise Ros2Error(f"PlanSys2's messages have no words for {format_term(term)}")
             case Constant(name=text) if (value := number_of(text)) is not None:
                 return self._add_node(TreeNodeKind.NUMBER, value=value)
-            case _ if self._is_old:
+            case _ if self._is_before_jazzy:
                 raise Ros2Error(f"PlanSys2's messages compare numbers only, not {format_term(term)}")
             case _:
                 kind = TreeNodeKind.PARAMETER if isinstance(term, Variable) else TreeNodeKind.CONSTANT
-                return self._add_node(kind, name=self._name(term))
+                return self._add_node(kind, name=self._term_name(term))
 
-    def _name(self, term: Term) -> str:
+    def _term_name(self, term: Term) -> str:
         if isinstance(term, Variable):
-            return self._names.get(term.name, f"?{term.name}")
+            return self._parameter_names.get(term.name, f"?{term.name}")
         return format_term(term)
 
 
-def param(name: str, kind: str = "", subtypes: list[str] | None = None) -> Message:
+def make_param(name: str, kind: str = "", subtypes: list[str] | None = None) -> Message:
     """Return a plansys2_msgs/msg/Param for a parameter or an instance."""
     return {"name": name, "type": kind, "sub_types": subtypes or []}
 
 
-def ground_node(kind: TreeNodeKind, ground: Ground, types: Mapping[str, str], value: float = 0.0) -> Message:
+def make_ground_node(
+    kind: TreeNodeKind, ground: Ground, types: Mapping[str, str], value: float = 0.0
+) -> Message:
     """Return the node of a predicate or a function.
 
     :param types: the types of the instances, by name.
     """
     name, arguments = ground
-    parameters = [param(argument, types.get(argument, "")) for argument in arguments]
+    parameters = [make_param(argument, types.get(argument, "")) for argument in arguments]
     return {"node_type": int(kind), "name": name, "parameters": parameters, "value": value}
 
 
-def ground_in(node: Message) -> Ground:
+def parse_ground_node(node: Message) -> Ground:
     """Return the predicate or function in a node."""
-    return node["name"], tuple(_names(node))
+    return node["name"], tuple(_parameter_names(node))
 
 
-def _names(node: Message) -> list[str]:
+def _parameter_names(node: Message) -> list[str]:
     return [parameter["name"] for parameter in node["parameters"]]
 
 
-def _term_of(name: str) -> Term:
+def _parse_term(name: str) -> Term:
     return Variable(name.removeprefix("?")) if name.startswith("?") else Constant(name)

@@ -1,4 +1,4 @@
-"""The planner's services: plans for the texts of a domain and a problem, made in the background."""
+"""The services of PlanSys2's planner. A request has the texts of a domain and a problem."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from cxbridge.executive.planning import PlanCall, PlannedAction, PlanningService
 
 _NOT_FOUND: Final = "Plan not found"
-_STEP_S: Final = 0.001  # seconds between the actions of a plan without times, as in plans of POPF
+_STEP_S: Final = 0.001  # seconds between the actions of a plan without times, as POPF writes them
 
 
 class PlanServer(Closing):
-    """Makes plans.
+    """Makes plans in the background, and responds when they are made.
 
     :param settings: the planner and its time limit.
-    :param make_service: makes the planning service at the first request.
+    :param make_service: makes the planning service, at the first request.
     """
 
     def __init__(self, settings: PlannerSettings, make_service: Callable[[], PlanningService]) -> None:
@@ -32,9 +32,9 @@ class PlanServer(Closing):
         self._service: PlanningService | None = None
         self._calls: list[tuple[PlanCall, SendResponse]] = []
 
-    def plan(self, request: Message, reply: SendResponse) -> None:
-        """Start making a plan; :meth:`loop` sends the response."""
-        from cxbridge.executive.planning import PlanRequest  # noqa: PLC0415 - slow, and few clients plan
+    def start_plan(self, request: Message, reply: SendResponse) -> None:
+        """Start to make a plan, which :meth:`send_plans` sends."""
+        from cxbridge.executive.planning import PlanRequest  # noqa: PLC0415 - slow, and few clients request plans
 
         try:
             domain = parse_domain(request["domain"])
@@ -49,8 +49,8 @@ class PlanServer(Closing):
         call = self._service.call(PlanRequest(domain, problem, settings.planner, options, settings.timeout))
         self._calls.append((call, reply))
 
-    def validate(self, request: Message, reply: SendResponse) -> None:
-        """Check whether a text is a valid domain."""
+    def validate_domain(self, request: Message, reply: SendResponse) -> None:
+        """Respond whether a text is a valid domain."""
         try:
             parse_domain(request["domain"])
         except PddlError as error:
@@ -58,15 +58,15 @@ class PlanServer(Closing):
         else:
             reply({"success": True})
 
-    def loop(self) -> None:
-        """Send the finished plans."""
+    def send_plans(self) -> None:
+        """Send the responses to requests whose plans are made."""
         for call, reply in list(self._calls):
             result = call.result
-            if result is None:  # the planner is still at work
+            if result is None:  # the planner has not ended
                 continue
             self._calls.remove((call, reply))
             if result.status.value == "PLANNED":
-                reply({"success": True, "plan": {"items": _items(result.actions)}})
+                reply({"success": True, "plan": {"items": _make_items(result.actions)}})
             else:
                 reason = result.message or result.status.value
                 reply({"success": False, "error_info": f"{_NOT_FOUND}: {reason}"})
@@ -78,7 +78,7 @@ class PlanServer(Closing):
         self._calls.clear()
 
 
-def _items(actions: tuple[PlannedAction, ...]) -> list[Mapping[str, Any]]:
+def _make_items(actions: tuple[PlannedAction, ...]) -> list[Mapping[str, Any]]:
     return [
         {
             "time": index * _STEP_S if action.start is None else action.start,

@@ -1,4 +1,4 @@
-"""The nodes of PlanSys2's experts and planner, backed by the world model of an agent."""
+"""The server of an agent's world model, with the services of PlanSys2's experts and planner."""
 
 from __future__ import annotations
 
@@ -14,8 +14,19 @@ from cxbridge.errors import ConfigError
 from cxbridge.events import Logger
 from cxbridge.rights import right_of_frame
 from cxbridge.suggestions import did_you_mean
-from cxbridge_ros2.experts.answers import PROBLEM_SERVICES, ExpertService, answer, knowledge_message
-from cxbridge_ros2.experts.definitions import KNOWLEDGE, NODES, TOPIC_DEPTH, UPDATE, services_of
+from cxbridge_ros2.experts.answers import (
+    PROBLEM_SERVICES,
+    ExpertService,
+    make_knowledge_message,
+    make_response,
+)
+from cxbridge_ros2.experts.definitions import (
+    KNOWLEDGE_TOPIC,
+    SERVICES_BY_NODE,
+    TOPIC_DEPTH,
+    UPDATE_TOPIC,
+    list_services,
+)
 from cxbridge_ros2.experts.domain import DOMAIN_SERVICES
 from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.planner import PlanServer
@@ -35,25 +46,25 @@ SECTION: Final = "/ros2/experts"
 _ALL: Final = "all"
 _COMPONENT: Final = "the settings of the experts"
 
-# error text of PlanSys2's nodes before they are configured
-INACTIVE: Final = "Requesting service in non-active state"
+# PlanSys2's error text for requests before a node is active.
+INACTIVE_ERROR: Final = "Requesting service in non-active state"
 
-_SERVICES: Final = {"problem": PROBLEM_SERVICES, "domain": DOMAIN_SERVICES}
+_SERVICE_TABLES: Final = {"problem": PROBLEM_SERVICES, "domain": DOMAIN_SERVICES}
 _EMPTY_MESSAGE: Final[Mapping[str, Any]] = {}
 
 
 class ExpertSettings(Struct, frozen=True):
-    """The settings of experts.
+    """The settings of the server.
 
-    :param serve: keys of :data:`~cxbridge_ros2.experts.definitions.NODES`.
+    :param served_nodes: keys of :data:`~cxbridge_ros2.experts.definitions.SERVICES_BY_NODE`.
     """
 
-    serve: tuple[str, ...]
+    served_nodes: tuple[str, ...]
     node: NodeSettings
 
     @classmethod
     def parse(cls, config: Configuration, folder: Path) -> ExpertSettings:
-        """Read the settings.
+        """Parse the settings in a configuration.
 
         :param folder: the base of relative paths.
         :raises CxbridgeError: if a setting is invalid; with file and line.
@@ -62,14 +73,18 @@ class ExpertSettings(Struct, frozen=True):
         names = [str(name) for name in to_list(values.get("serve", _ALL))]
         with locate_errors(config, SECTION):
             for name in names:
-                if name not in (_ALL, *NODES):
+                if name not in (_ALL, *SERVICES_BY_NODE):
                     raise ConfigError(
                         f"{_COMPONENT}: '{name}' is no service",
-                        hint=did_you_mean(name, (_ALL, *NODES), f"there are: {', '.join((*NODES, _ALL))}"),
+                        hint=did_you_mean(
+                            name,
+                            (_ALL, *SERVICES_BY_NODE),
+                            f"there are: {', '.join((*SERVICES_BY_NODE, _ALL))}",
+                        ),
                     )
             if not names:
                 raise ConfigError(f"{_COMPONENT}: nothing is served", hint="serve: all")
-        return cls(tuple(NODES) if _ALL in names else tuple(dict.fromkeys(names)), node)
+        return cls(tuple(SERVICES_BY_NODE) if _ALL in names else tuple(dict.fromkeys(names)), node)
 
 
 def _make_refusal(_request: Message, reason: str) -> Mapping[str, Any]:
@@ -77,13 +92,13 @@ def _make_refusal(_request: Message, reason: str) -> Mapping[str, Any]:
 
 
 class ExpertServer(Closing):
-    """Serves the world model of an environment: one node has the services of PlanSys2's three nodes.
+    """Serves the world model of an environment. One node has the services of PlanSys2's three nodes.
 
-    All work is done in :meth:`loop`, in the executive's thread, never while rules fire.
+    :meth:`loop` handles requests in the executive's thread, and never while rules fire.
 
     :param namespace: the prefix of all names.
-    :param node: a node with the rights of its clients; the caller closes the node.
-    :param feature: the feature that knows the environment.
+    :param node: a node with the rights of its clients, which the caller closes.
+    :param feature: has the environment.
     :param log: logs each change by a client.
     """
 
@@ -100,54 +115,65 @@ class ExpertServer(Closing):
         self._planner = planner
         self._codec = NodeCodec(settings.node.distribution)
         self._published_version = -1
-        for expert in settings.serve:
-            for name, kind in services_of(expert, settings.node.distribution).items():
-                self._serve(expert, namespace + name, kind)
-        self._has_topics = "problem" in settings.serve
+        for expert in settings.served_nodes:
+            for name, service_type in list_services(expert, settings.node.distribution).items():
+                self._serve(expert, namespace + name, service_type)
+        self._has_topics = "problem" in settings.served_nodes
         if self._has_topics:
             latched = QosProfile(durability="transient_local", depth=TOPIC_DEPTH)
-            topic, kind = UPDATE
-            self._updates = node.create_publisher(namespace + topic, kind, QosProfile(depth=TOPIC_DEPTH))
-            topic, kind = KNOWLEDGE
-            self._knowledge = node.create_publisher(namespace + topic, kind, latched)
+            topic, message_type = UPDATE_TOPIC
+            self._update_publisher = node.create_publisher(
+                namespace + topic, message_type, QosProfile(depth=TOPIC_DEPTH)
+            )
+            topic, message_type = KNOWLEDGE_TOPIC
+            self._knowledge_publisher = node.create_publisher(namespace + topic, message_type, latched)
 
-    def _serve(self, expert: str, name: str, kind: str) -> None:
+    def _serve(self, expert: str, name: str, service_type: str) -> None:
         service_name = name.rpartition("/")[2]
         if expert == "planner":
-            access = "plan"
-            work = self._planner.plan if service_name == "get_plan" else self._planner.validate
+            frame = "plan"
+            handler = (
+                self._planner.start_plan if service_name == "get_plan" else self._planner.validate_domain
+            )
         else:
-            service = _SERVICES[expert][service_name]
-            access, work = "change" if service.changes else "read", partial(self._answer, name, service)
-        right = right_of_frame("ros2-experts", access)
-        self._node.serve_later(check_topic(name), kind, work, right=right, make_refusal=_make_refusal)
+            service = _SERVICE_TABLES[expert][service_name]
+            frame, handler = (
+                "change" if service.changes_problem else "read",
+                partial(self._handle_request, name, service),
+            )
+        right = right_of_frame("ros2-experts", frame)
+        self._node.serve_later(
+            check_topic(name), service_type, handler, right=right, make_refusal=_make_refusal
+        )
 
-    def _answer(self, name: str, service: ExpertService, request: Message, reply: SendResponse) -> None:
+    def _handle_request(
+        self, name: str, service: ExpertService, request: Message, reply: SendResponse
+    ) -> None:
         env = self._feature.env
-        if env is None:  # PlanSys2's nodes respond like this before they are configured
-            reply({"exist": False} if "/exist_" in name else {"success": False, "error_info": INACTIVE})
+        if env is None:  # PlanSys2's nodes respond like this before they are active
+            reply({"exist": False} if "/exist_" in name else {"success": False, "error_info": INACTIVE_ERROR})
             return
         with env.lock:
-            response = answer(service, self._feature.make_expert(env), self._codec, request)
-        if service.changes:
+            response = make_response(service, self._feature.make_expert(env), self._codec, request)
+        if service.changes_problem:
             outcome = "done" if response["success"] else response["error_info"]
             self._log.info(f"{name}: {outcome}")
         reply(response)
 
     def loop(self) -> None:
-        """Answer requests, send finished plans, and publish changes, at most once a loop."""
+        """Handle requests, send finished plans, and publish changed knowledge, at most once a loop."""
         self._node.poll()
-        self._planner.loop()
+        self._planner.send_plans()
         env = self._feature.env
         if self._has_topics and env is not None and self._published_version != self._feature.version:
             self._published_version = self._feature.version
             self._publish(env)
 
     def _publish(self, env: ClipsEnvironment) -> None:
-        with env.lock:  # the message is a snapshot: rules may fire while it is sent
-            message = knowledge_message(self._feature.make_expert(env))
-        self._updates.publish(_EMPTY_MESSAGE)
-        self._knowledge.publish(message)
+        with env.lock:  # the message is a snapshot, so that rules may fire while the message is sent
+            message = make_knowledge_message(self._feature.make_expert(env))
+        self._update_publisher.publish(_EMPTY_MESSAGE)
+        self._knowledge_publisher.publish(message)
 
     def close(self) -> None:
         self._planner.close()

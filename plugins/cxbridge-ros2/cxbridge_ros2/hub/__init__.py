@@ -1,6 +1,10 @@
-"""Skills over a shared topic, the hub, as in PlanSys2 and in the thesis.
+"""Skills over a hub: a topic on which callers find performers for actions.
 
-A caller requests an action on the hub, confirms one performer that responds, and follows it to the end. This
+A caller sends a REQUEST for an action, and performers that can execute the action send a RESPONSE. The caller
+sends CONFIRM to one performer and REJECT to each further performer. The confirmed performer sends FEEDBACK
+during the execution and FINISH at the end. The caller may send CANCEL before the end.
+
+PlanSys2 and the thesis (the executive fawkesrobotics/ros2-clips-executive of 2021) have such hubs. This
 package has both sides; :mod:`cxbridge_ros2.plansys2` and :mod:`cxbridge_ros2.skill_execution` have the
-differences of the protocols.
+differences of the two protocols.
 """

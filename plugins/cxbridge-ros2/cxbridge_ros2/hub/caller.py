@@ -1,9 +1,9 @@
-"""The calling side: an executor of the skill board whose skills are executed by performers of a hub.
+"""The calling side of a hub: an executor of the skill board whose skills are executed by performers.
 
-The caller behaves like those of PlanSys2 and of the thesis, except where these hang. It repeats REQUEST until
-a performer responds, confirms one performer, and rejects all further performers, also after the end. A
-performer whose RESPONSE was lost would wait forever, so it is rejected. A performer that vanishes or restarts
-is a failure.
+The caller behaves like those of PlanSys2 and of the thesis, except where these hang. The caller repeats a
+REQUEST until a performer responds, confirms one performer, and rejects each further performer, even after the
+end. A performer whose RESPONSE was lost would wait forever, so the caller rejects the performer. A performer
+that vanishes or restarts is a failure of the skill.
 """
 
 from __future__ import annotations
@@ -32,33 +32,36 @@ from cxbridge_ros2.hub.protocol import (
 from cxbridge_ros2.settings import check_keys, nest_settings, to_list
 from cxbridge_ros2.skills import fill_template
 
-RETRY_S: Final = 1.0  # seconds between REQUESTs without a response, as in PlanSys2
+REQUEST_PERIOD_S: Final = 1.0  # seconds until a REQUEST without a RESPONSE is repeated, as in PlanSys2
 
-SILENCE_S: Final = 5.0  # seconds without a heartbeat until a performer counts as gone
+MAX_SILENCE_S: Final = 5.0  # seconds without a heartbeat after which a performer counts as gone
 
 _SKILL_KEYS: Final = ("action", "arguments", "mapped", "timeout", "patience")
-_MAX_UNANSWERED: Final = 2  # REQUESTs after which a performer that reports READY counts as deaf
-_MAX_IDLE_HEARTBEATS: Final = 2  # heartbeats without the confirmed action: the first may be older
-_MAX_REQUESTS: Final = 100  # recent REQUESTs whose late RESPONSEs are rejected
+# REQUESTs without a RESPONSE after which the caller rejects a performer that reports READY.
+_MAX_UNANSWERED_REQUESTS: Final = 2
+# Heartbeats that do not report RUNNING after which a confirmed performer counts as restarted. Two, since the
+# first may have been sent before the CONFIRM arrived.
+_MAX_IDLE_HEARTBEATS: Final = 2
+_MAX_REQUESTS: Final = 100  # limit of the stored REQUESTs whose late RESPONSEs are rejected
 
 
 class HubSkill(Struct, frozen=True):
     """The configuration of a skill.
 
     :param action: the name of the action on the hub.
-    :param arguments: texts with parameters of the skill; None for all parameters in order.
-    :param mapped: the skill string mapped to the action; None for the parameter ``mapped_action``.
+    :param arguments: templates of the arguments, with parameters of the skill; None for all parameters.
+    :param skill_string: the template of the skill string; None for the parameter ``mapped_action``.
     """
 
     action: str
     arguments: list[Any] | None
-    mapped: str | None
+    skill_string: str | None
     timeout_s: float
     patience_s: float
 
     @classmethod
     def parse(cls, name: str, settings: Any, protocol: HubProtocol) -> HubSkill:
-        """Read the settings of a skill."""
+        """Parse the settings of a skill."""
         if not isinstance(settings, Mapping):
             raise ConfigError(f"the skill {name} has settings, not {settings!r}", hint="e.g. {timeout: 60}")
         keys = [key for key in _SKILL_KEYS if key != "mapped" or protocol.has_agents]
@@ -67,12 +70,12 @@ class HubSkill(Struct, frozen=True):
         return cls(
             action=str(settings.get("action", name)),
             arguments=None if arguments is None else to_list(arguments),
-            mapped=str(settings["mapped"]) if "mapped" in settings else None,
+            skill_string=str(settings["mapped"]) if "mapped" in settings else None,
             timeout_s=parse_seconds(name, "timeout", settings.get("timeout", DEFAULT_TIMEOUT_S)),
             patience_s=parse_seconds(name, "patience", settings.get("patience", protocol.patience_s)),
         )
 
-    def arguments_for(self, call: SkillCall) -> tuple[str, ...]:
+    def make_arguments(self, call: SkillCall) -> tuple[str, ...]:
         """Return the arguments of the action for a call.
 
         :raises SkillError: if an argument is a list or a mapping.
@@ -88,22 +91,22 @@ class HubSkill(Struct, frozen=True):
 
 
 class _OpenRequest(Struct):
-    """A requested action until its end.
+    """A REQUEST until the end of its action.
 
-    :ivar performer: the confirmed performer; empty before.
+    :ivar performer: the node name of the confirmed performer; empty before.
     :ivar feedback: the last FEEDBACK, or None.
     :ivar finish: the FINISH, or None.
-    :ivar idle_heartbeats: the number of consecutive heartbeats without the action.
+    :ivar idle_heartbeat_count: the number of consecutive heartbeats that do not report RUNNING.
     """
 
     request: HubMessage
     performer: str = ""
     feedback: HubMessage | None = None
     finish: HubMessage | None = None
-    idle_heartbeats: int = 0
+    idle_heartbeat_count: int = 0
 
 
-class _Performer(Struct):
+class _PerformerRecord(Struct):
     """The known state of a performer.
 
     :ivar heartbeat_us: the time of the last heartbeat; 0 before the first.
@@ -128,21 +131,21 @@ class HubSkills(RosExecutor):
         self._agent_id = self.setting("agent-id", "")
         self._skills = {
             name: HubSkill.parse(name, settings, self.protocol)
-            for name, settings in _configured_skills(self.settings).items()
+            for name, settings in _read_skills(self.settings).items()
         }
         if not self._skills:
             raise ConfigError(f"{type(self).__name__} has no skills", hint="name them: skills: [move]")
         self.skills = tuple(self._skills)
-        # unique among callers: performers tell them apart by their names only
+        # unique among callers, since performers distinguish callers only by their names
         self._name = f"cxbridge_{self.agent}_{secrets.token_hex(2)}"
         self._hub: Hub | None = None
         self._open_request: _OpenRequest | None = None
-        self._requests: dict[ActionKey, str] = {}  # node name of our recent REQUESTs by action
-        self._performers: dict[str, _Performer] = {}
+        self._request_nodes: dict[ActionKey, str] = {}  # node name of our recent REQUESTs by action
+        self._performers: dict[str, _PerformerRecord] = {}
 
     @classmethod
     def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:
-        return tuple(_configured_skills(nest_settings(settings)))
+        return tuple(_read_skills(nest_settings(settings)))
 
     @property
     def topic(self) -> str:
@@ -160,33 +163,35 @@ class HubSkills(RosExecutor):
 
     def execute(self, call: SkillCall) -> Steps:
         skill = self._skills[call.skill]
-        key = ActionKey(skill.action, skill.arguments_for(call), self._agent_id)
-        mapped = str(
-            call.get(MAPPED_ACTION, "") if skill.mapped is None else fill_template(skill.mapped, call, {})
+        key = ActionKey(skill.action, skill.make_arguments(call), self._agent_id)
+        skill_string = str(
+            call.get(MAPPED_ACTION, "")
+            if skill.skill_string is None
+            else fill_template(skill.skill_string, call, {})
         )
-        request = HubMessage(MessageKind.REQUEST, call.name or self._name, key, mapped)
-        steps = self._perform(skill, _OpenRequest(request))
+        request = HubMessage(MessageKind.REQUEST, call.name or self._name, key, skill_string)
+        steps = self._execute_request(skill, _OpenRequest(request))
         return (yield from self.limit_time(skill.timeout_s, f"{key} on {self.topic}", steps))
 
-    # --- steps --------------------------------------------------------------------------------------------
+    # --- execution ----------------------------------------------------------------------------------------
 
-    def _perform(self, skill: HubSkill, open_request: _OpenRequest) -> Generator[Any, None, Progress]:
+    def _execute_request(self, skill: HubSkill, open_request: _OpenRequest) -> Generator[Any, None, Progress]:
         self._open_request = open_request
         try:
             yield from self._find_performer(skill, open_request)
-            finish = yield from self._follow(open_request)
+            finish = yield from self._yield_progress(open_request)
         finally:
             self._open_request = None
             if open_request.performer and open_request.finish is None:
-                self._send(MessageKind.CANCEL, open_request.performer, open_request.request.key)
+                self._send_message(MessageKind.CANCEL, open_request.performer, open_request.request.key)
         if not finish.success:
             reason = finish.status or f"{open_request.performer} has failed"
             raise SkillFailedError(reason, progress=finish.progress)
         return Progress(1.0, finish.status)
 
     def _find_performer(self, skill: HubSkill, open_request: _OpenRequest) -> Generator[None, None, None]:
-        """Repeat the REQUEST until a performer has responded."""
-        key, start_us, requests = open_request.request.key, self.clock.now_us(), 0
+        """Repeat the REQUEST until a performer is confirmed."""
+        key, start_us, request_count = open_request.request.key, self.clock.now_us(), 0
         while True:
             self.poll()
             if open_request.performer:
@@ -194,33 +199,33 @@ class HubSkills(RosExecutor):
             waited_us = self.clock.now_us() - start_us
             if waited_us > skill.patience_s * MICROSECONDS:
                 raise SkillFailedError(f"no performer of {key} answers on {self.topic}")
-            if waited_us >= requests * RETRY_S * MICROSECONDS:
-                if requests >= _MAX_UNANSWERED:
+            if waited_us >= request_count * REQUEST_PERIOD_S * MICROSECONDS:
+                if request_count >= _MAX_UNANSWERED_REQUESTS:
                     self._reject_deaf_performers(key)
                 self._send_request(open_request.request)
-                requests += 1
+                request_count += 1
             yield
 
     def _send_request(self, request: HubMessage) -> None:
-        self._requests.pop(request.key, None)  # move the key to the end, as the most recent
-        self._requests[request.key] = request.node
-        while len(self._requests) > _MAX_REQUESTS:
-            del self._requests[next(iter(self._requests))]
+        self._request_nodes.pop(request.key, None)  # move the key to the end, as the most recent
+        self._request_nodes[request.key] = request.node
+        while len(self._request_nodes) > _MAX_REQUESTS:
+            del self._request_nodes[next(iter(self._request_nodes))]
         assert self._hub is not None  # skills are executed only after the start
         self._hub.publish(request)
 
     def _reject_deaf_performers(self, key: ActionKey) -> None:
         """Reject performers that report READY but do not respond: their RESPONSE may be lost."""
-        recent_us = self.clock.now_us() - round(_MAX_UNANSWERED * RETRY_S * MICROSECONDS)
+        recent_us = self.clock.now_us() - round(_MAX_UNANSWERED_REQUESTS * REQUEST_PERIOD_S * MICROSECONDS)
         for name, performer in self._performers.items():
             heartbeat = performer.heartbeat
             is_ready = heartbeat.state == PerformerState.READY and performer.heartbeat_us > recent_us
             if is_ready and heartbeat.action == key.action and performer.response_us < recent_us:
-                self._send(MessageKind.REJECT, name, key)
+                self._send_message(MessageKind.REJECT, name, key)
 
-    def _follow(self, open_request: _OpenRequest) -> Generator[Progress | None, None, HubMessage]:
+    def _yield_progress(self, open_request: _OpenRequest) -> Generator[Progress | None, None, HubMessage]:
         """Yield the progress of a confirmed performer, and return its FINISH."""
-        reported: HubMessage | None = None
+        last_feedback: HubMessage | None = None
         start_us = self.clock.now_us()
         while True:
             self.poll()
@@ -228,37 +233,37 @@ class HubSkills(RosExecutor):
                 return open_request.finish
             self._check_performer(open_request, start_us)
             feedback = open_request.feedback
-            if feedback is None or feedback is reported:
+            if feedback is None or feedback is last_feedback:
                 yield None
             else:
                 yield Progress(feedback.progress, feedback.status)
-            reported = feedback
+            last_feedback = feedback
 
     def _check_performer(self, open_request: _OpenRequest, start_us: int) -> None:
         """Raise an error if the performer has vanished or has stopped the action."""
         performer = self._performers.get(open_request.performer)
         if performer is None or not performer.heartbeat_us:
-            return  # without heartbeats, only the time limit helps
-        if open_request.idle_heartbeats >= _MAX_IDLE_HEARTBEATS:
+            return  # a performer without heartbeats cannot be checked; the skill has a time limit
+        if open_request.idle_heartbeat_count >= _MAX_IDLE_HEARTBEATS:
             raise SkillFailedError(
                 f"{open_request.performer} does not perform it any more: it was restarted, or stopped"
             )
         silent_us = self.clock.now_us() - max(performer.heartbeat_us, start_us)
-        if silent_us > SILENCE_S * MICROSECONDS:
+        if silent_us > MAX_SILENCE_S * MICROSECONDS:
             raise SkillFailedError(f"the performer {open_request.performer} has vanished")
 
-    # --- the hub ------------------------------------------------------------------------------------------
+    # --- messages -----------------------------------------------------------------------------------------
 
-    def _send(self, kind: MessageKind, node: str, key: ActionKey, mapped: str = "") -> None:
+    def _send_message(self, kind: MessageKind, node: str, key: ActionKey, skill_string: str = "") -> None:
         assert self._hub is not None  # nothing is received, and no skill executed, before the start
-        self._hub.publish(HubMessage(kind, node, key, mapped))
+        self._hub.publish(HubMessage(kind, node, key, skill_string))
 
     def _handle_message(self, message: HubMessage) -> None:
-        """Handle a message of any node, ourselves included."""
+        """Handle a message of another node or of this node."""
         if message.kind == MessageKind.REQUEST:
-            # another caller requests the same action: the responses are for that caller
-            if self._requests.get(message.key) != message.node:
-                self._requests.pop(message.key, None)
+            # another caller requests the same action, so that the responses are for that caller
+            if self._request_nodes.get(message.key) != message.node:
+                self._request_nodes.pop(message.key, None)
         elif message.kind == MessageKind.RESPONSE:
             self._handle_response(message)
         open_request = self._open_request
@@ -269,16 +274,16 @@ class HubSkills(RosExecutor):
         ):
             return
         if message.kind == MessageKind.FEEDBACK:
-            open_request.feedback, open_request.idle_heartbeats = message, 0
-            performer = self._performer(message)
+            open_request.feedback, open_request.idle_heartbeat_count = message, 0
+            performer = self._find_performer_record(message)
             performer.heartbeat_us = self.clock.now_us() if performer.heartbeat_us else 0
         elif message.kind == MessageKind.FINISH:
             open_request.finish = message
 
     def _handle_response(self, message: HubMessage) -> None:
-        self._performer(message).response_us = self.clock.now_us()
-        if message.key not in self._requests:
-            return  # the response to another caller
+        self._find_performer_record(message).response_us = self.clock.now_us()
+        if message.key not in self._request_nodes:
+            return  # this is a response to another caller
         open_request = self._open_request
         if (
             open_request is not None
@@ -286,25 +291,28 @@ class HubSkills(RosExecutor):
             and not open_request.performer
         ):
             open_request.performer = message.node
-            self._send(MessageKind.CONFIRM, message.node, message.key, open_request.request.mapped)
+            self._send_message(
+                MessageKind.CONFIRM, message.node, message.key, open_request.request.skill_string
+            )
         else:
-            self._send(MessageKind.REJECT, message.node, message.key)
+            self._send_message(MessageKind.REJECT, message.node, message.key)
 
-    def _performer(self, message: HubMessage) -> _Performer:
+    def _find_performer_record(self, message: HubMessage) -> _PerformerRecord:
         return self._performers.setdefault(
-            message.node, _Performer(Heartbeat(message.node, message.key.action, PerformerState.NOT_READY))
+            message.node,
+            _PerformerRecord(Heartbeat(message.node, message.key.action, PerformerState.NOT_READY)),
         )
 
     def _handle_heartbeat(self, heartbeat: Heartbeat) -> None:
-        performer = self._performers.setdefault(heartbeat.node, _Performer(heartbeat))
+        performer = self._performers.setdefault(heartbeat.node, _PerformerRecord(heartbeat))
         performer.heartbeat, performer.heartbeat_us = heartbeat, self.clock.now_us()
         open_request = self._open_request
         if open_request is not None and open_request.performer == heartbeat.node:
             is_running = heartbeat.state == PerformerState.RUNNING
-            open_request.idle_heartbeats = 0 if is_running else open_request.idle_heartbeats + 1
+            open_request.idle_heartbeat_count = 0 if is_running else open_request.idle_heartbeat_count + 1
 
 
-def _configured_skills(settings: Mapping[str, Any]) -> Mapping[str, Any]:
+def _read_skills(settings: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the settings of each skill; a list names skills without settings."""
     skills = settings.get("skills", {})
     return skills if isinstance(skills, Mapping) else {str(name): {} for name in to_list(skills)}

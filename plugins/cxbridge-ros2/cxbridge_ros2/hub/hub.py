@@ -1,4 +1,4 @@
-"""A node's connection to a hub."""
+"""The connection of a node to a hub, for callers and performers."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from cxbridge_ros2.hub.protocol import Heartbeat, HubMessage, HubProtocol
 from cxbridge_ros2.node import Node, Publisher
 from cxbridge_ros2.qos import QosProfile
 
-_QOS: Final = QosProfile(depth=100)  # as in PlanSys2 and in the thesis
+_HUB_QOS: Final = QosProfile(depth=100)  # that of PlanSys2 and of the thesis
 
 
 class Hub(Closing):
     """Publishes messages on the topic of a protocol, and receives all messages, including those of this node.
 
     :param node: a node that its owner polls.
-    :param namespace: the prefix of topic names.
+    :param namespace: the prefix of the topics.
     :param on_message: called with each message.
-    :param on_heartbeat: called with each heartbeat, or None.
+    :param on_heartbeat: called with each heartbeat; None to receive no heartbeats.
     """
 
     def __init__(
@@ -35,14 +35,14 @@ class Hub(Closing):
         self._node = node
         self.topic = f"{namespace}{protocol.topic}"
         self._heartbeat_topic = f"{namespace}{protocol.heartbeat_topic}"
-        self._heartbeats: Publisher | None = None
-        self._messages = node.create_publisher(self.topic, protocol.message_type, _QOS)
+        self._heartbeat_publisher: Publisher | None = None
+        self._message_publisher = node.create_publisher(self.topic, protocol.message_type, _HUB_QOS)
         self._close_functions = [
             node.subscribe(
                 self.topic,
                 protocol.message_type,
                 lambda fields: on_message(protocol.decode(fields)),
-                _QOS,
+                _HUB_QOS,
                 right=right_of_frame("ros2-performers", "word"),
             )
         ]
@@ -52,28 +52,28 @@ class Hub(Closing):
                     self._heartbeat_topic,
                     protocol.heartbeat_type,
                     lambda fields: on_heartbeat(protocol.decode_heartbeat(fields)),
-                    _QOS,
+                    _HUB_QOS,
                     right=Right.LOOK,
                 )
             )
 
     def publish(self, message: HubMessage) -> None:
-        self._messages.publish(self._protocol.encode(message))
+        self._message_publisher.publish(self._protocol.encode(message))
 
     def publish_heartbeat(self, heartbeat: Heartbeat, now_us: int) -> None:
         """Publish a heartbeat.
 
         :param now_us: microseconds since the epoch.
         """
-        if self._heartbeats is None:  # only performers have heartbeats
-            self._heartbeats = self._node.create_publisher(
-                self._heartbeat_topic, self._protocol.heartbeat_type, _QOS
+        if self._heartbeat_publisher is None:  # made here, since only performers publish heartbeats
+            self._heartbeat_publisher = self._node.create_publisher(
+                self._heartbeat_topic, self._protocol.heartbeat_type, _HUB_QOS
             )
-        self._heartbeats.publish(self._protocol.encode_heartbeat(heartbeat, now_us))
+        self._heartbeat_publisher.publish(self._protocol.encode_heartbeat(heartbeat, now_us))
 
     def close(self) -> None:
-        for end in self._close_functions:
-            end()
-        self._messages.close()
-        if self._heartbeats is not None:
-            self._heartbeats.close()
+        for unsubscribe in self._close_functions:
+            unsubscribe()
+        self._message_publisher.close()
+        if self._heartbeat_publisher is not None:
+            self._heartbeat_publisher.close()

@@ -1,8 +1,8 @@
-"""The performing side: executes requests of a hub with the skills of an agent of the skill board.
+"""The performing side of a hub: executes requested actions with the skills of an agent on the skill board.
 
-The performer behaves like those of PlanSys2 and of the thesis, except where these hang: a REQUEST waits for a
-free executor, a RESPONSE that may be lost is repeated, an unconfirmed RESPONSE releases its executor after
-some time, and a late CONFIRM is still carried out.
+The performer behaves like those of PlanSys2 and of the thesis, except where these hang. A REQUEST waits for a
+free executor. A RESPONSE is repeated, since it may be lost. A RESPONSE reserves an executor for a limited
+time only, but a later CONFIRM is still carried out.
 """
 
 from __future__ import annotations
@@ -37,24 +37,24 @@ from cxbridge_ros2.hub.protocol import (
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.settings import NodeSettings, check_keys, to_list
 
-# Limit of the seconds from RESPONSE to CONFIRM or REJECT; then the executor is free again.
-RESERVE_S: Final = 2.0
+# Seconds from a RESPONSE to its CONFIRM or REJECT, after which the reserved executor is free again.
+MAX_RESERVATION_S: Final = 2.0
 
-# Seconds until a RESPONSE without a subscriber is repeated: the caller may have joined just now.
-REPEAT_S: Final = 0.5
+# Seconds until a RESPONSE is repeated: this node may not have discovered the subscription of a new caller.
+RESPONSE_PERIOD_S: Final = 0.5
 
-HEARTBEAT_S: Final = 1.0  # seconds between heartbeats
+HEARTBEAT_PERIOD_S: Final = 1.0  # seconds between heartbeats
 
 _ACTION_KEYS: Final = ("parameters", "call")
-_MAPPED: Final = "mapped"
+_REQUESTED_CALL: Final = "mapped"  # setting that calls the skill string of the REQUEST
 
 
 class ServedAction(Struct, frozen=True):
     """The configuration of a performed action.
 
     :param parameters: names of the skill's parameters; empty for ``1``, ``2`` and so on.
-    :param call: the template of a skill string as in action mappings, ``mapped`` for the skill string in the
-        REQUEST, or empty for a skill with the name of the action.
+    :param call: the template of a skill string as in action mappings; ``mapped`` for the skill string in the
+        REQUEST; empty for a skill with the name of the action.
     """
 
     action: str
@@ -63,22 +63,22 @@ class ServedAction(Struct, frozen=True):
 
     @classmethod
     def parse(cls, action: str, settings: Any, protocol: HubProtocol) -> ServedAction:
-        """Read the settings of an action."""
+        """Parse the settings of an action."""
         if not isinstance(settings, Mapping):
             raise ConfigError(
                 f"the action {action} has settings, not {settings!r}", hint="e.g. {parameters: [to]}"
             )
         check_keys(settings, _ACTION_KEYS, f"the action {action}")
         names, call = to_list(settings.get("parameters", [])), str(settings.get("call", ""))
-        if call == _MAPPED and not protocol.has_agents:
+        if call == _REQUESTED_CALL and not protocol.has_agents:
             raise ConfigError(
-                f"the action {action} cannot call '{_MAPPED}': {protocol.name} has no mapped actions"
+                f"the action {action} cannot call '{_REQUESTED_CALL}': {protocol.name} has no mapped actions"
             )
-        if call and call != _MAPPED and (problems := ActionSkillMapping({action: call}).check()):
+        if call and call != _REQUESTED_CALL and (problems := ActionSkillMapping({action: call}).check()):
             raise ConfigError(f"the call of the action {action}: {problems[0][1]}")
         return cls(action, tuple(map(str, names)), call)
 
-    def call_of(self, request: HubMessage, arguments: tuple[str, ...], agent: str) -> SkillCall:
+    def make_call(self, request: HubMessage, arguments: tuple[str, ...], agent: str) -> SkillCall:
         """Return the skill call for a REQUEST.
 
         :raises SkillError: if the REQUEST does not fit the configuration.
@@ -90,15 +90,15 @@ class ServedAction(Struct, frozen=True):
         names = self.parameters or tuple(str(number) for number in range(1, len(arguments) + 1))
         values: dict[str, str] = dict(zip(names, arguments, strict=True))
         if not self.call:
-            mapped = {MAPPED_ACTION: request.mapped} if request.mapped else {}
-            return SkillCall(self.action, agent, values | mapped, request.node)
-        text = request.mapped if self.call == _MAPPED else self._skill_string(values)
+            skill_string = {MAPPED_ACTION: request.skill_string} if request.skill_string else {}
+            return SkillCall(self.action, agent, values | skill_string, request.node)
+        text = request.skill_string if self.call == _REQUESTED_CALL else self._make_skill_string(values)
         calls = calls_of(text, agent)
         if len(calls) != 1:
             raise SkillError(f"{request.key} maps to '{text}', which is not one skill")
         return SkillCall(calls[0].skill, agent, calls[0].parameters, request.node)
 
-    def _skill_string(self, values: Mapping[str, str]) -> str:
+    def _make_skill_string(self, values: Mapping[str, str]) -> str:
         skill_string = ActionSkillMapping({self.action: self.call}).map(self.action, values)
         if not skill_string.text:
             raise SkillError(skill_string.messages[0][1])
@@ -106,16 +106,16 @@ class ServedAction(Struct, frozen=True):
 
     @property
     def skill(self) -> str:
-        """The configured skill; empty if REQUESTs name the skill."""
-        return "" if self.call == _MAPPED else re.split(r"[{(]", self.call)[0].strip() or self.action
+        """The name of the configured skill; empty if each REQUEST names the skill."""
+        return "" if self.call == _REQUESTED_CALL else re.split(r"[{(]", self.call)[0].strip() or self.action
 
 
 class PerformerSettings(Struct, frozen=True):
-    """Performers on one hub.
+    """The settings of the performers on one hub.
 
-    :param agent: the agent whose skills are performed.
-    :param agent_id: the robot's name in messages.
-    :param name: the prefix of node names; the action follows.
+    :param agent: the agent of the skill board whose skills are performed.
+    :param agent_id: the name of the robot in messages.
+    :param name: the prefix of the performers' node names, which end with the name of the action.
     """
 
     protocol: HubProtocol
@@ -127,13 +127,14 @@ class PerformerSettings(Struct, frozen=True):
 
 
 class _Job(Struct, eq=False):
-    """A RESPONSE and its execution until the end.
+    """An action from the RESPONSE to the end of its execution.
 
-    :ivar call: the skill call, or the reason why there is none.
+    :ivar node: the node name of the performer.
+    :ivar call: the skill call, or the reason why the action cannot be performed.
     :ivar deadline_us: the time until which a CONFIRM must arrive.
-    :ivar repeat_us: when to repeat the RESPONSE; 0 for never, after another performer was confirmed.
-    :ivar master: the skill on the skill board; None until CONFIRM.
-    :ivar reported: progress and status of the last FEEDBACK.
+    :ivar repeat_us: when to repeat the RESPONSE; 0 for never, after the CONFIRM of another performer.
+    :ivar master: the execution on the skill board; None before the CONFIRM.
+    :ivar last_feedback: progress and status in the last FEEDBACK.
     """
 
     request: HubMessage
@@ -143,31 +144,31 @@ class _Job(Struct, eq=False):
     repeat_us: int = 0
     master: Master | None = None
     is_cancelled: bool = False
-    reported: tuple[float, str] | None = None
+    last_feedback: tuple[float, str] | None = None
 
 
 class HubPerformer(Closing):
-    """Serves a hub.
+    """Performs the configured actions on a hub.
 
-    :param skills: returns the skill board, or None.
-    :param node: a node that is polled in each loop, but not closed.
+    :param find_skill_calls: returns the calls to the skill board, or None without a skill board.
+    :param node: a node that :meth:`loop` polls, and the caller closes.
     """
 
     def __init__(
         self,
         settings: PerformerSettings,
-        skills: Callable[[], LocalSkillCalls | None],
+        find_skill_calls: Callable[[], LocalSkillCalls | None],
         node: Node,
         clock: Clock,
         log: Logger,
     ) -> None:
         self._protocol = settings.protocol
         self._actions = {action.action: action for action in settings.actions}
-        # a performer per action, as in PlanSys2: callers confirm a node for an action
+        # node names of performers: one per action, as in PlanSys2, since callers confirm a node for an action
         self._nodes = {re.sub(r"\W", "_", f"{settings.name}_{action}"): action for action in self._actions}
         self._agent, self._agent_id = settings.agent, settings.agent_id
-        self._skills, self._node, self._clock, self._log = skills, node, clock, log
-        # REQUESTs without a response, each with the time until which a response is useful
+        self._find_skill_calls, self._node, self._clock, self._log = find_skill_calls, node, clock, log
+        # REQUESTs without a RESPONSE, each with the time until which a RESPONSE is of use
         self._pending_requests: dict[ActionKey, tuple[HubMessage, int]] = {}
         self._jobs: dict[ActionKey, _Job] = {}
         self._next_heartbeat_us = 0
@@ -175,23 +176,23 @@ class HubPerformer(Closing):
         self.topic = self._hub.topic
 
     @property
-    def running(self) -> bool:
+    def has_running_skills(self) -> bool:
         return any(job.master is not None for job in self._jobs.values())
 
     @property
-    def served(self) -> set[str]:
-        """The served skills, as far as the configuration names them."""
+    def served_skills(self) -> set[str]:
+        """The skills that the configuration names; empty for actions whose skill the REQUEST names."""
         return {action.skill for action in self._actions.values()}
 
     def loop(self) -> None:
-        """Receive and answer messages, and publish heartbeats."""
+        """Handle messages, repeat messages that may be lost, and publish heartbeats."""
         self._node.poll()
         now_us = self._clock.now_us()
         for key, (_, until_us) in list(self._pending_requests.items()):
             if now_us > until_us:
                 del self._pending_requests[key]
             else:
-                self._answer(key)
+                self._respond_if_free(key)
         for key, job in list(self._jobs.items()):
             if job.master is not None:
                 continue
@@ -199,19 +200,19 @@ class HubPerformer(Closing):
                 self._log.debug(f"{job.node}: no caller has confirmed {key}")
                 del self._jobs[key]
             elif 0 < job.repeat_us <= now_us:
-                self._respond(job)
+                self._send_response(job)
         if now_us >= self._next_heartbeat_us:
-            self._next_heartbeat_us = now_us + round(HEARTBEAT_S * MICROSECONDS)
+            self._next_heartbeat_us = now_us + round(HEARTBEAT_PERIOD_S * MICROSECONDS)
             for node, action in self._nodes.items():
-                self._hub.publish_heartbeat(Heartbeat(node, action, self._state(action)), now_us)
+                self._hub.publish_heartbeat(Heartbeat(node, action, self._performer_state(action)), now_us)
 
     def close(self) -> None:
         """Stop all executions, report their end, and leave the hub."""
-        jobs, self._jobs = self._jobs, {}  # empty first: stopped skills report nothing more
+        jobs, self._jobs = self._jobs, {}  # emptied first, so that stopped skills send no messages
         for job in jobs.values():
             if job.master is not None:
-                self._stop(job.master)
-                self._finish(job, success=False, status=f"the performer {job.node} was shut down")
+                self._stop_skill(job.master)
+                self._publish_finish(job, success=False, status=f"the performer {job.node} was shut down")
         self._hub.close()
 
     # --- messages of other nodes
@@ -221,17 +222,17 @@ class HubPerformer(Closing):
         if key.action not in self._actions or key.agent != self._agent_id:
             return
         if message.kind == MessageKind.REQUEST:
-            # until the caller repeats the REQUEST or gives up
+            # then the caller repeats the REQUEST, or gives up
             until_us = self._clock.now_us() + round(self._protocol.request_lifetime_s * MICROSECONDS)
             self._pending_requests[key] = message, until_us
-            self._answer(key)
+            self._respond_if_free(key)
             return
         is_cxbridge_key = self._nodes.get(message.node) == key.action
         job = self._jobs.get(key)
         if message.kind == MessageKind.CONFIRM:
             self._pending_requests.pop(key, None)
             if is_cxbridge_key and (job is None or job.master is None):
-                self._begin(job or self._make_job(message))
+                self._begin_job(job or self._make_job(message))
             elif job is not None:
                 job.repeat_us = 0
         elif not is_cxbridge_key or job is None:
@@ -240,107 +241,107 @@ class HubPerformer(Closing):
             del self._jobs[key]
         elif message.kind == MessageKind.CANCEL and job.master is not None:
             job.is_cancelled = True
-            self._stop(job.master)
+            self._stop_skill(job.master)
 
-    def _answer(self, key: ActionKey) -> None:
-        """Respond to a REQUEST if an executor is free."""
+    def _respond_if_free(self, key: ActionKey) -> None:
+        """Send a RESPONSE to a REQUEST if an executor is free; otherwise the REQUEST remains pending."""
         request, _ = self._pending_requests[key]
         job = self._jobs.get(key)
         if job is None:
             job = self._make_job(request)
-            if isinstance(job.call, SkillCall) and not self._is_free(job.call.skill):
+            if isinstance(job.call, SkillCall) and not self._has_free_executor(job.call.skill):
                 return
             self._jobs[key] = job
         elif job.master is not None:
             return
-        # otherwise the REQUEST is a repetition: our RESPONSE may be lost
+        # with a job that is not confirmed, the REQUEST is a repetition: our RESPONSE may be lost
         del self._pending_requests[key]
-        job.deadline_us = self._clock.now_us() + round(RESERVE_S * MICROSECONDS)
-        self._respond(job)
+        job.deadline_us = self._clock.now_us() + round(MAX_RESERVATION_S * MICROSECONDS)
+        self._send_response(job)
 
-    def _respond(self, job: _Job) -> None:
-        job.repeat_us = self._clock.now_us() + round(REPEAT_S * MICROSECONDS)
+    def _send_response(self, job: _Job) -> None:
+        job.repeat_us = self._clock.now_us() + round(RESPONSE_PERIOD_S * MICROSECONDS)
         self._publish(job, MessageKind.RESPONSE)
 
     def _publish(self, job: _Job, kind: MessageKind, **fields: Any) -> None:
-        self._hub.publish(HubMessage(kind, job.node, job.request.key, job.request.mapped, **fields))
+        self._hub.publish(HubMessage(kind, job.node, job.request.key, job.request.skill_string, **fields))
 
     def _make_job(self, request: HubMessage) -> _Job:
         action = self._actions[request.key.action]
         node = next(node for node, name in self._nodes.items() if name == action.action)
         call: SkillCall | str
         try:
-            call = action.call_of(request, self._protocol.intended_arguments(request.key), self._agent)
+            call = action.make_call(request, self._protocol.intended_arguments(request.key), self._agent)
         except CxbridgeError as error:
-            call = error.message  # reported to the caller after CONFIRM
+            call = error.message  # the FINISH reports the error, after CONFIRM
         return _Job(request, node, call)
 
-    def _stop(self, master: Master) -> None:
-        skills = self._skills()
-        if skills is not None:
-            skills.stop(master.number)
+    def _stop_skill(self, master: Master) -> None:
+        calls = self._find_skill_calls()
+        if calls is not None:
+            calls.stop(master.number)
 
-    def _executors(self, skill: str) -> Iterator[ExecutorInfo]:
-        """Yield the agent's executors that have a skill; all executors for an unnamed skill."""
-        skills = self._skills()
-        for info in () if skills is None else skills.executors:
+    def _find_executors(self, skill: str) -> Iterator[ExecutorInfo]:
+        """Yield the agent's executors that have a skill; all executors of the agent for an empty text."""
+        calls = self._find_skill_calls()
+        for info in () if calls is None else calls.executors:
             if info.agent == self._agent and (not skill or skill in info.skills):
                 yield info
 
-    def _is_free(self, skill: str) -> bool:
-        """Return whether an executor is free and not reserved for a caller."""
-        idle = sum(info.state is ExecutorState.IDLE for info in self._executors(skill))
+    def _has_free_executor(self, skill: str) -> bool:
+        """Return whether an executor for a skill is free, and not reserved for a caller."""
+        idle = sum(info.state is ExecutorState.IDLE for info in self._find_executors(skill))
         reserved = sum(
             job.master is None or job.master.state is MasterState.ASKING for job in self._jobs.values()
         )
         return idle > reserved
 
-    def _state(self, action: str) -> PerformerState:
+    def _performer_state(self, action: str) -> PerformerState:
         if any(job.request.key.action == action and job.master is not None for job in self._jobs.values()):
             return PerformerState.RUNNING
-        # callers must not wait for a performer that refuses their messages
+        # NOT_READY without the right, so that callers do not wait for a performer that refuses their messages
         is_allowed = self._node.rights.allow(right_of_frame("ros2-performers", "word"))
-        is_able = is_allowed and any(True for _ in self._executors(self._actions[action].skill))
+        is_able = is_allowed and any(True for _ in self._find_executors(self._actions[action].skill))
         return PerformerState.READY if is_able else PerformerState.NOT_READY
 
     # --- execution
 
-    def _begin(self, job: _Job) -> None:
+    def _begin_job(self, job: _Job) -> None:
         self._jobs[job.request.key] = job
         call = job.call
         try:
             if isinstance(call, str):
                 raise SkillError(call)
-            skills = self._skills()
-            if skills is None:
+            calls = self._find_skill_calls()
+            if calls is None:
                 raise SkillError("there is no skill board")
-            job.master = skills.ask(
+            job.master = calls.ask(
                 call.skill, call.parameters, call.agent, partial(self._report_state, job), call.name
             )
         except CxbridgeError as error:
             self._end_job(job, success=False, status=error.message)
 
     def _report_state(self, job: _Job, master: Master) -> None:
-        """Report the state of a skill to the caller."""
+        """Send the state of a skill to the caller."""
         if self._jobs.get(job.request.key) is not job:
-            return  # the performer was shut down
+            return  # the performer was closed
         if master.state is MasterState.SUCCEEDED:
             self._end_job(job, success=True, status=master.feedback, progress=master.progress)
         elif master.is_over:
             reason = master.error or f"{master.skill} was cancelled"
             self._end_job(job, success=False, status=reason, progress=master.progress)
-        elif master.state is MasterState.RUNNING and job.reported != (master.progress, master.feedback):
-            job.reported = (master.progress, master.feedback)
+        elif master.state is MasterState.RUNNING and job.last_feedback != (master.progress, master.feedback):
+            job.last_feedback = (master.progress, master.feedback)
             self._publish(job, MessageKind.FEEDBACK, progress=master.progress, status=master.feedback)
 
     def _end_job(self, job: _Job, **fields: Any) -> None:
         del self._jobs[job.request.key]
-        self._finish(job, **fields)
+        self._publish_finish(job, **fields)
 
-    def _finish(self, job: _Job, **fields: Any) -> None:
-        """Publish the FINISH of a job, in the protocol's form if the caller has cancelled it."""
+    def _publish_finish(self, job: _Job, **fields: Any) -> None:
+        """Publish the FINISH of a job; after a CANCEL, the message that the protocol requires."""
         request = job.request
-        finish = HubMessage(MessageKind.FINISH, job.node, request.key, request.mapped, **fields)
+        finish = HubMessage(MessageKind.FINISH, job.node, request.key, request.skill_string, **fields)
         message = self._protocol.cancel_reply(finish) if job.is_cancelled else finish
         if message is not None:
             self._hub.publish(message)

@@ -1,7 +1,7 @@
-"""The messages on a hub, and the differences of its protocols.
+"""The messages on a hub, and the base class of its protocols.
 
-The protocols of PlanSys2 and of the thesis have the same messages in the same order; their topics, some field
-names and some habits differ.
+The protocols of PlanSys2 and of the thesis have the same kinds of messages in the same order. Their topics,
+the names of some fields, and some rules differ.
 """
 
 from __future__ import annotations
@@ -38,9 +38,11 @@ class PerformerState(IntEnum):
 
 
 class ActionKey(NamedTuple):
-    """The requested action. Hubs have no request ids, so two requests for one action are indistinguishable.
+    """The identity of a request: action, arguments and robot.
 
-    :param agent: the robot; empty for a single robot.
+    Hubs have no ids of requests, so that two requests for one action are indistinguishable.
+
+    :param agent: the name of the robot; empty for a single robot.
     """
 
     action: str
@@ -55,9 +57,9 @@ class HubMessage(Struct, frozen=True):
     """A message on the hub.
 
     :param kind: a :class:`MessageKind`, or an unknown number.
-    :param node: the caller's node in a REQUEST, else the performer's.
+    :param node: the name of the caller's node in a REQUEST, of the performer's node in other messages.
     :param key: the requested action.
-    :param mapped: the skill string mapped to the action; may be empty.
+    :param skill_string: the skill string that the caller's action mapping gives; may be empty.
     :param success: the result in a FINISH.
     :param progress: from 0 to 1, in FEEDBACK and FINISH.
     :param status: the current work or the error, in FEEDBACK and FINISH.
@@ -66,7 +68,7 @@ class HubMessage(Struct, frozen=True):
     kind: int
     node: str
     key: ActionKey
-    mapped: str = ""
+    skill_string: str = ""
     success: bool = False
     progress: float = 0.0
     status: str = ""
@@ -84,29 +86,28 @@ class Heartbeat(Struct, frozen=True):
 
 
 class HubProtocol(ABC):
-    """A protocol: its topics, the fields of its messages, and its habits."""
+    """A protocol: its topics, the fields of its messages, and its rules.
 
-    name: ClassVar[str]  # the protocol's name in a configuration
+    :cvar name: the name in a configuration.
+    :cvar topic: the topic of the hub.
+    :cvar arguments_field: the field with the arguments of the action.
+    :cvar progress_field: the field with the progress.
+    :cvar patience_s: seconds without a RESPONSE after which the project's own caller gives up.
+    :cvar request_lifetime_s: seconds after which the project's own caller repeats a REQUEST or gives up, so
+        that a later RESPONSE is of no use.
+    :cvar has_agents: whether messages have the name of a robot and a skill string.
+    """
 
-    topic: ClassVar[str]  # the topic of the hub
-
+    name: ClassVar[str]
+    topic: ClassVar[str]
     message_type: ClassVar[str]
-
     heartbeat_topic: ClassVar[str]
-
     heartbeat_type: ClassVar[str]
-
-    arguments_field: ClassVar[str]  # the field with the arguments of the action
-
+    arguments_field: ClassVar[str]
     progress_field: ClassVar[str]
-
-    # Seconds after which the original caller gives up the search for a performer.
     patience_s: ClassVar[float]
-
-    # Seconds in which a response to a REQUEST is useful; then the REQUEST is repeated or given up.
     request_lifetime_s: ClassVar[float]
-
-    has_agents: ClassVar[bool] = False  # whether messages name a robot and a mapped skill string
+    has_agents: ClassVar[bool] = False
 
     def encode(self, message: HubMessage) -> Mapping[str, Any]:
         fields = {
@@ -119,7 +120,7 @@ class HubProtocol(ABC):
             "status": message.status,
         }
         if self.has_agents:
-            fields |= {"agent_id": message.key.agent, "mapped_action": message.mapped}
+            fields |= {"agent_id": message.key.agent, "mapped_action": message.skill_string}
         return fields
 
     def decode(self, fields: Message) -> HubMessage:
@@ -128,7 +129,7 @@ class HubProtocol(ABC):
             kind=fields["type"],
             node=fields["node_id"],
             key=ActionKey(fields["action"], arguments, fields.get("agent_id", "")),
-            mapped=fields.get("mapped_action", ""),
+            skill_string=fields.get("mapped_action", ""),
             success=fields["success"],
             progress=fields[self.progress_field],
             status=fields["status"],
@@ -146,11 +147,11 @@ class HubProtocol(ABC):
 
     @abstractmethod
     def cancel_reply(self, finish: HubMessage) -> HubMessage | None:
-        """Return the performer's last message after CANCEL, or None for no message, as in the original.
+        """Return the last message of a performer after a CANCEL, or None for no message.
 
-        :param finish: the last message without CANCEL.
+        :param finish: the last message of a performer without a CANCEL.
         """
 
     @abstractmethod
     def intended_arguments(self, key: ActionKey) -> tuple[str, ...]:
-        """Return the intended arguments: the original callers send a placeholder for no argument."""
+        """Return the arguments that the caller means: an action without arguments has a placeholder."""

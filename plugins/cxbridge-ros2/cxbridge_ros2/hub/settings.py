@@ -1,4 +1,4 @@
-"""The configuration of performers: ``/ros2/performers/NAME``."""
+"""The settings of performers, in the section ``/ros2/performers/NAME`` of a configuration."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ PROTOCOLS: Final[Mapping[str, HubProtocol]] = {
 _KEYS: Final = ("protocol", "agent", "agent-id", "name", "actions", *NODE_KEYS)
 
 
-def performer_settings(
+def read_performer_settings(
     config: Configuration, agents: Sequence[str], folder: Path
 ) -> dict[str, PerformerSettings]:
-    """Return the configured performers by key.
+    """Return the settings of the configured performers by NAME.
 
-    :param agents: the agents of the skill board.
+    :param agents: the names of the skill board's agents.
     :param folder: the base of relative paths.
     :raises CxbridgeError: if a setting is invalid; with file and line.
     """
@@ -49,11 +49,11 @@ def performer_settings(
         section = f"{SECTION}/{key}"
         with locate_errors(config, section):
             values = nest_settings(read_section(config, section))
-            performers[key] = _performer(f"the performer {key}", values, agents, folder)
+            performers[key] = _parse_performer(f"the performer {key}", values, agents, folder)
     return performers
 
 
-def _performer(
+def _parse_performer(
     component: str, values: Mapping[str, Any], agents: Sequence[str], folder: Path
 ) -> PerformerSettings:
     check_keys(values, _KEYS, component)
@@ -62,7 +62,7 @@ def _performer(
         hint = did_you_mean(protocol_name, PROTOCOLS, f"there are: {', '.join(PROTOCOLS)}")
         raise ConfigError(f"{component} has no protocol '{protocol_name}'", hint=hint)
     protocol = PROTOCOLS[protocol_name]
-    # the agent must be named only if the skill board has several agents
+    # a skill board with one agent gives the default
     agent = str(values.get("agent", agents[0] if len(agents) == 1 else ""))
     if agent not in agents:
         problem = f"serves the agent '{agent}', which there is not" if agent else "names no agent"
@@ -71,7 +71,7 @@ def _performer(
     if "agent-id" in values and not protocol.has_agents:
         raise ConfigError(f"{component} has no setting 'agent-id': messages of {protocol_name} name no robot")
     actions = values.get("actions", [])
-    if not isinstance(actions, Mapping):  # a list of names, without settings for each
+    if not isinstance(actions, Mapping):  # a list of names stands for actions without settings
         actions = {str(name): {} for name in to_list(actions)}
     if not actions:
         raise ConfigError(f"{component} has no actions", hint="name them: actions: [move]")

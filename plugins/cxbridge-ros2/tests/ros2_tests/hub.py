@@ -22,7 +22,7 @@ from cxbridge.skiller.board.settings import BoardSettings
 from cxbridge_ros2.hub.hub import Hub
 from cxbridge_ros2.hub.performer import HubPerformer
 from cxbridge_ros2.hub.protocol import ActionKey, Heartbeat, HubMessage, MessageKind, PerformerState
-from cxbridge_ros2.hub.settings import PROTOCOLS, performer_settings
+from cxbridge_ros2.hub.settings import PROTOCOLS, read_performer_settings
 from cxbridge_ros2.node import Client, MessageCallback, Node, Publisher, RequestHandler
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.settings import NodeSettings
@@ -86,7 +86,9 @@ class Side:
         self.service = SkillBoardService(self.board, clock, self.bus, settings)
         self.performers: list[HubPerformer] = []
         self.nodes: list[Node] = []
-        for each in performer_settings(config, [agent.name for agent in settings.agents], Path()).values():
+        for each in read_performer_settings(
+            config, [agent.name for agent in settings.agents], Path()
+        ).values():
             node = each.node.join(each.name, each.node.load_definitions(), self.lines.append, EVERYTHING)
             self.nodes.append(node)
             log = self.bus.logger("performer")

@@ -12,7 +12,7 @@ pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge_ros2.hub.protocol import ActionKey, HubMessage, MessageKind, PerformerState
-from cxbridge_ros2.hub.settings import PROTOCOLS, performer_settings
+from cxbridge_ros2.hub.settings import PROTOCOLS, read_performer_settings
 from ros2_tests.hub import CALLER, CALLERS, PERFORMER, EtherWorld, Side
 
 MOVE = ActionKey("move", ("r2", "hall"), "")
@@ -225,12 +225,12 @@ def test_the_thesis_names_agents_and_mapped_skills(world: EtherWorld):
         "actions: [move, wave]", "actions: {move: {call: mapped}, wave: {parameters: [to]}}"
     )
     there, stranger = performer(world, "skill-execution", text), world.stranger("skill-execution")
-    stranger.say(MessageKind.REQUEST, MOVE, mapped='count{times=2, to="x"}')
+    stranger.say(MessageKind.REQUEST, MOVE, skill_string='count{times=2, to="x"}')
     assert stranger.silent(MessageKind.RESPONSE)
     for key in (MOVE._replace(agent="r7"), ActionKey("wave", ("y",), "r7")):
-        stranger.say(MessageKind.REQUEST, key, mapped='count{times=2, to="x"}')
+        stranger.say(MessageKind.REQUEST, key, skill_string='count{times=2, to="x"}')
         stranger.hear(MessageKind.RESPONSE)
-        stranger.say(MessageKind.CONFIRM, key, f"ours_{key.action}", mapped='count{times=2, to="x"}')
+        stranger.say(MessageKind.CONFIRM, key, f"ours_{key.action}", skill_string='count{times=2, to="x"}')
         stranger.hear(MessageKind.FINISH)
     assert "count {'times': 2, 'to': 'x'}" in there.lines
     assert "wave {'to': 'y', 'mapped_action': 'count{times=2, to=\"x\"}'}" in there.lines
@@ -242,7 +242,7 @@ def test_the_thesis_names_agents_and_mapped_skills(world: EtherWorld):
 def perform(stranger: Any) -> HubMessage:
     """Answer a REQUEST, and wait for CONFIRM."""
     request: HubMessage = stranger.hear(MessageKind.REQUEST)
-    stranger.say(MessageKind.RESPONSE, request.key, mapped=request.mapped)
+    stranger.say(MessageKind.RESPONSE, request.key, skill_string=request.skill_string)
     confirm: HubMessage = stranger.hear(MessageKind.CONFIRM, stranger.name)
     assert confirm.key == request.key
     return confirm
@@ -361,7 +361,7 @@ def test_arguments_are_as_configured(world: EtherWorld):
     here.ask("move", to=4, speed=1.5)
     request = stranger.hear(MessageKind.REQUEST)
     assert request.key == ActionKey("go", ("4", "at 1.5"), "r7")
-    assert request.mapped == "drive{x=4}"
+    assert request.skill_string == "drive{x=4}"
 
 
 def test_the_mapped_action_of_the_thesis_goes_along(world: EtherWorld):
@@ -370,9 +370,9 @@ def test_the_mapped_action_of_the_thesis_goes_along(world: EtherWorld):
         "move", {"1": "r2", "2": "hall", "mapped_action": "go()"}, "robot1", lambda _master: None, "move_gen1"
     )
     request = stranger.hear(MessageKind.REQUEST)
-    assert (request.node, request.key, request.mapped) == ("move_gen1", MOVE, "go()")
-    stranger.say(MessageKind.RESPONSE, request.key, mapped=request.mapped)
-    assert stranger.hear(MessageKind.CONFIRM).mapped == "go()"
+    assert (request.node, request.key, request.skill_string) == ("move_gen1", MOVE, "go()")
+    stranger.say(MessageKind.RESPONSE, request.key, skill_string=request.skill_string)
+    assert stranger.hear(MessageKind.CONFIRM).skill_string == "go()"
 
 
 def test_a_skill_takes_no_longer_than_it_may(world: EtherWorld, protocol: str):
@@ -432,5 +432,5 @@ def test_a_wrong_performer_is_one_error_with_its_place(case: str, tmp_path: Any)
     )
     agents = ["robot1", "robot2"] if case == "which agent" else ["robot2"]
     with pytest.raises(CxbridgeError, match=words) as caught:
-        performer_settings(config, agents, tmp_path)
+        read_performer_settings(config, agents, tmp_path)
     assert caught.value.line == 3

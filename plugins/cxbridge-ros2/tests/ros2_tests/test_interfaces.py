@@ -39,7 +39,7 @@ from ros2_tests.test_managed import until
 from tests.daemon.test_daemon import running
 from tests.run.mini import write_scenario
 
-TYPES = InterfaceRegistry().names()
+TYPE_DEFINITIONS = InterfaceRegistry().names()
 BATTERY = "/blackboard/BatteryInterface/Robot"
 
 
@@ -167,14 +167,14 @@ def test_each_interface_there_is_goes_from_board_to_board(tmp_path: Path, domain
     rng = Random(1)
     writes = "".join(
         f"    t{n}: {{interface: '{name}::There', direction: write, DOMAIN}}\n"
-        for n, name in enumerate(TYPES)
+        for n, name in enumerate(TYPE_DEFINITIONS)
     )
     with (
         a_run(tmp_path / "a", domain, "    all: {interface: '*::There', qos: latched, DOMAIN}\n") as here,
         a_run(tmp_path / "b", domain, writes) as there,
     ):
         written, read = {}, {}
-        for name in TYPES:
+        for name in TYPE_DEFINITIONS:
             one = written[name] = here.board.open_for_writing(name, "There")
             read[name] = there.board.open_for_reading(name, "There")
             for field in one.SCHEMA.fields:
@@ -183,7 +183,7 @@ def test_each_interface_there_is_goes_from_board_to_board(tmp_path: Path, domain
         def missing() -> list[str]:
             for each in read.values():
                 each.read()
-            return [name for name in TYPES if read[name].as_dict() != written[name].as_dict()]
+            return [name for name in TYPE_DEFINITIONS if read[name].as_dict() != written[name].as_dict()]
 
         def equal() -> bool:
             for each in written.values():

@@ -29,7 +29,7 @@ from tests.support import many
 KNOWN = Definitions([PACKAGES], environment={})
 CODEC = Codec(KNOWN)
 POSE = parse_type("geometry_msgs/msg/PoseStamped")
-TYPES = [name for name in KNOWN.names() if "/msg/" in name]
+TYPE_DEFINITIONS = [name for name in KNOWN.names() if "/msg/" in name]
 EMPTY = "structure_needs_at_least_one_member"
 
 
@@ -70,7 +70,7 @@ def messages(name: str, depth: int = 0) -> st.SearchStrategy[dict[str, Any]]:
 @settings(max_examples=many(400, 100), deadline=None)
 @given(st.data())
 def test_what_is_written_is_read(data: st.DataObject):
-    name = data.draw(st.sampled_from(TYPES))
+    name = data.draw(st.sampled_from(TYPE_DEFINITIONS))
     message = data.draw(messages(name))
     assert CODEC.decode(parse_type(name), CODEC.encode(parse_type(name), message)) == message
 
@@ -82,7 +82,7 @@ def test_rclpy_reads_what_we_write_and_writes_the_same(request: pytest.FixtureRe
     @settings(max_examples=many(300, 75), deadline=None, database=None)
     @given(st.data())
     def collect(data: st.DataObject) -> None:
-        name = data.draw(st.sampled_from(TYPES))
+        name = data.draw(st.sampled_from(TYPE_DEFINITIONS))
         cases.append((name, CODEC.encode(parse_type(name), data.draw(messages(name))).hex()))
 
     collect()
@@ -178,7 +178,7 @@ def test_a_wrong_value_is_one_error_that_names_the_field(case: str):
 
 
 @settings(max_examples=many(500, 125), deadline=None)
-@given(st.sampled_from(TYPES), st.binary(max_size=64))
+@given(st.sampled_from(TYPE_DEFINITIONS), st.binary(max_size=64))
 def test_bytes_that_are_no_message_are_an_error_or_a_message(name: str, data: bytes):
     with suppress(Ros2Error):
         assert isinstance(CODEC.decode(parse_type(name), data), dict)

@@ -26,7 +26,7 @@ from cxbridge.rights import EXEC_SKILL, FRAMES, Right, right_of_frame
 from cxbridge_ros2.actions import ActionClient, CancelCode
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.experts.client import ExpertClient
-from cxbridge_ros2.experts.definitions import TYPES
+from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
 from cxbridge_ros2.frames import TF_MESSAGE_TYPE
 from cxbridge_ros2.hub.protocol import ActionKey, HubMessage, MessageKind
 from cxbridge_ros2.interfaces.definitions import ACTION_DEFINITIONS, generate_definitions, ros_message_type
@@ -240,7 +240,7 @@ def asking(folder: Path, domain: int, settings: str, endpoint: str) -> Iterator[
     file = folder / "daemon.yaml"
     file.write_text(text)
     registry = InterfaceRegistry()
-    texts = {**ACTION_DEFINITIONS, **TYPES}
+    texts = {**ACTION_DEFINITIONS, **TYPE_DEFINITIONS}
     for name in ("BatteryInterface", "SkillerInterface", "SkillerDebugInterface"):
         texts.update(generate_definitions(registry.schema(name)))
     types = Definitions(distribution="iron", environment={}, texts=texts)

@@ -11,7 +11,7 @@ from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.experts.client import ExpertClient
-from cxbridge_ros2.experts.definitions import TYPES
+from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
 from cxbridge_ros2.transports.dds import DdsNode
 from tests.daemon.test_daemon import running
 from tests.support import ROOT
@@ -53,5 +53,5 @@ def served(
 @contextmanager
 def asking(domain: int, namespace: str = "") -> Iterator[ExpertClient]:
     """Join as a client."""
-    with DdsNode("asks", Definitions(environment={}, texts=TYPES), domain) as node:
+    with DdsNode("asks", Definitions(environment={}, texts=TYPE_DEFINITIONS), domain) as node:
         yield ExpertClient(node, RealClock(), namespace, patience_s=10.0)

@@ -18,8 +18,8 @@ from cxbridge.errors import Ros2Error
 from cxbridge_ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.experts.client import ExpertRefusedError
-from cxbridge_ros2.experts.definitions import EXECUTE_PLAN, TYPES
-from cxbridge_ros2.experts.execution import item_of, read_plan
+from cxbridge_ros2.experts.definitions import EXECUTE_PLAN, TYPE_DEFINITIONS
+from cxbridge_ros2.experts.execution import parse_item, read_plan
 from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.terminal import Terminal, UsageError
 from cxbridge_ros2.transports.dds import DdsNode
@@ -39,7 +39,7 @@ def info(action: str, status: int, message: str = "") -> dict[str, Any]:
     }
 
 
-def execute(goal: ServedGoal) -> Execution:
+def execute_plan(goal: ServedGoal) -> Execution:
     """Execute actions one after the other; those of the name ``break`` fail."""
     actions = [each["action"] for each in goal.goal["plan"]["items"]]
     for action in actions:
@@ -60,10 +60,10 @@ def an_executor(domain: int) -> Iterator[list[ServedGoal]]:
 
     def served(goal: ServedGoal) -> Execution:
         goals.append(goal)
-        return execute(goal)
+        return execute_plan(goal)
 
     def serve() -> None:
-        with DdsNode("executor", Definitions(environment={}, texts=TYPES), domain) as node:
+        with DdsNode("executor", Definitions(environment={}, texts=TYPE_DEFINITIONS), domain) as node:
             server = ActionServer(node, "/execute_plan", EXECUTE_PLAN, served, RealClock())
             while not over.is_set():
                 node.poll(0.02)
@@ -87,7 +87,7 @@ def terminal(domain: int) -> Iterator[Terminal]:
 def test_a_plan_in_a_file_is_executed(terminal: Terminal, domain: int, tmp_path: Path):
     (tmp_path / "plan").write_text(PLAN)
     with an_executor(domain + 11) as goals:
-        said = list(terminal.do(f"run plan-file {tmp_path / 'plan'}"))
+        said = list(terminal.run_line(f"run plan-file {tmp_path / 'plan'}"))
     assert said[-3:] == [
         "(move r2 hall dock): succeeded",
         "(fill crate1): succeeded",
@@ -103,21 +103,21 @@ def test_a_plan_in_a_file_is_executed(terminal: Terminal, domain: int, tmp_path:
 @pytest.mark.parametrize("words", ["(break it)", "break it"])
 def test_an_action_that_fails_is_named(terminal: Terminal, domain: int, words: str):
     with an_executor(domain + 11), pytest.raises(ExpertRefusedError, match=r"\(break it\) it is broken"):
-        list(terminal.do(f"run action {words}"))
+        list(terminal.run_line(f"run action {words}"))
 
 
 def test_who_stops_listening_cancels_the_plan(terminal: Terminal, domain: int):
     with an_executor(domain + 11) as goals:
-        steps = terminal.do("run action wait")
+        steps = terminal.run_line("run action wait")
         assert next(iter(steps)) == "(wait): executing"
         steps.close()  # type: ignore[attr-defined]
         assert goals[0].wants_cancel
 
 
 def test_without_an_executor_it_says_so(terminal: Terminal, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("cxbridge_ros2.experts.execution.PATIENCE_S", 0.3)
+    monkeypatch.setattr("cxbridge_ros2.experts.execution.DEFAULT_PATIENCE_S", 0.3)
     with pytest.raises(Ros2Error, match="/execute_plan has no server"):
-        list(terminal.do("run action wait"))
+        list(terminal.run_line("run action wait"))
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_without_an_executor_it_says_so(terminal: Terminal, monkeypatch: pytest.
 )
 def test_wrong_words(terminal: Terminal, words: str):
     with pytest.raises(UsageError, match=f"there is no '{words}'"):
-        list(terminal.do(words))
+        list(terminal.run_line(words))
 
 
 @pytest.mark.parametrize(
@@ -144,5 +144,7 @@ def test_a_plan_that_is_none(tmp_path: Path, text: str | None, problem: str):
 
 
 def test_lines_of_a_plan():
-    assert item_of("1.5: (a b)  [ 2 ]") == {"time": 1.5, "action": "(a b)", "duration": 2.0}
-    assert [item_of(each) for each in ("", "a", "1: a", "1.2.3: (a)", "1: ((a))", "1: (a) [x]")] == [None] * 6
+    assert parse_item("1.5: (a b)  [ 2 ]") == {"time": 1.5, "action": "(a b)", "duration": 2.0}
+    assert [parse_item(each) for each in ("", "a", "1: a", "1.2.3: (a)", "1: ((a))", "1: (a) [x]")] == [
+        None
+    ] * 6

@@ -16,7 +16,7 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import RunOptions
 from cxbridge_ros2.experts.answers import PROBLEM_SERVICES
-from cxbridge_ros2.experts.definitions import NODES
+from cxbridge_ros2.experts.definitions import SERVICES_BY_NODE
 from ros2_tests.experts.agents import HERE, MEETING, asking, configuration, served
 from ros2_tests.experts.test_services import WHOLE, goal, named, predicate
 from tests.support import ROOT, needs_plugin
@@ -57,7 +57,7 @@ def test_who_may_only_look(domain: int, tmp_path: Path):
     with served(tmp_path, domain, more=", remote-control: false"), asking(domain) as client:
         before = client.request(WHOLE["get_problem"])["problem"]
         for name, service in PROBLEM_SERVICES.items():
-            if service.changes:
+            if service.changes_problem:
                 response = client.call(WHOLE[name])
                 assert response["success"] is False
                 assert response["error_info"].endswith("cxbridge/remote-control of the daemon is off")
@@ -83,7 +83,7 @@ def test_a_part_of_it_is_served(domain: int, tmp_path: Path):
         assert client.request(WHOLE["get_domain_name"])["name"] == "tour"
         clients = [
             client.node.create_client(name, f"plansys2_msgs/srv/{kind}")
-            for name, kind in NODES["problem"].items()
+            for name, kind in SERVICES_BY_NODE["problem"].items()
         ]
         client.wait(lambda: False, 1)
         assert not any(each.has_server for each in clients)

@@ -12,7 +12,7 @@ from cxbridge.errors import PddlError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.pddl import format_domain, parse_domain, parse_formula
-from cxbridge_ros2.experts.facts import FactKnowledge, domain_of_facts
+from cxbridge_ros2.experts.facts import FactKnowledge, extend_domain
 from cxbridge_ros2.experts.knowledge import Knowledge, MemoryKnowledge, ProblemExpert, subtypes
 
 DOMAIN = parse_domain(
@@ -60,7 +60,7 @@ def test_it_is_kept(expert: ProblemExpert, knowledge: Knowledge):
     expert.set_goal(parse_formula("(at 7 home)"))
     expert.set_goal(parse_formula("(and (at 7 home) (not (never)))"))
     assert knowledge.goal == "(and (at 7 home) (not (never)))"
-    text = str(expert.problem().init), str(expert.problem().numbers)
+    text = str(expert.make_problem().init), str(expert.make_problem().numbers)
     assert "kitchen" in text[0]
     assert "4.0" in text[1]
 
@@ -143,14 +143,14 @@ def test_without_a_domain_anything_is_taken():
     expert.add_instance("x", "anything")
     expert.add_predicate(("any", ("y",)))
     with pytest.raises(PddlError, match="there is no domain"):
-        expert.problem()
+        expert.make_problem()
 
 
 def test_an_agent_without_the_core(env):
     expert = ProblemExpert(FactKnowledge(env, count(1)), lambda: DOMAIN)
     with pytest.raises(PddlError, match="no template domain-object"):
         expert.add_instance("c1", "cup")
-    assert domain_of_facts(env, None) is None
+    assert extend_domain(env, None) is None
 
 
 def test_a_domain_of_facts_is_that_which_was_parsed(env):
@@ -168,10 +168,10 @@ def test_a_domain_of_facts_is_that_which_was_parsed(env):
     for file in ("saliences", "plan", "goal", "domain"):
         assert env.batch(CORE_DIR / "cx" / f"{file}.clp")
     _assert_rows(env, domain_facts(parsed))
-    made = domain_of_facts(env, None)
+    made = extend_domain(env, None)
     assert made is not None
     wanted = format_domain(parsed).replace("  (:constants home - place)\n", "")
     assert format_domain(made) == wanted.replace(
         "(:types room - place place cup - object)", format_domain(made).splitlines()[2].strip()
     )
-    assert domain_of_facts(env, parsed) == parsed
+    assert extend_domain(env, parsed) == parsed

@@ -60,8 +60,8 @@ def whole(tree: dict[str, Any]) -> dict[str, Any]:
 @given(formula=_FORMULAS)
 def test_there_and_back(distribution: str, formula: Formula):
     codec = NodeCodec(distribution)
-    tree = codec.tree(formula, {})
-    assert codec.formula(whole(tree)) == formula
+    tree = codec.encode_formula(formula, {})
+    assert codec.decode_tree(whole(tree)) == formula
     assert [each["node_id"] for each in tree["nodes"]] == list(range(len(tree["nodes"])))
 
 
@@ -69,7 +69,7 @@ def test_there_and_back(distribution: str, formula: Formula):
     ("distribution", "number"), [("humble", 11), ("iron", 11), ("jazzy", 14), ("kilted", 14)]
 )
 def test_numbers(distribution: str, number: int):
-    tree = NodeCodec(distribution).tree(parse_formula("(>= (battery r2) 1)"), {})
+    tree = NodeCodec(distribution).encode_formula(parse_formula("(>= (battery r2) 1)"), {})
     assert tree["nodes"][0]["expression_type"] == number
 
 
@@ -77,23 +77,23 @@ def test_numbers(distribution: str, number: int):
     "text", ["(exists (?c - cup) (at ?c hall))", "(not (= ?a hall))", "(exists (?c) (at ?c ?p))"]
 )
 def test_what_came_with_jazzy(text: str):
-    tree = NodeCodec("jazzy").tree(parse_formula(text), {})
-    assert format_formula(NodeCodec("jazzy").formula(whole(tree))) == text
+    tree = NodeCodec("jazzy").encode_formula(parse_formula(text), {})
+    assert format_formula(NodeCodec("jazzy").decode_tree(whole(tree))) == text
     with pytest.raises(Ros2Error, match="PlanSys2's messages"):
-        NodeCodec("iron").tree(parse_formula(text), {})
+        NodeCodec("iron").encode_formula(parse_formula(text), {})
 
 
 @pytest.mark.parametrize("distribution", DISTRIBUTIONS)
 @pytest.mark.parametrize("text", ["(forall (?c - cup) (at ?c hall))", "(>= (- (battery r2)) 1)"])
 def test_what_has_no_words(distribution: str, text: str):
     with pytest.raises(Ros2Error, match="have no words for"):
-        NodeCodec(distribution).tree(parse_formula(text), {})
+        NodeCodec(distribution).encode_formula(parse_formula(text), {})
 
 
 def test_an_implication_is_a_disjunction():
     codec = NodeCodec("iron")
-    tree = codec.tree(parse_formula("(imply (a) (b))"), {})
-    assert format_formula(codec.formula(whole(tree))) == "(or (not (a)) (b))"
+    tree = codec.encode_formula(parse_formula("(imply (a) (b))"), {})
+    assert format_formula(codec.decode_tree(whole(tree))) == "(or (not (a)) (b))"
 
 
 @given(
@@ -116,4 +116,4 @@ def test_an_implication_is_a_disjunction():
 )
 def test_any_tree_is_a_formula_or_an_error(nodes: list[dict[str, Any]]):
     with suppress(Ros2Error):
-        NodeCodec("jazzy").formula({"nodes": nodes}, effects=True)
+        NodeCodec("jazzy").decode_tree({"nodes": nodes}, effects=True)

@@ -13,9 +13,16 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from cxbridge.executive.pddl import parse_formula
 from cxbridge_ros2.experts.answers import PROBLEM_SERVICES
 from cxbridge_ros2.experts.client import ExpertClient
-from cxbridge_ros2.experts.definitions import DOMAIN, KNOWLEDGE, PROBLEM, SERVICES, SINCE_JAZZY, UPDATE
+from cxbridge_ros2.experts.definitions import (
+    DOMAIN_SERVICE_TYPES,
+    KNOWLEDGE_TOPIC,
+    PROBLEM_SERVICE_TYPES,
+    SERVICE_TYPES,
+    SINCE_JAZZY,
+    UPDATE_TOPIC,
+)
 from cxbridge_ros2.experts.domain import DOMAIN_SERVICES
-from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_node, param
+from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, make_ground_node, make_param
 from cxbridge_ros2.qos import QosProfile
 from ros2_tests.experts.agents import AGENT, MEETING, asking, served
 
@@ -25,19 +32,19 @@ MEETING_PROBLEM = (MEETING / "problem.pddl").read_text()
 
 
 def predicate(*words: str) -> dict[str, Any]:
-    return {"node": ground_node(TreeNodeKind.PREDICATE, (words[0], words[1:]), {})}
+    return {"node": make_ground_node(TreeNodeKind.PREDICATE, (words[0], words[1:]), {})}
 
 
 def function(value: float, *words: str) -> dict[str, Any]:
-    return {"node": ground_node(TreeNodeKind.FUNCTION, (words[0], words[1:]), {}, value)}
+    return {"node": make_ground_node(TreeNodeKind.FUNCTION, (words[0], words[1:]), {}, value)}
 
 
 def goal(text: str) -> dict[str, Any]:
-    return {"tree": CODEC.tree(parse_formula(text), {})}
+    return {"tree": CODEC.encode_formula(parse_formula(text), {})}
 
 
 def named(name: str, kind: str = "") -> dict[str, Any]:
-    return {"param": param(name, kind)}
+    return {"param": make_param(name, kind)}
 
 
 PROBLEM_TEXT = """
@@ -124,7 +131,7 @@ WRONG: tuple[tuple[str, Any, str], ...] = (
     ("get_plan", {"domain": MEETING_DOMAIN, "problem": "(define"}, "Plan not found: "),
     ("validate_domain", {"domain": "(define (domain"}, "Domain is not valid: "),
 )
-WHOLE = {name.rpartition("/")[2]: name for name in SERVICES}
+WHOLE = {name.rpartition("/")[2]: name for name in SERVICE_TYPES}
 
 
 @pytest.fixture(scope="module")
@@ -145,8 +152,8 @@ def client(experts: ExpertClient) -> ExpertClient:
 
 
 def test_each_service_is_served_and_asked_here():
-    assert PROBLEM.keys() == PROBLEM_SERVICES.keys()
-    assert DOMAIN.keys() == DOMAIN_SERVICES.keys()
+    assert PROBLEM_SERVICE_TYPES.keys() == PROBLEM_SERVICES.keys()
+    assert DOMAIN_SERVICE_TYPES.keys() == DOMAIN_SERVICES.keys()
     asked = RIGHT.keys() | {name for name, _, _ in WRONG} | {"exist_problem_predicate"}
     assert WHOLE.keys() - asked == {"exist_problem_function"}
 
@@ -169,7 +176,7 @@ def test_wrong(client: ExpertClient, name: str, request_: dict[str, Any], messag
 
 
 def test_what_came_with_jazzy(domain: int, tmp_path: Path, experts: ExpertClient):
-    clients = [experts.node.create_client(name, SERVICES[name]) for name in SINCE_JAZZY]
+    clients = [experts.node.create_client(name, SERVICE_TYPES[name]) for name in SINCE_JAZZY]
     experts.wait(lambda: False, 1)
     assert not any(each.has_server for each in clients)
     with (
@@ -265,11 +272,11 @@ def test_actions(client: ExpertClient):
     request = {"action": "sweep", "parameters": ["r2"]}
     action = client.request(WHOLE["get_domain_action_details"], request)["action"]
     assert [each["name"] for each in action["parameters"]] == ["r2", "?1"]
-    assert CODEC.formula(action["preconditions"]) == parse_formula("(and (at r2 ?1) (not (clean ?1)))")
+    assert CODEC.decode_tree(action["preconditions"]) == parse_formula("(and (at r2 ?1) (not (clean ?1)))")
     request = {"durative_action": "move", "parameters": ["r2", "a", "b"]}
     action = client.request(WHOLE["get_domain_durative_action_details"], request)["durative_action"]
     assert {
-        field: CODEC.formula(tree)
+        field: CODEC.decode_tree(tree)
         for field, tree in action.items()
         if field.endswith(("requirements", "effects"))
     } == {
@@ -283,8 +290,8 @@ def test_actions(client: ExpertClient):
 
 def test_an_operator_of_facts(client: ExpertClient):
     action = client.request(WHOLE["get_domain_action_details"], {"action": "fill"})["action"]
-    assert CODEC.formula(action["preconditions"]) == parse_formula("(not (full ?0))")
-    assert CODEC.formula(action["effects"]) == parse_formula("(and (full ?0))")
+    assert CODEC.decode_tree(action["preconditions"]) == parse_formula("(not (full ?0))")
+    assert CODEC.decode_tree(action["effects"]) == parse_formula("(and (full ?0))")
 
 
 def test_a_plan(client: ExpertClient):
@@ -297,8 +304,8 @@ def test_changes_are_told(client: ExpertClient):
     told: list[Any] = []
     known: list[Any] = []
     ends = [
-        client.node.subscribe(*UPDATE, told.append),
-        client.node.subscribe(*KNOWLEDGE, known.append, QosProfile(durability="transient_local")),
+        client.node.subscribe(*UPDATE_TOPIC, told.append),
+        client.node.subscribe(*KNOWLEDGE_TOPIC, known.append, QosProfile(durability="transient_local")),
     ]
     assert client.wait(lambda: bool(known), 10)  # who comes late hears how things stand
     client.wait(lambda: False, 1)

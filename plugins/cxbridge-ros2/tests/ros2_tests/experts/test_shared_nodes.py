@@ -20,4 +20,4 @@ def test_a_goal_tree_of_plansys2_whose_nodes_share_children_is_refused():
         {**empty, "node_type": int(TreeNodeKind.PREDICATE), "node_id": 31, "children": [], "name": "a"}
     )
     with pytest.raises(CxbridgeError, match="one parent"):
-        NodeCodec("jazzy").formula({"nodes": nodes})
+        NodeCodec("jazzy").decode_tree({"nodes": nodes})

@@ -18,7 +18,7 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.experts.client import ExpertClient, ExpertRefusedError
-from cxbridge_ros2.experts.definitions import SERVICES, TYPES
+from cxbridge_ros2.experts.definitions import SERVICE_TYPES, TYPE_DEFINITIONS
 from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.terminal import Terminal
 from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE
@@ -81,10 +81,10 @@ def needs(*packages: str) -> None:
 
 def test_the_hashes_of_the_types_are_theirs():
     needs("plansys2_msgs")
-    ours = Definitions(environment={}, texts=TYPES)
+    ours = Definitions(environment={}, texts=TYPE_DEFINITIONS)
     share = folder_of("plansys2_msgs") / "share" / "plansys2_msgs"
     checked = 0
-    for name in TYPES:
+    for name in TYPE_DEFINITIONS:
         kind = parse_type(name)
         file = share / kind.kind / f"{kind.name}.json"
         if not file.is_file():
@@ -95,7 +95,7 @@ def test_the_hashes_of_the_types_are_theirs():
         }
         assert ours.type_hash(kind) == hashes[name], name
         checked += 1
-    assert checked == len(TYPES) - len(LATER)
+    assert checked == len(TYPE_DEFINITIONS) - len(LATER)
 
 
 # ---- other clients ask our servers
@@ -111,7 +111,7 @@ class Stranger:
         process = self.process
         assert process.stdin is not None
         assert process.stdout is not None
-        process.stdin.write(json.dumps([service, SERVICES[service], request]) + "\n")
+        process.stdin.write(json.dumps([service, SERVICE_TYPES[service], request]) + "\n")
         process.stdin.flush()
         return json.loads(process.stdout.readline())
 
@@ -273,7 +273,7 @@ def test_our_prompt_asks_theirs(theirs: ExpertClient):
     terminal = Terminal(theirs, NodeCodec("iron"))
 
     def said(line: str) -> list[str]:
-        return list(terminal.do(line))
+        return list(terminal.run_line(line))
 
     theirs.request(WHOLE["clear_problem_knowledge"])
     assert said("get model types") == ["robot", "place", "room"]
@@ -309,8 +309,8 @@ def test_their_planner_plans_for_our_prompt(theirs: ExpertClient):
         lead(theirs, "/planner")
         theirs.request(WHOLE["add_problem_instance"], named("attic", "room"))
         theirs.request(WHOLE["add_problem_predicate"], predicate("open"))
-        list(terminal.do("set goal (and (at r2 attic))"))
-        (step,) = list(terminal.do("get plan"))
+        list(terminal.run_line("set goal (and (at r2 attic))"))
+        (step,) = list(terminal.run_line("get plan"))
         assert step == "0.000: (move r2 hall attic) [5.000]"
 
 
@@ -326,7 +326,7 @@ def test_their_planner_reads_our_texts(domain: int, tmp_path: Path):
         with their_node("plansys2_planner", "planner_node"):
             lead(client, "/planner")
             terminal = Terminal(client, NodeCodec("iron"))
-            list(terminal.do("set function (= (battery r2) 3)"))
-            list(terminal.do("set goal (and (at r2 dock))"))
-            (step,) = list(terminal.do("get plan"))
+            list(terminal.run_line("set function (= (battery r2) 3)"))
+            list(terminal.run_line("set goal (and (at r2 dock))"))
+            (step,) = list(terminal.run_line("get plan"))
             assert step == "0.000: (move r2 hall dock) [5.000]"

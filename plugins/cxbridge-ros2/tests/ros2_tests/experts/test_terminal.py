@@ -17,7 +17,7 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from cxbridge.errors import CxbridgeError
 from cxbridge_ros2.experts.client import ExpertRefusedError
 from cxbridge_ros2.experts.nodes import NodeCodec
-from cxbridge_ros2.experts.terminal import HELP, Terminal, UsageError
+from cxbridge_ros2.experts.terminal import HELP_LINES, Terminal, UsageError
 from ros2_tests.experts.agents import asking, served
 from tests.forked import nursery
 from tests.support import ROOT
@@ -73,8 +73,8 @@ RIGHT = {
     "remove function battery r2": [],
     "remove goal": [],
     "check actors": [],
-    "help set": [line for line in HELP if line.startswith("set ")],
-    "?": [*HELP],
+    "help set": [line for line in HELP_LINES if line.startswith("set ")],
+    "?": [*HELP_LINES],
     "quit": [],
     "": [],
 }
@@ -127,7 +127,7 @@ def terminals(domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator
 def terminal(terminals: Terminal) -> Terminal:
     for line in RESET:
         try:
-            list(terminals.do(line))
+            list(terminals.run_line(line))
         except ExpertRefusedError:
             assert line.startswith("remove")
     terminals.is_over = False
@@ -148,7 +148,7 @@ def test_each_command_is_here_and_on_the_page(terminals: Terminal):
 
 @pytest.mark.parametrize("line", RIGHT)
 def test_right(terminal: Terminal, line: str):
-    said = list(terminal.do(line))
+    said = list(terminal.run_line(line))
     if line in ("get domain", "get problem"):
         assert said[0].splitlines()[:1] == RIGHT[line]
     else:
@@ -158,31 +158,31 @@ def test_right(terminal: Terminal, line: str):
 @pytest.mark.parametrize("line", REFUSED)
 def test_refused(terminal: Terminal, line: str):
     with pytest.raises(ExpertRefusedError, match=REFUSED[line]):
-        list(terminal.do(line))
+        list(terminal.run_line(line))
 
 
 @pytest.mark.parametrize("line", USAGE)
 def test_usage(terminal: Terminal, line: str):
     with pytest.raises(UsageError, match=USAGE[line]):
-        list(terminal.do(line))
+        list(terminal.run_line(line))
 
 
 def test_a_file_of_commands(terminal: Terminal, tmp_path: Path):
     file = tmp_path / "commands"
     file.write_text("set instance attic room\n\nget problem predicates\n")
-    assert list(terminal.do(f"source {file}")) == ["(open)", "(at r2 hall)"]
-    assert next(terminal.do(f"source {file} 1")) == "set instance attic room"
+    assert list(terminal.run_line(f"source {file}")) == ["(open)", "(at r2 hall)"]
+    assert next(terminal.run_line(f"source {file} 1")) == "set instance attic room"
     file.write_text(f"quit\nsource {file}\n")
-    list(terminal.do(f"source {file}"))
+    list(terminal.run_line(f"source {file}"))
     assert terminal.is_over
     file.write_text(f"source {file}\n")
     terminal.is_over = False
     with pytest.raises(UsageError, match="names no other"):
-        list(terminal.do(f"source {file}"))
+        list(terminal.run_line(f"source {file}"))
 
 
 def test_completion(terminals: Terminal):
-    assert terminals.completions("") == [
+    assert terminals.find_completions("") == [
         "?",
         "check",
         "get",
@@ -193,16 +193,16 @@ def test_completion(terminals: Terminal):
         "set",
         "source",
     ]
-    assert terminals.completions("get p") == ["plan", "problem"]
-    assert terminals.completions("get problem ") == ["functions", "goal", "instances", "predicates"]
-    assert terminals.completions("set instance r") == []
+    assert terminals.find_completions("get p") == ["plan", "problem"]
+    assert terminals.find_completions("get problem ") == ["functions", "goal", "instances", "predicates"]
+    assert terminals.find_completions("set instance r") == []
 
 
 def test_nobody_is_there(domain: int):
     with asking(domain + 4) as client:
         client._patience_s = 0.2
         with pytest.raises(CxbridgeError, match="/domain_expert/get_domain has no server"):
-            list(Terminal(client, NodeCodec("iron")).do("get domain"))
+            list(Terminal(client, NodeCodec("iron")).run_line("get domain"))
 
 
 def program(*words: str, lines: str = "") -> tuple[int, str, str]:
