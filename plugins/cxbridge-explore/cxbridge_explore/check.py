@@ -11,8 +11,8 @@ from cxbridge_explore.properties.builtin.table import builtin_properties
 from cxbridge_explore.properties.reading import FILE, combine_properties, read_properties
 from cxbridge_explore.worldmodel.names import check_world_of
 from cxbridge_explore.worldmodel.reading import find_world, read_world
-from cxbridge_studio.check.agent import Agent, agents
-from cxbridge_studio.check.findings import Code, Finding, Severity, of_error
+from cxbridge_studio.check.agent import Agent, find_agent_names
+from cxbridge_studio.check.findings import Code, Finding, Severity, make_error_finding
 
 WORLD: Final = Code(
     "CX121",
@@ -36,16 +36,16 @@ def check(agent: Agent) -> Iterator[Finding]:
     """Yield the first error of the world and the first error of the properties."""
     folder = agent.context.paths.config_file.parent
     if (world := find_world(folder)) is not None:
-        names = [name for name in agents(replace(agent.options, agent=None)) if name]
+        names = [name for name in find_agent_names(replace(agent.options, agent=None)) if name]
         try:
             check_world_of(read_world(world), [agent.context], names, as_written=True)
         except CxbridgeError as error:
-            yield of_error(error, WORLD)
+            yield make_error_finding(error, WORLD)
     if (properties := folder / FILE).is_file():
         try:
             combine_properties(read_properties(properties), builtin_properties())
         except CxbridgeError as error:
-            finding = of_error(error, PROPERTIES)
+            finding = make_error_finding(error, PROPERTIES)
             if not finding.place.file:  # the error about two properties with the same name has no place
                 finding = replace(finding, place=replace(finding.place, file=str(properties)))
             yield finding

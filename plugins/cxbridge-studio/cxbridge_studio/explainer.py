@@ -49,9 +49,9 @@ def explainer(run: RecordedRun, at_s: float | None, env: str | None) -> Explaine
 
 def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
     """Return the error of a failed start with the findings of the check."""
-    from cxbridge_studio.check.start_errors import with_findings  # noqa: PLC0415
+    from cxbridge_studio.check.start_errors import add_findings  # noqa: PLC0415
 
-    return with_findings(error, options)
+    return add_findings(error, options)
 
 
 def place_of_action(files: Sequence[Path], action: str) -> str:

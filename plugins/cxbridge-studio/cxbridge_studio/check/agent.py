@@ -1,9 +1,9 @@
 """The agent under check: its configuration and its CLIPS files, loaded into CLIPS without running rules.
 
-CLIPS reads the constructs in the order of a run, in an environment with the features that the agent requests.
-A construct is wrong exactly when a run would drop it. Since no rule fires, the check reads the actions that
-affect later files from the text of the rules: loading a file, opening an interface (which adds a
-deftemplate), and requesting a feature.
+CLIPS reads the constructs in the order of a run, in an environment with the features that the agent requests
+(groups of functions and deftemplates that the executive adds). A construct is wrong exactly when a run would
+drop the construct. Since no rule fires, the check finds the actions that affect later files in the text of
+the rules: loading a file, opening an interface, which adds a deftemplate, and requesting a feature.
 """
 
 from __future__ import annotations
@@ -37,23 +37,24 @@ from cxbridge_studio.agent.model import AgentModel, read_source
 from cxbridge_studio.agent.names import NameKind, SourceFile
 from cxbridge_studio.check.findings import SourcePlace
 from cxbridge_studio.check.stubbed_environment import StubbedEnvironment
-from cxbridge_studio.check.usage import Construct, FactUse, Usage, constructs_of
+from cxbridge_studio.check.usage import Construct, FactUse, Usage, make_constructs
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.robmem.store import Store
 
-_LOADERS: Final = frozenset({"path-load", "path-load*", "load", "load*"})
-_BATCHES: Final = frozenset({"path-batch", "path-batch*", "batch", "batch*"})
-_INTERFACES: Final = frozenset(
+_LOAD_FUNCTIONS: Final = frozenset({"path-load", "path-load*", "load", "load*"})
+_BATCH_FUNCTIONS: Final = frozenset({"path-batch", "path-batch*", "batch", "batch*"})
+_INTERFACE_FUNCTIONS: Final = frozenset(
     {"blackboard-preload", "blackboard-open", "blackboard-open-reading", "blackboard-open-writing"}
 )
+# The file of Fawkes' core that opens the interfaces.
 _BLACKBOARD_FILE: Final = "BATCH|blackboard-init.clp"
-_FROM_CORE: Final = "the core"  # stands for the file of a position, where the core itself loads a file
-_MAIN: Final = Symbol("MAIN")
-# The number of parent folders of a CLIPS file to search for the scenario of the file and the files that it
+_CORE_REQUEST: Final = "the core"  # in place of a file in the position of a request by the core itself
+_MAIN_MODULE: Final = Symbol("MAIN")
+# The number of parent folders of a CLIPS file in which to search for its scenario and for the files that it
 # loads.
-MAX_FOLDERS: Final = 4
+MAX_PARENT_FOLDERS: Final = 4
 
 
 @dataclass(frozen=True)
@@ -79,41 +80,43 @@ class ClipsFile:
         return Lines(self.text)
 
     def place(self, node: SyntaxNode) -> SourcePlace:
-        return self.place_at(node.start)
+        """Return the position of a node."""
+        return self.offset_place(node.start)
 
-    def place_at(self, offset: int) -> SourcePlace:
+    def offset_place(self, offset: int) -> SourcePlace:
+        """Return the position of an offset in the text."""
         return SourcePlace.at(str(self.path), self.lines, offset)
 
     def calls(self, *names: str) -> Iterator[SyntaxNode]:
-        """Yield the lists that begin with one of these words."""
-        return (node for head, node in self._lists if head in names)
+        """Yield the calls of functions, or other lists that begin with one of these words."""
+        return (node for head, node in self._headed_lists if head in names)
 
     @cached_property
-    def _lists(self) -> tuple[tuple[str, SyntaxNode], ...]:
-        """All lists in the constructs, each with its first word: many checks search them."""
+    def _headed_lists(self) -> tuple[tuple[str, SyntaxNode], ...]:
+        """All lists in the constructs, each with its first word, cached because many checks search them."""
         nodes = (node for construct in self.constructs for node in construct.node.walk())
         return tuple((node.head, node) for node in nodes if node.head)
 
     @cached_property
-    def names(self) -> SourceFile | None:
-        """The names in the file; None for an unknown suffix."""
+    def source(self) -> SourceFile | None:
+        """The file with its names; None for an unknown suffix."""
         return read_source(str(self.path), self.text)
 
     @cached_property
     def all_constructs(self) -> tuple[Construct, ...]:
-        """The constructs and commands, including unclosed constructs and the constructs after them."""
-        return () if self.names is None else constructs_of(self.names)
+        """The constructs and commands, including unclosed constructs and the constructs after those."""
+        return () if self.source is None else make_constructs(self.source)
 
 
 @cache
-def _core_file(path: Path, text: str, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
-    """Return a file of the built-in core; the cache shares the parsed file between agents."""
+def _make_core_file(path: Path, text: str, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
+    """Return a file of the built-in core. All checked agents share the file, so that it is parsed once."""
     return ClipsFile(path, text, diagnostics, is_core=True)
 
 
 @dataclass(frozen=True, slots=True)
 class RequestedFile:
-    """A file that the agent loads.
+    """A file that the configuration or a CLIPS file loads.
 
     :param name: the written name, without ``BATCH|``.
     :param place: the position of the load command, or of the entry in the configuration.
@@ -124,12 +127,12 @@ class RequestedFile:
 
 
 class Agent(Closing):
-    """An agent under check. A context manager.
+    """An agent under check. Use as a context manager, which frees the CLIPS environment.
 
     :param options: the options of a run.
     :param sources: receives each source file when the file is read.
     :ivar files: the loaded CLIPS files, in the order of loading.
-    :ivar requested_files: the files that the configuration and the CLIPS files name, including missing files.
+    :ivar requested_files: the files that the configuration and the CLIPS files load, including missing files.
     :ivar missing_files: the requested files that no folder contains.
     """
 
@@ -143,18 +146,18 @@ class Agent(Closing):
         base = make_base(options, VirtualClock())
         if sources is not None:
             base.bus.subscribe(sources, SourceRead)
-        # No skill is executed, and a mistake in one file must not end the reading of further files.
+        # No skill is executed, and the check continues after a mistake in one file.
         run_options = replace(options, skiller="none", strict=False)
         self.context = context = Run(run_options, base, is_look=True)
         context.memory = _VolatileMemory(context.config, context.clock, context.bus, context.board)
         try:
             self.manager, self.executive = make_executive(context, StubbedEnvironment)
             assert isinstance(self.env, StubbedEnvironment)
-            self.env.folders = self._search_folders = folders_around(options.scenario)
+            self.env.folders = self._search_folders = search_folders(options.scenario)
             try:
                 self.executive.load_core()
                 for name in unasked_features(context):
-                    self._request(name)
+                    self._request_feature(name)
                 self._load_files()
             except Exception:
                 self.close()
@@ -190,25 +193,27 @@ class Agent(Closing):
     @cached_property
     def own_constructs(self) -> list[Construct]:
         """The constructs that belong neither to the built-in core nor to Fawkes' core."""
-        return [construct for construct in self.usage.constructs if not self.is_of_core(construct.file.path)]
+        return [
+            construct for construct in self.usage.constructs if not self.is_core_path(construct.file.path)
+        ]
 
-    def facts_of_agent(self, template: str) -> list[FactUse]:
+    def own_facts(self, template: str) -> list[FactUse]:
         """Return the facts of a template that the agent's own constructs assert."""
-        asserted = self.usage.asserted.get(template, ())
-        return [fact for construct, fact in asserted if not self.is_of_core(construct.file.path)]
+        asserted = self.usage.asserted_facts.get(template, ())
+        return [fact for construct, fact in asserted if not self.is_core_path(construct.file.path)]
 
     @cached_property
     def model(self) -> AgentModel:
         """The names in all files."""
         model = AgentModel()
         for file in self.files:
-            if file.names is not None:
-                model.take(file.names)
+            if file.source is not None:
+                model.take(file.source)
         return model
 
     @cached_property
     def usage(self) -> Usage:
-        """The uses of all constructs."""
+        """The facts and words in all constructs."""
         values = list(self.config.walk("/"))
         words = {word for value in values for text in (value.text, *value.items) for word in text.split()}
         functions = (definition.mention.name.text for definition in self.model.defined(NameKind.FUNCTION))
@@ -217,7 +222,7 @@ class Agent(Closing):
         core_templates = frozenset(
             mention.name.text
             for file in self.model.files
-            if self.is_of_core(file.path)
+            if self.is_core_path(file.path)
             for mention in file.mentions
             if mention.name.kind is NameKind.TEMPLATE
         )
@@ -225,7 +230,7 @@ class Agent(Closing):
         return Usage(self.model, frozenset(words), self.deftemplates, core_templates, constructs)
 
     @cached_property
-    def dropped(self) -> frozenset[tuple[str, str, str]]:
+    def dropped_constructs(self) -> frozenset[tuple[str, str, str]]:
         """The constructs that CLIPS drops, as (file, keyword, name)."""
         return frozenset(
             (str(file.path), kind, without_module(name))
@@ -234,48 +239,49 @@ class Agent(Closing):
             for kind, _, name in [diagnostic.construct.partition(" ")]
         )
 
-    def is_of_core(self, file: str) -> bool:
-        """Return whether a file belongs to the built-in core or to Fawkes' core."""
+    def is_core_path(self, file: str) -> bool:
+        """Return whether a path belongs to the built-in core or to Fawkes' core."""
         folders = (self.context.paths.cx, *self.context.paths.before)
         return any(Path(file).is_relative_to(folder) for folder in folders)
 
     @cached_property
     def deftemplates(self) -> frozenset[str]:
         """The names of CLIPS' deftemplates with slots, in any module."""
-        return frozenset(self._slots_of_clips)
+        return frozenset(self._clips_slots)
 
     @cached_property
-    def _slots_of_clips(self) -> dict[str, set[str]]:
+    def _clips_slots(self) -> dict[str, set[str]]:
+        """The slot names by deftemplate in CLIPS. Two modules may have deftemplates with the same name."""
         slots: dict[str, set[str]] = {}
-        for name in self.words_of("(get-deftemplate-list *)"):
-            slot_names = self.words_of(f"(deftemplate-slot-names {name})")
-            if slot_names != ["implied"]:  # the slot of ordered facts
+        for name in self.eval_words("(get-deftemplate-list *)"):
+            slot_names = self.eval_words(f"(deftemplate-slot-names {name})")
+            if slot_names != ["implied"]:  # the only slot of ordered facts
                 self._full_names[without_module(name)] = name
                 slots.setdefault(without_module(name), set()).update(slot_names)
         return slots
 
-    def words_of(self, expression: str) -> list[str]:
-        """Return the fields of a multifield expression; empty if the value has another type."""
+    def eval_words(self, expression: str) -> list[str]:
+        """Return the fields of an expression's multifield value; empty if the value has another type."""
         value = self.env.eval(expression)
         return list(map(str, value)) if isinstance(value, tuple) else []
 
     @cached_property
     def slots(self) -> dict[str, set[str]]:
         """The slot names by deftemplate, including deftemplates that CLIPS drops."""
-        slots = {name: set(names) for name, names in self._slots_of_clips.items()}
+        slots = {name: set(names) for name, names in self._clips_slots.items()}
         for definition in self.model.defined(NameKind.SLOT):
             slots.setdefault(definition.mention.name.owner, set()).add(definition.mention.name.text)
         return slots
 
-    def allowed(self, template: str, slot: str) -> frozenset[str]:
-        """Return the allowed values of a slot; empty if any value is allowed or the slot is unknown."""
-        if slot not in self._slots_of_clips.get(template, ()):
+    def allowed_values(self, template: str, slot: str) -> frozenset[str]:
+        """Return the allowed values of a slot; empty if any value is allowed, or the slot is unknown."""
+        if slot not in self._clips_slots.get(template, ()):
             return frozenset()
         name = self._full_names[template]
-        return frozenset(self.words_of(f"(deftemplate-slot-allowed-values {name} {slot})"))
+        return frozenset(self.eval_words(f"(deftemplate-slot-allowed-values {name} {slot})"))
 
     @property
-    def time_fields(self) -> int:
+    def time_field_count(self) -> int:
         """The number of fields in the executive's (time ...) facts."""
         now = self.env.call("now")
         return len(now) if isinstance(now, tuple) else 1
@@ -291,25 +297,25 @@ class Agent(Closing):
             place = place_of(self.config.get(key)) if self.config.exists(key) else None
             yield action, template, place
 
-    def find(self, name: str) -> Path | None:
+    def find_file(self, name: str) -> Path | None:
         """Resolve a file name as the agent does; return None if no folder has the file."""
-        module = self._enter(_MAIN)  # a loaded file may have left another module current
-        has_library = self.env.has_deffunction("path-resolve")  # a CLIPS program may lack it
+        module = self._set_module(_MAIN_MODULE)  # a loaded file may have left another module current
+        has_library = self.env.has_deffunction("path-resolve")  # a CLIPS program may run without the core
         resolved_path = self.env.call("path-resolve", name) if has_library else None
-        self._enter(module)
+        self._set_module(module)
         if isinstance(resolved_path, str) and resolved_path != "FALSE":
             return Path(resolved_path)
         paths = [folder / name for folder in self._search_folders]
         return next(filter(is_readable_file, paths if has_library else [Path(name), *paths]), None)
 
-    def feature_with(self, function: str) -> str:
-        """Return the first unrequested feature that provides a function; empty if no feature does.
+    def find_feature(self, function: str) -> str:
+        """Return a feature that provides a function and is not requested; empty if there is none.
 
-        Call this after all files are loaded, because the features that it tries stay in the environment.
+        Call this after all files are loaded, because the tried features stay in the environment.
         """
         for feature in self.manager.features:
             if feature not in self._requested_features:
-                self._request(feature)
+                self._request_feature(feature)
                 if self.env.has_function(function):
                     return feature
         return ""
@@ -317,6 +323,7 @@ class Agent(Closing):
     # ---- loading
 
     def _load_files(self) -> None:
+        """Load the files of the source, or else those of the core and the configuration, as a run does."""
         loaded_files = self.context.source.loaded_files(self.manager)
         if loaded_files is not None:
             for file in loaded_files:
@@ -324,22 +331,22 @@ class Agent(Closing):
                 self.requested_files.append(RequestedFile(str(file.path), place))
                 self._load_path(file.path, batch=file.is_batch)
             return
-        # `load_core` has loaded these two: the order below is that of a run's initialisation.
+        # The constructor has loaded these two files. The order below is that of a run's initialisation.
         for name in ("saliences.clp", "init.clp"):
             self._add_file(self.context.paths.cx / name, ())
-        self._request("blackboard")
+        self._request_feature("blackboard")
         for interface in self.config.get_strings(
             f"/clips-executive/specs/{self.spec}/blackboard-preload", default=[]
         ):
-            self._preload(interface)
+            self._preload_interface(interface)
         for stage in STAGES:
-            for name in self._core_files(stage):
-                self._load(name, SourcePlace(_FROM_CORE))
+            for name in self._core_stage_files(stage):
+                self._load_file(name, SourcePlace(_CORE_REQUEST))
             base = f"/clips-executive/specs/{self.spec}/init/{stage}"
             for index in self.config.keys(base):
                 self._load_entry(stage, f"{base}/{index}")
 
-    def _core_files(self, stage: str) -> tuple[str, ...]:
+    def _core_stage_files(self, stage: str) -> tuple[str, ...]:
         """Return the files that the core loads before the entries of a stage."""
         if stage == STAGES[0]:
             return (_BLACKBOARD_FILE,) if self.context.source.has_fawkes_configuration else ()
@@ -347,42 +354,43 @@ class Agent(Closing):
             return ()
         try:
             files = self.env.call("cx-stage2-files")
-        except ClipsError:  # Fawkes' core has a global variable instead of the function
+        except ClipsError:  # Fawkes' core has a global variable in place of the function
             files = self.env.eval("?*CX-STAGE2-FILES*")
         return tuple(map(str, files)) if isinstance(files, tuple) else ()
 
     def _load_entry(self, stage: str, path: str) -> None:
-        """Carry out an entry of a stage.
+        """Load the file and request the feature of an entry of a stage.
 
         :param path: the path of the entry in the configuration.
         """
         name = self.config.get_str(f"{path}/name", default="")
         if self.config.get_bool(f"{path}/feature-request", default=stage == STAGES[0]):
-            self._request(name)
+            self._request_feature(name)
         for key in ("file", "files"):
             if not self.config.exists(f"{path}/{key}"):
                 continue
             value = self.config.get(f"{path}/{key}")
             for file in value.items if value.is_list else (value.text,):
                 folders = self._search_folders
-                is_batch = bool(folders) and has_commands(folders[0] / file)
-                self._load(f"BATCH|{file}" if is_batch else file, place_of(value))
-                self._enter(_MAIN)  # in a run, a function of MAIN loads each file
+                is_batch = bool(folders) and needs_batch(folders[0] / file)
+                self._load_file(f"BATCH|{file}" if is_batch else file, place_of(value))
+                # In a run, a function of MAIN loads each file, so a file cannot leave another module current.
+                self._set_module(_MAIN_MODULE)
 
-    def _enter(self, module: Value) -> Value:
+    def _set_module(self, module: Value) -> Value:
         """Make a module current and return the previous one."""
         return self.env.call("set-current-module", module)
 
-    def _load(self, name: str, place: SourcePlace) -> None:
-        """Load a file and the files that it loads, each once.
+    def _load_file(self, name: str, place: SourcePlace) -> None:
+        """Load a requested file and the files that it loads, each once.
 
         :param name: the name of the file, with the prefix ``BATCH|`` for a file with commands.
         :param place: the position of the request.
         """
         loader_prefix, _, file_name = name.rpartition("|")
-        path = self.find(file_name)
+        path = self.find_file(file_name)
         requested_file = RequestedFile(file_name, place)
-        if place.file != _FROM_CORE:
+        if place.file != _CORE_REQUEST:
             self.requested_files.append(requested_file)
         if path is None:
             self.missing_files.append(requested_file)
@@ -397,7 +405,7 @@ class Agent(Closing):
         diagnostic_count, file_count = len(loader.diagnostics), len(loader.files)
         (loader.batch if batch else loader.load)(str(path))
         diagnostics = loader.diagnostics[diagnostic_count:]
-        new_paths = dict.fromkeys((path, *loader.files[file_count:]))  # a batch file loads further files
+        new_paths = dict.fromkeys((path, *loader.files[file_count:]))  # a batch file may load further files
         new_files = [
             self._add_file(
                 new_path, tuple(diagnostic for diagnostic in diagnostics if diagnostic.file == str(new_path))
@@ -405,35 +413,37 @@ class Agent(Closing):
             for new_path in new_paths
             if all(file.path != new_path for file in self.files)
         ]
-        # Only after all new files are listed: a file that names another new file must not load that file
-        # again.
+        # All new files are listed before the first request is carried out, so that a request for a new file
+        # does not load the file again.
         for file in new_files:
             self._carry_out_requests(file)
 
     def _carry_out_requests(self, file: ClipsFile) -> None:
         """Load the files, request the features and open the interfaces that a loaded file names."""
         for call in file.calls("ff-feature-request"):
-            self._request(_first_argument(call))
-        for call in file.calls(*_INTERFACES):
-            self._preload(_first_argument(call))
-        for call in file.calls(*_LOADERS, *_BATCHES):
+            self._request_feature(_first_argument(call))
+        for call in file.calls(*_INTERFACE_FUNCTIONS):
+            self._preload_interface(_first_argument(call))
+        for call in file.calls(*_LOAD_FUNCTIONS, *_BATCH_FUNCTIONS):
             if name := _first_argument(call):
-                prefix = "BATCH|" if call.head in _BATCHES else ""
-                self._load(f"{prefix}{name}", file.place(call))
+                prefix = "BATCH|" if call.head in _BATCH_FUNCTIONS else ""
+                self._load_file(f"{prefix}{name}", file.place(call))
 
     def _add_file(self, path: Path, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
+        """List a file that CLIPS has loaded."""
         text = path.read_text("utf-8", "surrogateescape")
         is_core = path.is_relative_to(self.context.paths.cx) and self.context.paths.builtin
-        file = (_core_file if is_core else ClipsFile)(path, text, diagnostics)
+        file = (_make_core_file if is_core else ClipsFile)(path, text, diagnostics)
         self.files.append(file)
         return file
 
-    def _request(self, feature: str) -> None:
+    def _request_feature(self, feature: str) -> None:
+        """Add a feature to the environment; unknown features have no effect, as in a run."""
         if feature in self.manager.features and feature not in self._requested_features:
             self._requested_features.add(feature)
             self.manager.request(self.env.name, feature)
 
-    def _preload(self, interface: str) -> None:
+    def _preload_interface(self, interface: str) -> None:
         """Add the deftemplate of an interface to the environment, as opening the interface in a run does."""
         if interface:
             self.env.call("blackboard-preload", interface)
@@ -458,18 +468,18 @@ def place_of(value: ConfigValue) -> SourcePlace:
     return SourcePlace(value.file, value.line, value.mark.column or 0)
 
 
-def folders_around(program: Path | None) -> tuple[Path, ...]:
-    """Return the folders to search for files that a CLIPS program loads; empty for anything but a program."""
+def search_folders(program: Path | None) -> tuple[Path, ...]:
+    """Return the folders to search for files that a CLIPS program loads; empty for a scenario."""
     is_program = program is not None and program.suffix == CLIPS_SUFFIX and program.is_file()
-    return tuple(program.resolve().parents[:MAX_FOLDERS]) if program is not None and is_program else ()
+    return tuple(program.resolve().parents[:MAX_PARENT_FOLDERS]) if program is not None and is_program else ()
 
 
-def has_commands(file: Path) -> bool:
-    """Return whether a file has top-level commands, so that CLIPS must load it with ``batch``."""
+def needs_batch(file: Path) -> bool:
+    """Return whether a file has commands outside of constructs, which CLIPS executes only with ``batch``."""
     return is_readable_file(file) and syntax.has_commands(file.read_text("utf-8", "surrogateescape"))
 
 
-def agents(options: RunOptions) -> list[str | None]:
+def find_agent_names(options: RunOptions) -> list[str | None]:
     """Return the names of a scenario's agents; ``[None]`` for a single agent without a name."""
     if options.agent:
         return [options.agent]

@@ -45,7 +45,7 @@ def domain_calls(agent: Agent) -> Iterator[DomainCall]:
     for file in agent.own_files:
         for node in file.calls(_PARSE):
             call = DomainCall(file, node, literal_text(node.arguments[0]) if node.arguments else "")
-            call.path = agent.find(call.name) if call.name else None
+            call.path = agent.find_file(call.name) if call.name else None
             if call.path is not None:
                 try:
                     call.domain = load_domain(

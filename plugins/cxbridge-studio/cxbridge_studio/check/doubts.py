@@ -1,7 +1,7 @@
 """Finds doubts about a domain: statements that are valid PDDL but useless, such as an impossible action.
 
-The analysis ignores deletions and negative preconditions: an action that is impossible even then is
-impossible.
+The analysis ignores deletions and negative preconditions. Both can only make fewer actions possible, so an
+action that the analysis finds impossible is impossible.
 """
 
 from __future__ import annotations
@@ -69,28 +69,28 @@ class Doubt(NamedTuple):
     position: Position
 
 
-def of_domain(domain: Domain, made: Collection[str] | None = None) -> Iterator[Doubt]:
+def find_domain_doubts(domain: Domain, asserted_predicates: Collection[str] | None = None) -> Iterator[Doubt]:
     """Yield the doubts about a domain.
 
-    :param made: the predicates of facts from rules and problems; None if any predicate is possible.
+    :param asserted_predicates: the predicates of facts from rules and problems; None if any fact is possible.
     """
-    yield from of_objects(domain, domain.constants)
+    yield from find_object_doubts(domain, domain.constants)
     for action in domain.actions:
-        yield from _undone_effects(action)
-    if made is None:
+        yield from _find_undone_effects(action)
+    if asserted_predicates is None:
         return
-    achieved = {name for action in domain.actions for name in _added_predicates(action)}
+    achieved_predicates = {name for action in domain.actions for name in _added_predicates(action)}
     for predicate in domain.predicates:
-        if predicate.name not in achieved and predicate.name not in made:
+        if predicate.name not in achieved_predicates and predicate.name not in asserted_predicates:
             message = (
                 f"({predicate.name}) is never true: no action has it as an effect, nothing else makes it"
             )
             yield Doubt(PREDICATE, message, predicate.position)
-    yield from _impossible_actions(domain, made)
+    yield from _find_impossible_actions(domain, asserted_predicates)
 
 
-def of_objects(domain: Domain, objects: TypedList) -> Iterator[Doubt]:
-    """Yield the objects without a type, if all parameters of actions have one."""
+def find_object_doubts(domain: Domain, objects: TypedList) -> Iterator[Doubt]:
+    """Yield the objects without a type, if all parameters of actions have a type."""
     groups = [group for action in domain.actions for group in action.parameters]
     if not groups or not all(group.types for group in groups):
         return
@@ -102,55 +102,60 @@ def of_objects(domain: Domain, objects: TypedList) -> Iterator[Doubt]:
             yield Doubt(OBJECT, message, group.position)
 
 
-def of_goal(domain: Domain, goal: Formula, made: Collection[str]) -> Iterator[Doubt]:
+def find_goal_doubts(domain: Domain, goal: Formula, asserted_predicates: Collection[str]) -> Iterator[Doubt]:
     """Yield the atoms of a goal that no action achieves, except atoms of undeclared predicates.
 
-    :param made: the predicates of facts from rules and problems.
+    :param asserted_predicates: the predicates of facts from rules and problems.
     """
-    declared = {predicate.name for predicate in domain.predicates}
-    achieved = {name for action in domain.actions for name in _added_predicates(action)}
-    for atom in _required(goal):
-        if atom.predicate in declared - achieved - set(made):
+    declared_predicates = {predicate.name for predicate in domain.predicates}
+    achieved_predicates = {name for action in domain.actions for name in _added_predicates(action)}
+    for atom in _required_atoms(goal):
+        if atom.predicate in declared_predicates - achieved_predicates - set(asserted_predicates):
             yield Doubt(GOAL, f"no action achieves {format_formula(atom)}", atom.position)
 
 
-def _impossible_actions(domain: Domain, made: Collection[str]) -> Iterator[Doubt]:
+def _find_impossible_actions(domain: Domain, asserted_predicates: Collection[str]) -> Iterator[Doubt]:
     """Yield the actions whose precondition needs a predicate that no sequence of actions makes true."""
-    possible = set(made)
-    blocked = list(domain.actions)
-    while ready := [action for action in blocked if _needs(action) <= possible]:
-        blocked = [action for action in blocked if action not in ready]
-        possible.update(name for action in ready for name in _added_predicates(action))
-    for action in blocked:
-        missing = ", ".join(f"({name})" for name in sorted(_needs(action) - possible))
-        message = f"the action {action.name} can never be done: nothing makes {missing} true before it"
+    possible_predicates = set(asserted_predicates)
+    blocked_actions = list(domain.actions)
+    while ready_actions := [
+        action for action in blocked_actions if _needed_predicates(action) <= possible_predicates
+    ]:
+        blocked_actions = [action for action in blocked_actions if action not in ready_actions]
+        possible_predicates.update(name for action in ready_actions for name in _added_predicates(action))
+    for action in blocked_actions:
+        missing_text = ", ".join(
+            f"({name})" for name in sorted(_needed_predicates(action) - possible_predicates)
+        )
+        message = f"the action {action.name} can never be done: nothing makes {missing_text} true before it"
         yield Doubt(ACTION, message, action.position)
 
 
-def _needs(action: ActionSchema) -> set[str]:
-    return {atom.predicate for atom in _required(action.condition)}
+def _needed_predicates(action: ActionSchema) -> set[str]:
+    """Return the predicates without which the precondition of an action never holds."""
+    return {atom.predicate for atom in _required_atoms(action.condition)}
 
 
-def _required(formula: Formula | None) -> Iterator[Atom]:
-    """Yield atoms that are true whenever a formula holds; alternatives such as ``or`` have no such atoms."""
+def _required_atoms(formula: Formula | None) -> Iterator[Atom]:
+    """Yield the atoms that are true whenever a formula holds; none for an alternative such as ``or``."""
     match formula:
         case Atom():
             yield formula
         case And() | Timed() | Quantified(quantifier="exists"):
             for child in formula.children:
-                yield from _required(child)
+                yield from _required_atoms(child)
         case _:
             return
 
 
 def _added_predicates(action: ActionSchema) -> Iterator[str]:
     """Yield the predicates that an action may make true."""
-    for atom, is_true, _ in _literals(action.effect, ()):
+    for atom, is_true, _ in _effect_literals(action.effect, ()):
         if is_true:
             yield atom.predicate
 
 
-def _literals(
+def _effect_literals(
     effect: Formula | None, context: tuple[object, ...]
 ) -> Iterator[tuple[Atom, bool, tuple[object, ...]]]:
     """Yield each atom of an effect, its truth value, and the enclosing times and conditions."""
@@ -161,20 +166,22 @@ def _literals(
             yield atom, False, context
         case And():
             for child in effect.children:
-                yield from _literals(child, context)
+                yield from _effect_literals(child, context)
         case None:
             return
         case _:
             # The last child is the effect; an earlier child is the condition of `when`.
             enclosing = effect.when if isinstance(effect, Timed) else effect
-            yield from _literals(effect.children[-1] if effect.children else None, (*context, enclosing))
+            yield from _effect_literals(
+                effect.children[-1] if effect.children else None, (*context, enclosing)
+            )
 
 
-def _undone_effects(action: ActionSchema) -> Iterator[Doubt]:
+def _find_undone_effects(action: ActionSchema) -> Iterator[Doubt]:
     """Yield the doubts about atoms that an action makes true and false in the same context."""
-    literals = list(_literals(action.effect, ()))
-    added = {(atom, context) for atom, is_true, context in literals if is_true}
+    literals = list(_effect_literals(action.effect, ()))
+    added_literals = {(atom, context) for atom, is_true, context in literals if is_true}
     for atom, is_true, context in literals:
-        if not is_true and (atom, context) in added:
+        if not is_true and (atom, context) in added_literals:
             message = f"the action {action.name} makes {format_formula(atom)} true and false at once"
             yield Doubt(EFFECT, f"{message}: true wins", atom.position)

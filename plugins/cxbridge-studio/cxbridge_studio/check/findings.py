@@ -1,4 +1,4 @@
-"""Findings of a check, with code, position, message and hint."""
+"""A finding of a check: a kind of mistake, its position in a file, a message and a hint."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from cxbridge.printing import one_line
 
 
 class Severity(StrEnum):
+    """How bad a finding is. Errors make ``cxbridge check`` exit with status 1."""
+
     ERROR = "error"
     WARNING = "warning"
     NOTE = "note"
@@ -66,7 +68,7 @@ class Finding:
     message: str
     hint: str = ""
 
-    def plain(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the finding as JSON values."""
         return {
             "code": self.code.name,
@@ -82,11 +84,11 @@ class Finding:
         line = f":{self.place.line}" if self.place.line else ""
         column = f":{self.place.column}" if line and self.place.column else ""
         position = f"{self.place.file}{line}{column}"
-        text = _line(f"{position}: {self.code.severity.value} {self.code.name}: {self.message}")
-        return text + (f"\n  hint: {_line(self.hint)}" if self.hint else "")
+        text = _join_lines(f"{position}: {self.code.severity.value} {self.code.name}: {self.message}")
+        return text + (f"\n  hint: {_join_lines(self.hint)}" if self.hint else "")
 
 
-def _line(text: str) -> str:
+def _join_lines(text: str) -> str:
     """Return a text on one line, so that editors can parse the output; line ends become blanks."""
     return one_line(" ".join(line.strip() for line in text.splitlines()))
 
@@ -110,7 +112,7 @@ PROGRAM: Final = Code(
 )
 
 
-def of_error(error: CxbridgeError, code: Code = INPUT) -> Finding:
+def make_error_finding(error: CxbridgeError, code: Code = INPUT) -> Finding:
     """Return an error as a finding."""
     place = SourcePlace(error.file or "", error.line or 0, error.column or 0)
     return Finding(code, place, error.message, error.hint or "")

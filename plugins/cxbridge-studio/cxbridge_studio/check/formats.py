@@ -15,13 +15,13 @@ _SARIF_SCHEMA: Final = "https://json.schemastore.org/sarif-2.1.0.json"
 _GITHUB_LEVELS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
 
 
-def as_text(findings: Sequence[Finding]) -> str:
+def format_text(findings: Sequence[Finding]) -> str:
     """Return an entry for each finding, and a last line with the counts."""
-    return "\n".join([*map(str, findings), summary(findings)])
+    return "\n".join([*map(str, findings), severity_counts(findings)])
 
 
-def summary(findings: Sequence[Finding]) -> str:
-    """Return the number of findings of each severity, as text."""
+def severity_counts(findings: Sequence[Finding]) -> str:
+    """Return the number of findings of each severity, such as ``1 error, 2 warnings``."""
     counts = Counter(finding.code.severity for finding in findings)
     texts = [
         f"{counts[level]} {level.value}{'' if counts[level] == 1 else 's'}"
@@ -31,13 +31,13 @@ def summary(findings: Sequence[Finding]) -> str:
     return ", ".join(texts) or "no findings"
 
 
-def as_json(findings: Sequence[Finding]) -> str:
+def format_json(findings: Sequence[Finding]) -> str:
     """Return the findings as a JSON list of objects."""
-    return json.dumps([finding.plain() for finding in findings], indent=2)
+    return json.dumps([finding.to_json() for finding in findings], indent=2)
 
 
-def as_sarif(findings: Sequence[Finding]) -> str:
-    """Return the findings as a SARIF log; its rules are the codes of the findings."""
+def format_sarif(findings: Sequence[Finding]) -> str:
+    """Return the findings as a SARIF log. SARIF's rules are the codes of the findings."""
     codes = {finding.code.name: finding.code for finding in findings}
     driver = {
         "name": "cxbridge check",
@@ -59,7 +59,7 @@ def _sarif_rule(code: Code) -> dict[str, Any]:
 
 def _sarif_result(finding: Finding) -> dict[str, Any]:
     text = f"{finding.message}. {finding.hint}" if finding.hint else finding.message
-    location: dict[str, Any] = {"artifactLocation": {"uri": _uri(finding.place.file)}}
+    location: dict[str, Any] = {"artifactLocation": {"uri": _file_uri(finding.place.file)}}
     if finding.place.line:
         location["region"] = {"startLine": finding.place.line}
         if finding.place.column:
@@ -72,39 +72,40 @@ def _sarif_result(finding: Finding) -> dict[str, Any]:
     }
 
 
-def _uri(file: str) -> str:
+def _file_uri(file: str) -> str:
     path = Path(file)
-    # A relative URI is relative to the repository, where GitHub shows the finding.
+    # GitHub takes a relative URI as a path in the repository, and shows the finding there.
     return path.as_uri() if path.is_absolute() else path.as_posix()
 
 
-def as_github(findings: Sequence[Finding]) -> str:
+def format_github(findings: Sequence[Finding]) -> str:
     """Return the findings as workflow commands, which GitHub shows next to the lines of a pull request."""
-    return "\n".join(map(_annotation, findings))
+    return "\n".join(map(_github_annotation, findings))
 
 
-def _annotation(finding: Finding) -> str:
+def _github_annotation(finding: Finding) -> str:
     line = f",line={finding.place.line}" if finding.place.line else ""
     column = f",col={finding.place.column}" if line and finding.place.column else ""
-    position = f"file={_escaped(finding.place.file, ':,')}{line}{column}"
+    position = f"file={_escape_characters(finding.place.file, ':,')}{line}{column}"
     text = f"{finding.message}\n{finding.hint}" if finding.hint else finding.message
-    return f"::{_GITHUB_LEVELS[finding.code.severity]} {position},title={finding.code.name}::{_escaped(text)}"
+    command = f"{_GITHUB_LEVELS[finding.code.severity]} {position},title={finding.code.name}"
+    return f"::{command}::{_escape_characters(text)}"
 
 
-def _escaped(text: str, further: str = "") -> str:
+def _escape_characters(text: str, extra_characters: str = "") -> str:
     """Return a text with the special characters of workflow commands percent-encoded.
 
-    :param further: further special characters, such as the colon and the comma, which end a property.
+    :param extra_characters: further special characters: in a property, the colon and the comma, which end it.
     """
     # The percent sign comes first, because the encoding adds percent signs.
-    for character in f"%\r\n{further}":
+    for character in f"%\r\n{extra_characters}":
         text = text.replace(character, f"%{ord(character):02X}")
     return text
 
 
 FORMATS: Final[dict[str, Callable[[Sequence[Finding]], str]]] = {
-    "text": as_text,
-    "json": as_json,
-    "sarif": as_sarif,
-    "github": as_github,
+    "text": format_text,
+    "json": format_json,
+    "sarif": format_sarif,
+    "github": format_github,
 }

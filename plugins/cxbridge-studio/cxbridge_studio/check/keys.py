@@ -9,8 +9,8 @@ from functools import cache
 from typing import Final
 
 # Each line has a path and the keys below that path. A key in capitals stands for any name, ``...`` for any
-# keys.
-_KEYS: Final = """
+# further keys.
+_KNOWN_KEYS: Final = """
 clips-executive: spec clips-dirs assert-time-each-loop automatic-goal-retraction steal-skiller-control
 clips-executive: exact-retry request-redefine-warning-feature refresh-rate
 clips-executive/pddl: strict
@@ -50,26 +50,30 @@ skiller/instances/NAME: kind skillspace mode
 @cache
 def known_keys() -> tuple[tuple[str, ...], ...]:
     """Return the paths of all keys, split at the slashes."""
-    lines = (line.partition(": ") for line in _KEYS.split("\n") if line)
+    lines = (line.partition(": ") for line in _KNOWN_KEYS.split("\n") if line)
     return tuple(split_path(f"{base}/{key}") for base, _, keys in lines for key in keys.split())
 
 
-def first_unknown(path: tuple[str, ...]) -> tuple[int, set[str]] | None:
-    """Return the index of the first unknown name in a path, with the known names there, or None."""
+def find_unknown_name(path: tuple[str, ...]) -> tuple[int, set[str]] | None:
+    """Return the index of the first unknown name in a path, and the names that are known there.
+
+    None if all names are known.
+    """
     keys = list(known_keys())
     for index, name in enumerate(path):
         if any(key[index] == "..." for key in keys):
             return None
-        matching = [key for key in keys if key[index] == name or _is_any_name(key[index])]
-        if not matching:
-            return index, {key[index] for key in keys if not _is_any_name(key[index])}
-        keys = [key for key in matching if len(key) > index + 1]
+        matching_keys = [key for key in keys if key[index] == name or _is_wildcard(key[index])]
+        if not matching_keys:
+            return index, {key[index] for key in keys if not _is_wildcard(key[index])}
+        keys = [key for key in matching_keys if len(key) > index + 1]
         if not keys:
-            return None  # a value with keys below it is an error of type, not of name
+            return None  # keys below a value are a mistake in the type, not in a name
     return None
 
 
-def _is_any_name(name: str) -> bool:
+def _is_wildcard(name: str) -> bool:
+    """Whether a name in the list stands for any name."""
     return name.isupper() or name == "..."
 
 

@@ -13,7 +13,7 @@ from typing import Final
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.usage import Construct, Usage
 
-_MAX_LISTED: Final = 5  # names in a message
+_MAX_LISTED: Final = 5  # limit of the names in a message
 # The kinds of constructs that other constructs need: CLIPS drops a construct that names an undefined function
 # or template.
 _NEEDED_KINDS: Final = {
@@ -55,7 +55,7 @@ def _list_text(names: list[str], prefix: str) -> str:
 
 
 class LossFinder:
-    """Finder of the losses that dropped constructs cause.
+    """Finds the losses that dropped constructs cause.
 
     :param own_constructs: the agent's constructs; constructs of a core do not depend on an agent.
     """
@@ -65,7 +65,7 @@ class LossFinder:
         self._own_constructs = own_constructs
         self._matched_classes = usage.model.names(NameKind.GOAL_CLASS, Use.MATCHED)
 
-    def swallowed(self, file: str, start: int) -> Losses:
+    def find_swallowed_losses(self, file: str, start: int) -> Losses:
         """Return the losses of an unclosed construct, which include all later constructs of the file.
 
         :param start: the offset of the unclosed construct.
@@ -75,33 +75,39 @@ class LossFinder:
             for construct in self._usage.constructs
             if construct.file.path == file and construct.placed.start >= start
         ]
-        losses = self.of(dropped)
+        losses = self.find_losses(dropped)
         losses.constructs[:0] = [construct.name for construct in dropped[1:] if construct.name]
         return losses
 
-    def of(self, dropped: Sequence[Construct]) -> Losses:
+    def find_losses(self, dropped: Sequence[Construct]) -> Losses:
         """Return the losses that dropped constructs cause."""
-        # The keys are identities, because two constructs with the same text are different losses.
-        dead = {id(construct): construct for construct in dropped}
+        # The keys are identities, because constructs with the same text are different losses.
+        lost_constructs = {id(construct): construct for construct in dropped}
         goals: dict[str, None] = {}
-        grows = True
+        has_grown = True
         # Losses cause further losses: repeat until nothing is added.
-        while grows:
-            previous_sizes = len(dead), len(goals)
-            goals |= dict.fromkeys(self._lost_goals(dead))
-            facts, names = self._lost_facts(dead), self._lost_names(dead)
+        while has_grown:
+            previous_sizes = len(lost_constructs), len(goals)
+            goals |= dict.fromkeys(self._find_lost_goals(lost_constructs))
+            facts, names = self._find_lost_facts(lost_constructs), self._find_lost_names(lost_constructs)
             for construct in self._own_constructs:
-                if id(construct) not in dead and self._needs_any(construct, names, facts, goals):
-                    dead[id(construct)] = construct
-            grows = previous_sizes != (len(dead), len(goals))
-        new_ids = dead.keys() - set(map(id, dropped))
+                if id(construct) not in lost_constructs and self._needs_lost_name(
+                    construct, names, facts, goals
+                ):
+                    lost_constructs[id(construct)] = construct
+            has_grown = previous_sizes != (len(lost_constructs), len(goals))
+        new_ids = lost_constructs.keys() - set(map(id, dropped))
         further = [construct.name for construct in self._usage.constructs if id(construct) in new_ids]
-        return Losses(further, list(goals), self._lost_actions(dead))
+        return Losses(further, list(goals), self._find_lost_actions(lost_constructs))
 
-    def _needs_any(
+    def _needs_lost_name(
         self, construct: Construct, names: set[tuple[NameKind, str]], facts: set[str], goals: dict[str, None]
     ) -> bool:
-        """Return whether a construct needs a lost function, template, fact or goal."""
+        """Return whether a construct needs a lost function, template, fact or goal.
+
+        :param names: the kinds and names of the lost functions and templates.
+        :param facts: the templates of the lost facts.
+        """
         defined: set[Name] = set()
         for mention in construct.placed.piece.mentions:
             name = mention.name
@@ -118,40 +124,44 @@ class LossFinder:
                 return True
         return False
 
-    def _lost_names(self, dead: dict[int, Construct]) -> set[tuple[NameKind, str]]:
+    def _find_lost_names(self, lost_constructs: dict[int, Construct]) -> set[tuple[NameKind, str]]:
         """Return the functions and templates that no remaining construct defines."""
-        names = _definitions_of_needed_kinds(dead.values())
-        alive = (construct for construct in self._usage.constructs if id(construct) not in dead)
-        return names - _definitions_of_needed_kinds(alive) if names else names
+        names = _needed_definitions(lost_constructs.values())
+        alive = (construct for construct in self._usage.constructs if id(construct) not in lost_constructs)
+        return names - _needed_definitions(alive) if names else names
 
-    def _lost_facts(self, dead: dict[int, Construct]) -> set[str]:
+    def _find_lost_facts(self, lost_constructs: dict[int, Construct]) -> set[str]:
         """Return the templates whose facts no remaining construct asserts."""
         return {
             template
-            for template, facts in self._usage.asserted.items()
-            if all(id(construct) in dead for construct, _ in facts)
+            for template, facts in self._usage.asserted_facts.items()
+            if all(id(construct) in lost_constructs for construct, _ in facts)
             and not self._usage.is_made_elsewhere(template)
         }
 
-    def _lost_goals(self, dead: dict[int, Construct]) -> list[str]:
+    def _find_lost_goals(self, lost_constructs: dict[int, Construct]) -> list[str]:
         """Return the goal classes that rules match and only dropped constructs name."""
-        classes = {word for construct in dead.values() for word in construct.symbols & self._matched_classes}
+        classes = {
+            word
+            for construct in lost_constructs.values()
+            for word in construct.action_literals & self._matched_classes
+        }
         classes -= self._usage.configured_words  # rules may formulate goals of configured classes
         for construct in self._usage.constructs:
-            if classes and id(construct) not in dead:
-                classes -= construct.words
+            if classes and id(construct) not in lost_constructs:
+                classes -= construct.action_words
         return sorted(classes)
 
-    def _lost_actions(self, dead: dict[int, Construct]) -> list[str]:
+    def _find_lost_actions(self, lost_constructs: dict[int, Construct]) -> list[str]:
         """Return the actions that only dropped constructs put into plans."""
-        actions = {action for construct in dead.values() for action in _planned_actions(construct)}
+        actions = {action for construct in lost_constructs.values() for action in _planned_actions(construct)}
         for construct in self._usage.constructs:
-            if actions and id(construct) not in dead:
+            if actions and id(construct) not in lost_constructs:
                 actions -= _planned_actions(construct)
         return sorted(actions)
 
 
-def _definitions_of_needed_kinds(constructs: Iterable[Construct]) -> set[tuple[NameKind, str]]:
+def _needed_definitions(constructs: Iterable[Construct]) -> set[tuple[NameKind, str]]:
     return {
         (_NEEDED_KINDS[construct.keyword], construct.name)
         for construct in constructs

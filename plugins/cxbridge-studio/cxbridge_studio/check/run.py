@@ -19,11 +19,17 @@ from cxbridge.events import EventBus
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import SCENARIO_FILE
 from cxbridge.run.source import CLIPS_SUFFIX
-from cxbridge_studio.check.agent import MAX_FOLDERS, Agent, agents, folders_around, has_commands
-from cxbridge_studio.check.findings import PROGRAM, Finding, Severity, SourcePlace, of_error
-from cxbridge_studio.check.pddl_files import SUFFIX, findings_of
+from cxbridge_studio.check.agent import (
+    MAX_PARENT_FOLDERS,
+    Agent,
+    find_agent_names,
+    needs_batch,
+    search_folders,
+)
+from cxbridge_studio.check.findings import PROGRAM, Finding, Severity, SourcePlace, make_error_finding
+from cxbridge_studio.check.pddl_files import PDDL_SUFFIX, check_pddl_file
 from cxbridge_studio.check.stubbed_environment import StubbedEnvironment
-from cxbridge_studio.check.table import findings
+from cxbridge_studio.check.table import run_checks
 
 _SILENCING_COMMENT: Final = re.compile(r"[;#-]\s*cx-check: ignore (?P<codes>CX\d+(?:, ?CX\d+)*)\s+\S")
 
@@ -38,70 +44,76 @@ def check(options: RunOptions, *, errors_only: bool = False, portable: bool = Fa
     """
     options.check()
     file = options.scenario
-    if file is not None and file.suffix == SUFFIX and file.is_file():
-        return without_silenced(findings_of(file))
+    if file is not None and file.suffix == PDDL_SUFFIX and file.is_file():
+        return drop_silenced_findings(check_pddl_file(file))
     if file is not None and file.suffix == CLIPS_SUFFIX and file.is_file():
-        return _of_file(options, file.resolve(), errors_only=errors_only, portable=portable)
-    return without_silenced(_of_agents(options, errors_only=errors_only, portable=portable))
+        return _check_clips_file(options, file.resolve(), errors_only=errors_only, portable=portable)
+    return drop_silenced_findings(_check_agents(options, errors_only=errors_only, portable=portable))
 
 
-def _of_agents(options: RunOptions, *, errors_only: bool, portable: bool) -> list[Finding]:
-    """Return the findings for all agents of a scenario; an error of loading is the last finding."""
-    unique_findings: dict[Finding, None] = {}  # the agents of a scenario share files
+def _check_agents(options: RunOptions, *, errors_only: bool, portable: bool) -> list[Finding]:
+    """Return the findings for all agents of a scenario; last, an error that prevents loading."""
+    unique_findings: dict[Finding, None] = {}  # agents of a scenario may share files, and thus findings
     try:
-        for name in agents(options):
+        for name in find_agent_names(options):
             with Agent(replace(options, agent=name)) as agent:
-                agent_findings = findings(agent, errors_only=errors_only, portable=portable)
+                agent_findings = run_checks(agent, errors_only=errors_only, portable=portable)
                 unique_findings |= dict.fromkeys(agent_findings)
     except CxbridgeError as error:
-        unique_findings[of_error(error)] = None
+        unique_findings[make_error_finding(error)] = None
     return list(unique_findings)
 
 
-def _of_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bool) -> list[Finding]:
-    """Return the findings in a CLIPS file, as a part of the surrounding agent or as an agent alone."""
-    for folder in file.parents[:MAX_FOLDERS]:
+def _check_clips_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bool) -> list[Finding]:
+    """Return the findings in a CLIPS file.
+
+    The file is checked as a part of the agent in a folder above, if that loads the file, or else as an agent
+    alone.
+    """
+    for folder in file.parents[:MAX_PARENT_FOLDERS]:
         scenario = folder / SCENARIO_FILE
         if scenario.is_file():
             scenario_options = replace(options, scenario=folder)
-            first_agent = replace(scenario_options, agent=agents(scenario_options)[0])
+            first_agent = replace(scenario_options, agent=find_agent_names(scenario_options)[0])
             # A scenario that cannot be read, or does not load the file, gives no findings for the file.
             with suppress(CxbridgeError), Agent(first_agent) as agent:
-                if any(loaded.path.resolve() == file for loaded in agent.files):
-                    all_findings = _of_agents(scenario_options, errors_only=errors_only, portable=portable)
-                    return without_silenced(
+                if any(loaded_file.path.resolve() == file for loaded_file in agent.files):
+                    all_findings = _check_agents(scenario_options, errors_only=errors_only, portable=portable)
+                    return drop_silenced_findings(
                         finding for finding in all_findings if Path(finding.place.file).resolve() == file
                     )
-    file_findings = _of_agents(options, errors_only=errors_only, portable=portable)
-    without_errors = [finding for finding in file_findings if finding.code.severity is not Severity.ERROR]
-    # Errors in a file that CLIPS loads alone are conflicts with the names of the core.
-    if len(without_errors) < len(file_findings) and _is_program(file):
+    file_findings = _check_agents(options, errors_only=errors_only, portable=portable)
+    findings_without_errors = [
+        finding for finding in file_findings if finding.code.severity is not Severity.ERROR
+    ]
+    # If CLIPS loads the file alone without a mistake, the errors are conflicts with the names of the core.
+    if len(findings_without_errors) < len(file_findings) and _is_program(file):
         hint = "run it with CLIPS, or give its facts and rules names that the core does not have"
         message = "the names are those of the CX core"
-        file_findings = [*without_errors, Finding(PROGRAM, SourcePlace(str(file)), message, hint)]
-    return without_silenced(file_findings)
+        file_findings = [*findings_without_errors, Finding(PROGRAM, SourcePlace(str(file)), message, hint)]
+    return drop_silenced_findings(file_findings)
 
 
 def _is_program(file: Path) -> bool:
     """Return whether CLIPS loads a file without the executive's core."""
     env = StubbedEnvironment("program", EventBus(VirtualClock()))
     try:
-        env.folders = folders_around(file)
-        (env.loader.batch if has_commands(file) else env.loader.load)(str(file))
+        env.folders = search_folders(file)
+        (env.loader.batch if needs_batch(file) else env.loader.load)(str(file))
         return not env.loader.diagnostics
     finally:
         env.destroy()
 
 
-def without_silenced(findings: Iterable[Finding]) -> list[Finding]:
-    """Return the findings that no comment silences; a comment without a reason silences nothing."""
-    lines_of = cache(_lines)  # a file is read once for all its findings
-    return [finding for finding in findings if not _is_silenced(finding, lines_of(finding.place.file))]
+def drop_silenced_findings(findings: Iterable[Finding]) -> list[Finding]:
+    """Return the findings that no comment silences. A comment without a reason silences nothing."""
+    read_lines = cache(_read_lines)  # a file is read once for all its findings
+    return [finding for finding in findings if not _is_silenced(finding, read_lines(finding.place.file))]
 
 
 def _is_silenced(finding: Finding, lines: list[str]) -> bool:
+    """Whether a comment in the line of a finding, or in the line above, silences the finding."""
     number = finding.place.line
-    # The comment stands in the line of the finding, or in the line above.
     return any(
         finding.code.name in re.split(r", ?", match["codes"])
         for line in lines[max(number - 2, 0) : number]
@@ -109,8 +121,8 @@ def _is_silenced(finding: Finding, lines: list[str]) -> bool:
     )
 
 
-def _lines(file: str) -> list[str]:
-    """Return the lines of a file; empty if it cannot be read."""
+def _read_lines(file: str) -> list[str]:
+    """Return the lines of a file; empty if it cannot be read, or the finding names no file."""
     try:
         return Path(file).read_text("utf-8", "surrogateescape").splitlines()
     except (OSError, ValueError):

@@ -1,7 +1,7 @@
 """Finds the skills of a skill space in the text of its Lua files, without executing the files.
 
-A space calls ``use_skill`` for each skill, or in a loop over a list. A space with any other call computes its
-skills, which are then unknown.
+A skill space is the Lua module that loads the skills of a robot. It calls ``use_skill`` for each skill, or in
+a loop over a list. A space with any other call computes its skills, so they are unknown.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from cxbridge_studio.agent.names import NameKind
 # The beginning of a comment or a long string, or a whole short string.
 _LEXEME: Final = re.compile(r"""--|\[=*\[|"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'""", re.DOTALL)
 _LONG_BRACKET: Final = re.compile(r"\[(=*)\[")
-_ANY_USE: Final = re.compile(r"\buse_skill\b")
+_USE_SKILL: Final = re.compile(r"\buse_skill\b")
 # A call for a literal skill: use_skill("skills.test.say")
-_USE_ONE: Final = re.compile(r"""\buse_skill\s*\(?\s*["']([^"'\\]*)["']\s*\)?""")
+_LITERAL_USE: Final = re.compile(r"""\buse_skill\s*\(?\s*["']([^"'\\]*)["']\s*\)?""")
 # A loop over literal skills: for _, name in ipairs({"say", "goto"}) do use_skill("skills.test." .. name)
-_USE_EACH: Final = re.compile(
+_LOOP_USE: Final = re.compile(
     r"""\bipairs\s*\(?\s*\{([^{}]*)\}\s*\)?\s*do\s+(?:\w+\.)*use_skill\s*\(\s*["']([^"'\\]*)["']\s*\.\.\s*\w+\s*\)"""
 )
 _STRING: Final = re.compile(r"""["']([^"'\\]*)["']""")
 
 
-def skills_of_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> dict[str, Path] | None:
+def find_space_skills(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> dict[str, Path] | None:
     """Return the file of each skill in a skill space; None if the space computes its skills.
 
     :param folders: the folders of Lua modules.
@@ -38,47 +38,50 @@ def skills_of_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) 
         twice.
     """
     try:
-        return _Space(ModulePath(folders), compiler).skills(f"skills.{space}")
+        return _SpaceReader(ModulePath(folders), compiler).read_skills(f"skills.{space}")
     except SkillError as error:
         error.message = f"cannot load skill space '{space}': {error.message}"
         raise
 
 
-class _Space:
-    """Reader of one skill space."""
+class _SpaceReader:
+    """Reads one skill space.
+
+    :param compiler: checks the syntax of the modules.
+    """
 
     def __init__(self, modules: ModulePath, compiler: LuaCompiler) -> None:
         self._modules = modules
         self._compiler = compiler
 
-    def skills(self, module: str) -> dict[str, Path] | None:
+    def read_skills(self, module: str) -> dict[str, Path] | None:
         """Return the file of each skill that a module loads; None if the module computes its skills."""
-        path, text = self._read(module)
-        code = _without_comments(text)
-        calls = list(_calls(code))
-        if len(calls) != len(_ANY_USE.findall(code)) or not calls:
+        path, text = self._read_module(module)
+        code = _blank_comments(text)
+        calls = list(_find_skill_uses(code))
+        if len(calls) != len(_USE_SKILL.findall(code)) or not calls:
             return None
         skill_files: dict[str, Path] = {}
         for offset, names in calls:
             for name in names:
-                skill = self._skill(name, path, text.count("\n", 0, offset) + 1)
+                skill = self._read_skill(name, path, text.count("\n", 0, offset) + 1)
                 if skill is None:
                     return None
                 skill_name, skill_file = skill
                 if skill_name in skill_files:
-                    # the text of Fawkes' error
+                    # Fawkes reports the same text.
                     raise SkillError(f"A skill with the name {skill_name} already exists", file=path)
                 skill_files[skill_name] = skill_file
         return skill_files
 
-    def _skill(self, module: str, space: Path, line: int) -> tuple[str, Path] | None:
+    def _read_skill(self, module: str, space: Path, line: int) -> tuple[str, Path] | None:
         """Return the name and the file of the skill in a module; None if the name is computed.
 
         :param space: the file of the space.
-        :param line: the line of the call, where an error without a file is reported.
+        :param line: the line of the call of ``use_skill``: the position of an error without a file.
         """
         try:
-            path, text = self._read(module)
+            path, text = self._read_module(module)
         except SkillError as error:
             if error.file is None:
                 error.file, error.line = str(space), line
@@ -86,27 +89,27 @@ class _Space:
         name = read_lua(str(path), text).pieces[0].piece.name
         return None if name is None or name.kind is not NameKind.SKILL else (name.text, path)
 
-    def _read(self, module: str) -> tuple[Path, str]:
+    def _read_module(self, module: str) -> tuple[Path, str]:
         """Return the path and the text of a module that compiles."""
         text, _ = self._modules.read(module)
         path = self._modules.find(module)
-        # Modules are read as Latin-1, so that any bytes of a Lua string survive.
+        # Modules are read as Latin-1, which maps each byte of a Lua string to one character.
         if (problem := self._compiler.problem_of_file(text.encode("latin-1"))) is not None:
             line, message = problem
             raise SkillError(message, file=path, line=line or None)
         return path, text
 
 
-def _calls(code: str) -> Iterator[tuple[int, list[str]]]:
+def _find_skill_uses(code: str) -> Iterator[tuple[int, list[str]]]:
     """Yield the offset and the loaded modules of each call of ``use_skill`` with literal names."""
-    for match in _USE_ONE.finditer(code):
+    for match in _LITERAL_USE.finditer(code):
         if not code.startswith("..", match.end()):  # a concatenated name is computed
             yield match.start(), [match[1]]
-    for match in _USE_EACH.finditer(code):
+    for match in _LOOP_USE.finditer(code):
         yield match.start(), [match[2] + name for name in _STRING.findall(match[1])]
 
 
-def _without_comments(text: str) -> str:
+def _blank_comments(text: str) -> str:
     """Return Lua code with its comments blanked out, so that offsets stay the same."""
     pieces, offset = [], 0
     while (match := _LEXEME.search(text, offset)) is not None:

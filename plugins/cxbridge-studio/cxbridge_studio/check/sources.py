@@ -1,4 +1,7 @@
-"""The source files of a scenario, and the scenario's rules, which explain recordings without rules."""
+"""Reads the rules and the source files of a scenario without running it.
+
+The rules explain recordings that contain no CLIPS files.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from cxbridge.events import Event, SourceRead
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.sourcing import emit_configuration
-from cxbridge_studio.check.agent import Agent, agents
+from cxbridge_studio.check.agent import Agent, find_agent_names
 from cxbridge_studio.check.domain_calls import domain_calls
 from cxbridge_studio.constructs import rule_texts
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
@@ -20,7 +23,7 @@ from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
 class ScenarioRules:
-    """The rules of a scenario's files.
+    """The rules of a scenario's files. This class is a source of rules for ``RecordedEvidence``.
 
     :param env: the environment that has loaded the files.
     :param folders: the folders that the agent searches for CLIPS files.
@@ -29,9 +32,9 @@ class ScenarioRules:
     def __init__(self, env: ClipsEnvironment, folders: tuple[object, ...]) -> None:
         self._env = env
         self._folders = folders
-        # Without running the agent, the values of global variables are unknown: the texts of their
-        # definitions take the place of the values.
-        self._globals = Constructs(_texts(env.loader.files)).global_texts
+        # The values of global variables are unknown before a run, so the expressions in their definitions
+        # take the place of the values.
+        self._globals = Constructs(_read_texts(env.loader.files)).global_texts
 
     def rulebook(self) -> Rulebook:
         return rulebook(self._env, self._folders)
@@ -61,10 +64,10 @@ class ScenarioRules:
 def scenario_rules(options: RunOptions, env: str | None = None) -> Iterator[ScenarioRules]:
     """Load a scenario without running it and yield its rules.
 
-    :param env: the name of the agent, if the scenario has several agents.
+    :param env: the name of the environment, which is the name of the agent in a scenario with several agents.
     """
     options.check()
-    if env is not None and options.agent is None and env in agents(options):
+    if env is not None and options.agent is None and env in find_agent_names(options):
         options = replace(options, agent=env)
     with Agent(options) as agent:
         yield ScenarioRules(agent.env, agent.context.paths.clips_dirs)
@@ -73,21 +76,21 @@ def scenario_rules(options: RunOptions, env: str | None = None) -> Iterator[Scen
 def scenario_sources(options: RunOptions) -> list[SourceRead]:
     """Return the source files of a scenario in the order of reading.
 
-    Files with names that rules compute are missing, since no rule fires.
+    No rule fires, so files whose names rules compute are missing.
     """
     options.check()
     sources: list[SourceRead] = []
 
-    def keep(event: Event) -> None:
+    def keep_source(event: Event) -> None:
         if isinstance(event, SourceRead):
             sources.append(event)
 
-    with Agent(options, keep) as agent:
+    with Agent(options, keep_source) as agent:
         emit_configuration(agent.context.bus, agent.config)
         for path in dict.fromkeys(call.path for call in domain_calls(agent) if call.path is not None):
             agent.context.bus.emit_source("pddl", "", str(path), path.read_bytes(), kind="domain")
     return sources
 
 
-def _texts(files: list[Path]) -> list[TextFile]:
+def _read_texts(files: list[Path]) -> list[TextFile]:
     return [TextFile(str(file), file.read_text("utf-8", "surrogateescape")) for file in dict.fromkeys(files)]

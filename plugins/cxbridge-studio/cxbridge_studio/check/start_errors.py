@@ -15,16 +15,16 @@ from cxbridge_studio.check.checks.files import MISSING
 from cxbridge_studio.check.findings import Finding, Severity
 from cxbridge_studio.check.run import check
 
-_TEMPLATE: Final = re.compile(r"deftemplate ([^\s:]+)")
-# The codes of unknown names: a missing file may define such a name.
-_UNKNOWN_NAMES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL})
+_DROPPED_TEMPLATE: Final = re.compile(r"deftemplate ([^\s:]+)")
+# The codes of unknown names. A missing file may define the name, and then only the missing file is reported.
+_UNKNOWN_NAME_CODES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL})
 
 
-def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
-    """Return the error with the check's findings, and with those of its mistakes that the check misses.
+def add_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
+    """Return the error with the check's findings, and with the mistakes in files without findings.
 
-    The error of a lenient run is returned unchanged, because the check would add known defects of a Fawkes
-    checkout.
+    The error of a lenient run is returned unchanged: such a run starts despite the defects of a Fawkes
+    checkout, which the check would report.
     """
     if source_of(options).is_lenient:
         return error
@@ -35,9 +35,12 @@ def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentEr
         return error
     findings = [finding for finding in findings if finding.code.severity is Severity.ERROR]
     if any(finding.code is MISSING for finding in findings):
-        findings = [finding for finding in findings if finding.code not in _UNKNOWN_NAMES]
-    dropped_templates = {match[1] for finding in findings if (match := _TEMPLATE.match(finding.message))}
-    # If CLIPS drops a deftemplate, it takes the slots of the template's facts for calls of unknown functions.
+        findings = [finding for finding in findings if finding.code not in _UNKNOWN_NAME_CODES]
+    dropped_templates = {
+        match[1] for finding in findings if (match := _DROPPED_TEMPLATE.match(finding.message))
+    }
+    # After CLIPS has dropped a deftemplate, it takes the slots in the facts of the template for calls of
+    # unknown functions. Such findings are consequences.
     findings = [
         finding
         for finding in findings
@@ -45,11 +48,14 @@ def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentEr
         or not names_any(finding.place.file, finding.place.line, dropped_templates)
     ]
     files = {finding.place.file for finding in findings}
-    mistakes = [*map(_error, findings), *(mistake for mistake in error.mistakes if mistake.file not in files)]
+    mistakes = [
+        *map(_make_error, findings),
+        *(mistake for mistake in error.mistakes if mistake.file not in files),
+    ]
     return BrokenAgentError(mistakes, started=error.started)
 
 
-def _error(finding: Finding) -> CxbridgeError:
+def _make_error(finding: Finding) -> CxbridgeError:
     place = finding.place
     return CxbridgeError(
         f"{finding.message} [{finding.code.name}]",

@@ -1,12 +1,12 @@
 """CLIPS environments for reading a program's constructs without side effects.
 
 CLIPS evaluates parts of constructs while reading them: values of globals, default values, saliences, tests.
-Therefore a stub that returns a value of the function's type replaces each function, unless
-:data:`KEPT_FUNCTIONS` has a reason to keep the function. Future functions of CLIPS, features and plug-ins
-become stubs, too, because the functions are listed from CLIPS' own table.
+Therefore each function is replaced by a stub, which only returns a value of the function's type, unless
+:data:`KEPT_FUNCTIONS` has a reason to keep the function. The functions are listed from CLIPS' own table, so
+future functions of CLIPS, features and plug-ins become stubs, too.
 
-A stub replaces the function's pointer in that table, so that earlier constructs also call the stub. CLIPS
-still parses calls, and checks the number and types of arguments.
+A stub replaces the pointer of the function in that table, so that constructs that CLIPS has read before also
+call the stub. CLIPS still parses calls, and checks the number and types of arguments.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from cxbridge.executive.host.values import FALSE, InstanceName, Value
 from cxbridge.file_access import is_readable_file
 from cxbridge_studio.explain.rules.isolated import ALLOWED_FUNCTIONS
 
-_BY_REASON: Final = {
+_FUNCTIONS_BY_REASON: Final = {
     "reads more of the program, which calls the same stubs": """
         batch batch* build eval funcall load load*""",
     "lists the constructs of the environment itself": """
@@ -44,7 +44,7 @@ _BY_REASON: Final = {
 
 # The functions that are not replaced, each with the reason.
 KEPT_FUNCTIONS: Final = ALLOWED_FUNCTIONS | {
-    name: reason for reason, names in _BY_REASON.items() for name in names.split()
+    name: reason for reason, names in _FUNCTIONS_BY_REASON.items() for name in names.split()
 }
 
 # The number of loop iterations and function calls after which all evaluations are aborted as endless.
@@ -52,13 +52,14 @@ MAX_STEPS: Final = 200_000
 
 ENDLESS: Final = "ENDLESS"  # the code of the diagnostic about an aborted evaluation
 
-# Offsets in CLIPS' struct functionDefinition, in pointer-sized words.
-_TYPES: Final = 2
-_POINTER: Final = 3
+# Offsets of fields in CLIPS' struct functionDefinition, in pointer-sized words: clipspy does not declare the
+# struct.
+_TYPES_OFFSET: Final = 2
+_POINTER_OFFSET: Final = 3
 
-_ANY_TYPE: Final = (1 << 10) - 1  # the bits of all types
-# A value of each type, by the type's bit; a stub returns the first value with a valid type.
-_VALUES: Final[tuple[tuple[int, Value], ...]] = (
+_ALL_TYPES: Final = (1 << 10) - 1  # the bits of CLIPS' ten types
+# A result for each type, by the type's bit. A stub returns the first result with a valid type.
+_RESULTS_BY_TYPE: Final[tuple[tuple[int, Value], ...]] = (
     (lib.INTEGER_BIT, 0),
     (lib.FLOAT_BIT, 0.0),
     (lib.STRING_BIT, ""),
@@ -76,18 +77,18 @@ class StubbedEnvironment(ClipsEnvironment):
     def __init__(self, name: str, bus: EventBus, log_component: str | None = None) -> None:
         self.folders: tuple[Path, ...] = ()
         self._stubs: dict[int, CData] = {}
-        self._steps = 0
+        self._step_count = 0
         self._is_initialised = False
         super().__init__(name, bus, log_component)
-        _check_records(self.env)
+        _check_record_layout(self.env)
         for function in self.call("get-function-list"):
-            self._stub(str(function))
+            self._replace_by_stub(str(function))
         self._is_initialised = True
         self._step_callback = callback("void(Environment *, void *)", self._count_step)
         EXTRA_FUNCTIONS.AddPeriodicFunction(self.env, b"cxbridge-look", self._step_callback, 0, NULL)
 
     @property
-    def stubs(self) -> frozenset[int]:
+    def stub_addresses(self) -> frozenset[int]:
         """The addresses of the stubs."""
         return frozenset(int(ffi.cast("intptr_t", stub)) for stub in self._stubs.values())
 
@@ -99,15 +100,15 @@ class StubbedEnvironment(ClipsEnvironment):
         maximum: int | None = None,
         types: str = "*",
     ) -> None:
-        """Define a Python function, as a stub unless :data:`KEPT_FUNCTIONS` keeps it."""
+        """Define a Python function; a stub replaces the function unless :data:`KEPT_FUNCTIONS` keeps it."""
         super().define(name, function, minimum, maximum, types)
         # Earlier definitions are replaced at the end of the constructor.
         if self._is_initialised:
-            self._stub(name)
+            self._replace_by_stub(name)
 
     def _load(self, file: str) -> Value:
         """Load a file; a call within a construct returns FALSE."""
-        # The parser would lose its position in the file of the construct.
+        # CLIPS' parser has one position, and would lose that in the file of the construct.
         return FALSE if self.loader.is_parsing else super()._load(self._resolve(file))
 
     def _batch(self, file: str) -> Value:
@@ -115,49 +116,50 @@ class StubbedEnvironment(ClipsEnvironment):
         return FALSE if self.loader.is_parsing else super()._batch(self._resolve(file))
 
     def _resolve(self, file: str) -> str:
+        """Return the path of an existing file, or the name of a missing file."""
         paths = (str(folder / file) for folder in (Path.cwd(), *self.folders))
         return next(filter(is_readable_file, paths), file)
 
     def fire(self, limit: int = -1, before: int = 0) -> int:  # noqa: ARG002 - no rule fires
         return 0
 
-    def _stub(self, name: str) -> None:
+    def _replace_by_stub(self, name: str) -> None:
         """Replace a function by a stub unless :data:`KEPT_FUNCTIONS` keeps it."""
         if name in KEPT_FUNCTIONS:
             return
         record = ffi.cast("intptr_t *", EXTRA_FUNCTIONS.FindFunction(self.env, encode(name)))
-        types = int(ffi.cast("unsigned *", record + _TYPES)[0])
-        # One stub serves all functions with the same types of results. The key -1 is that of `open`.
+        types = int(ffi.cast("unsigned *", record + _TYPES_OFFSET)[0])
+        # One stub serves all functions with the same types of results; `open` has the key -1.
         key = -1 if name == "open" else types
         if key not in self._stubs:
-            answer = _answer_open if name == "open" else _answer_of(types)
+            answer = _answer_open if name == "open" else _make_stub_function(types)
             self._stubs[key] = callback("void(Environment *, UDFContext *, UDFValue *)", answer)
-        record[_POINTER] = int(ffi.cast("intptr_t", self._stubs[key]))
+        record[_POINTER_OFFSET] = int(ffi.cast("intptr_t", self._stubs[key]))
 
     def _count_step(self, _env: CData, _context: CData) -> None:
         """Count a step, and abort evaluations after too many steps."""
-        self._steps += 1
-        if self._steps > MAX_STEPS:
+        self._step_count += 1
+        if self._step_count > MAX_STEPS:
             self.api.halt()
-        if self._steps == MAX_STEPS + 1:
+        if self._step_count == MAX_STEPS + 1:
             text = "a value, a default or a salience is computed without end: what follows it has none"
             self.loader.report(Diagnostic(self.loader.current_file, None, "", ENDLESS, text))
 
 
-def _check_records(env: CData) -> None:
-    """Check that the layout of CLIPS' function records matches :data:`_POINTER`.
+def _check_record_layout(env: CData) -> None:
+    """Check that the layout of CLIPS' function records matches :data:`_POINTER_OFFSET`.
 
     :raises RuntimeError: if the layout differs, because functions would then run in place of their stubs.
     """
     record = ffi.cast("intptr_t *", EXTRA_FUNCTIONS.FindFunction(env, b"system"))
     address = ctypes.cast(ctypes.CDLL(_clips.__file__).SystemCommand, ctypes.c_void_p).value
-    if record[_POINTER] != address:
+    if record[_POINTER_OFFSET] != address:
         raise RuntimeError("this build of CLIPS lays out functions in an unknown way")
 
 
-def _answer_of(types: int) -> Callable[[CData, CData, CData], None]:
-    """Return a stub whose result has one of the given types; FALSE if any type is valid."""
-    known = (value for bit, value in _VALUES if types & bit and types & _ANY_TYPE != _ANY_TYPE)
+def _make_stub_function(types: int) -> Callable[[CData, CData, CData], None]:
+    """Return the function of a stub, whose result has one of these types; FALSE if any type is valid."""
+    known = (value for bit, value in _RESULTS_BY_TYPE if types & bit and types & _ALL_TYPES != _ALL_TYPES)
     value = next(known, None if types == lib.VOID_BIT else FALSE)
 
     def answer(env: CData, _context: CData, result: CData) -> None:
@@ -179,7 +181,7 @@ def _answer_open(env: CData, context: CData, result: CData) -> None:
     if not lib.UDFFirstArgument(context, lib.SYMBOL_BIT | lib.STRING_BIT, name):
         return
     path = decode(name.lexemeValue.contents)
-    lib.UDFNextArgument(context, _ANY_TYPE, mode)
+    lib.UDFNextArgument(context, _ALL_TYPES, mode)
     if lib.UDFHasNextArgument(context):
         lib.UDFNextArgument(context, lib.STRING_BIT, mode)
         if decode(mode.lexemeValue.contents) not in ("r", "rb"):

@@ -19,29 +19,29 @@ CHECKS: Final[Table[ModuleType]] = Table(
     *rows_of_modules(checks),
 )
 
-_PORTABLE: Final = ".portable"  # suffix of the module that runs only with `--portable`
+_PORTABLE: Final = ".portable"  # the end of the name of the module that runs only with `--portable`
 
 
-def modules() -> list[ModuleType]:
+def load_check_modules() -> list[ModuleType]:
     """Return the check modules: those of the studio, then those of plug-ins."""
     return [CHECKS.load(row) for row in CHECKS.rows]
 
 
 def codes() -> dict[str, Code]:
     """Return the codes of all check modules by name, in the order of the names."""
-    all_codes = [INPUT, PROGRAM, *(code for module in modules() for code in module.CODES)]
+    all_codes = [INPUT, PROGRAM, *(code for module in load_check_modules() for code in module.CODES)]
     return {code.name: code for code in sorted(all_codes, key=lambda code: code.name)}
 
 
-def findings(agent: Agent, *, errors_only: bool = False, portable: bool = False) -> Iterator[Finding]:
-    """Yield the findings of all checks, in the order of files and lines.
+def run_checks(agent: Agent, *, errors_only: bool = False, portable: bool = False) -> Iterator[Finding]:
+    """Yield the findings of all checks about an agent, in the order of files and lines.
 
     :param errors_only: whether to skip warnings and notes.
     :param portable: whether to report code that Fawkes does not accept.
     """
     needed_modules = [
         module
-        for module in modules()
+        for module in load_check_modules()
         if not errors_only or any(code.severity is Severity.ERROR for code in module.CODES)
         if portable or not module.__name__.endswith(_PORTABLE)
     ]

@@ -1,6 +1,7 @@
 """The facts that an agent's constructs match and assert, and the words in the constructs.
 
-The checks compare the two: a pattern without a fact never matches, and a fact without a pattern is useless.
+The checks compare patterns and asserted facts: a pattern without a fact never matches, and a fact without a
+pattern is useless.
 """
 
 from __future__ import annotations
@@ -21,18 +22,21 @@ from cxbridge_studio.agent.names import Name, NameKind, PlacedPiece, SourceFile,
 from cxbridge_studio.check.findings import SourcePlace
 
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
-_FACT_IN_TEXT: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
-_MISSPELT: Final = 0.93  # similarity above which a name is taken for a misspelling of another name
+_FACT_IN_STRING: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
+_MIN_MISSPELT_LIKENESS: Final = (
+    0.93  # the similarity from which a name counts as a misspelling of another name
+)
 # Functions that compare values, so that their words may select a goal class or a sub-type.
-_COMPARISONS: Final = frozenset({"eq", "member$", "switch", "case", "create$"})
+_COMPARISON_FUNCTIONS: Final = frozenset({"eq", "member$", "switch", "case", "create$"})
 
-# Templates of facts that cxbridge or its features assert.
-OF_PROGRAM: Final = re.compile(
+# The names, and beginnings of names, of templates whose facts cxbridge or its features assert.
+PROGRAM_TEMPLATES: Final = re.compile(
     r"(init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
     r"|(executive|ff-feature|domain|pddl|grounded|protobuf|navgraph|robmem|mutex|blackboard|skill|ros2?)-?.*"
 )
 
-Slots = Mapping[str, frozenset[str]]  # the possible words by slot; a slot that is missing can have any word
+# The possible words by slot. A slot that is not a key can have any word.
+WordsBySlot = Mapping[str, frozenset[str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,19 +46,19 @@ class FactUse:
     :param start: the offset in the construct.
     :param slots: the words that a pattern allows, or the literal words of a fact.
     :param slot_names: the slots that the text names, with literal or computed values.
-    :param count: the minimum and the maximum number of fields; None for a pattern with slots.
+    :param field_counts: the minimum and the maximum number of fields; None for a pattern with slots.
     """
 
     template: str
     start: int
-    slots: Slots
+    slots: WordsBySlot
     slot_names: frozenset[str]
-    count: tuple[int, float] | None = None
+    field_counts: tuple[int, float] | None = None
 
-    def fits(self, fact: FactUse, defaults: Mapping[str, str]) -> bool:
+    def can_match(self, fact: FactUse, defaults: Mapping[str, str]) -> bool:
         """Return whether this pattern can match an asserted fact.
 
-        :param defaults: the default words of slots that the fact may omit; other omitted slots match any
+        :param defaults: the default words of slots that the fact may omit. Other omitted slots can have any
             word.
         """
         for slot, words in self.slots.items():
@@ -85,10 +89,10 @@ class Construct:
 
     @property
     def module(self) -> str:
-        """The module that the construct names or defines; empty if the construct names none."""
+        """The CLIPS module that the construct names or defines; empty if it names none."""
         is_construct = self.keyword.startswith("def") and self.node.arguments
-        written = self.node.arguments[0].text if is_construct else ""
-        return written if self.keyword == "defmodule" else written.rpartition("::")[0]
+        written_name = self.node.arguments[0].text if is_construct else ""
+        return written_name if self.keyword == "defmodule" else written_name.rpartition("::")[0]
 
     def place(self, offset: int = 0) -> SourcePlace:
         """Return the position of an offset in the construct."""
@@ -107,7 +111,7 @@ class Construct:
     @cached_property
     def patterns(self) -> tuple[FactUse, ...]:
         """The patterns that must match a fact, without patterns below ``not``."""
-        return tuple(_pattern(ce) for ce in needed(self.condition) if ce.template != OBJECT)
+        return tuple(_make_pattern_use(ce) for ce in needed(self.condition) if ce.template != OBJECT)
 
     @cached_property
     def condition(self) -> tuple[CE, ...]:
@@ -117,7 +121,7 @@ class Construct:
     def actions(self) -> tuple[SyntaxNode, ...]:
         """The right-hand side of a rule, the body of another construct, or the command itself.
 
-        In an unclosed construct, the sides are unknown: all its nodes are actions.
+        The sides of an unclosed construct are unknown, so all its nodes count as actions.
         """
         items = self.node.arguments
         if not self.placed.piece.closed:
@@ -131,8 +135,8 @@ class Construct:
         """The literal facts that the construct asserts."""
         nodes: list[SyntaxNode] = list(self.actions) if self.keyword == "deffacts" else []
         nodes += [fact for node in self.action_nodes if node.head == "assert" for fact in node.arguments]
-        single_valued = self._single_valued_variables()
-        return tuple(_fact(node, single_valued) for node in nodes if node.head)
+        single_valued_variables = self._single_valued_variables()
+        return tuple(_make_fact_use(node, single_valued_variables) for node in nodes if node.head)
 
     def _single_valued_variables(self) -> frozenset[str]:
         """Return the single-valued variables in the condition of a rule, written as ``?x``."""
@@ -140,7 +144,7 @@ class Construct:
             return frozenset()
         words = [node.text for node in self.node.walk() if node.items is None]
         condition_words = set(words[: words.index("=>")] if "=>" in words else ())
-        # A variable that an action binds to another value may hold a multifield.
+        # A variable that an action binds again may hold a multifield then.
         rebound = {
             node.arguments[0].text for node in self.node.walk() if node.head == "bind" and node.arguments
         }
@@ -151,17 +155,17 @@ class Construct:
         )
 
     @cached_property
-    def symbols(self) -> frozenset[str]:
-        """The words and strings in the commands."""
+    def action_literals(self) -> frozenset[str]:
+        """The words and strings in the actions."""
         return frozenset(literal(node) for node in self.action_nodes if node.items is None)
 
     @cached_property
-    def compared(self) -> frozenset[str]:
+    def compared_words(self) -> frozenset[str]:
         """The words in comparisons, which may be in conditions, actions or queries."""
         return frozenset(
             literal(value)
             for node in self.node.walk()
-            if node.head in _COMPARISONS
+            if node.head in _COMPARISON_FUNCTIONS
             for value in node.arguments
         )
 
@@ -173,28 +177,29 @@ class Construct:
         )
 
     @cached_property
-    def words(self) -> frozenset[str]:
-        """All words in the commands, including the words within strings."""
+    def action_words(self) -> frozenset[str]:
+        """The words in the actions, including the words within strings."""
         return frozenset(
             word for node in self.action_nodes if node.items is None for word in _WORD.findall(node.text)
         )
 
 
-def constructs_of(file: SourceFile) -> tuple[Construct, ...]:
-    """Return the constructs and commands of a file, without lists that begin with no word."""
+def make_constructs(file: SourceFile) -> tuple[Construct, ...]:
+    """Return the constructs and commands of a file. Lists that do not begin with a word are neither."""
     return tuple(Construct(file, placed) for placed in file.pieces if placed.piece.keyword)
 
 
-def _pattern(ce: PatternCE) -> FactUse:
+def _make_pattern_use(ce: PatternCE) -> FactUse:
+    """Return the use of facts by a pattern."""
     slot_names = frozenset(constraint.slot for constraint in ce.parts if constraint.slot)
-    count = ce.count if ce.is_ordered else None
-    return FactUse(without_module(ce.template), ce.node.start, ce.slots, slot_names, count)
+    field_counts = ce.count if ce.is_ordered else None
+    return FactUse(without_module(ce.template), ce.node.start, ce.slots, slot_names, field_counts)
 
 
-def _fact(node: SyntaxNode, single_valued: frozenset[str]) -> FactUse:
-    """Return an asserted fact.
+def _make_fact_use(node: SyntaxNode, single_valued_variables: frozenset[str]) -> FactUse:
+    """Return the use of a fact by an assertion.
 
-    :param single_valued: the variables that hold a single value, written as ``?x``.
+    :param single_valued_variables: the variables that hold a single value, written as ``?x``.
     """
     slots = [item for item in node.arguments if item.head]
     words = {
@@ -202,11 +207,11 @@ def _fact(node: SyntaxNode, single_valued: frozenset[str]) -> FactUse:
         for slot in slots
         if len(slot.arguments) == 1 and literal(slot.arguments[0])
     }
-    minimum = sum(bool(literal(item)) or item.text in single_valued for item in node.arguments)
-    # A call, or a variable that may hold a multifield, gives any number of fields.
-    count = (minimum, minimum if minimum == len(node.arguments) else inf)
+    minimum = sum(bool(literal(item)) or item.text in single_valued_variables for item in node.arguments)
+    # A call, or a variable that may hold a multifield, may give any number of fields.
+    field_counts = (minimum, minimum if minimum == len(node.arguments) else inf)
     slot_names = frozenset(slot.head for slot in slots)
-    return FactUse(without_module(node.head), node.start, words, slot_names, count)
+    return FactUse(without_module(node.head), node.start, words, slot_names, field_counts)
 
 
 @dataclass
@@ -226,32 +231,32 @@ class Usage:
     constructs: tuple[Construct, ...] = ()
 
     @cached_property
-    def asserted(self) -> dict[str, list[tuple[Construct, FactUse]]]:
+    def asserted_facts(self) -> dict[str, list[tuple[Construct, FactUse]]]:
         """The asserted facts by template, with their constructs."""
-        asserted: dict[str, list[tuple[Construct, FactUse]]] = {}
+        asserted_facts: dict[str, list[tuple[Construct, FactUse]]] = {}
         for construct in self.constructs:
             for fact in construct.facts:
-                asserted.setdefault(fact.template, []).append((construct, fact))
-        return asserted
+                asserted_facts.setdefault(fact.template, []).append((construct, fact))
+        return asserted_facts
 
     @cached_property
-    def templates_in_texts(self) -> frozenset[str]:
+    def templates_in_strings(self) -> frozenset[str]:
         """The words after a parenthesis in strings: ``assert-string`` or ``eval`` may assert such facts."""
         return frozenset(
             word
             for construct in self.constructs
             for node in construct.action_nodes
             if node.text.startswith('"')
-            for word in _FACT_IN_TEXT.findall(node.text)
+            for word in _FACT_IN_STRING.findall(node.text)
         )
 
     @cached_property
-    def symbols(self) -> Counter[str]:
+    def literal_counts(self) -> Counter[str]:
         """The number of constructs with actions that contain a word, by word."""
-        return Counter(word for construct in self.constructs for word in construct.symbols)
+        return Counter(word for construct in self.constructs for word in construct.action_literals)
 
     def is_duplicated(self, template: str) -> bool:
-        """Return whether a rule that matches a template duplicates a fact, which asserts a fact, too."""
+        """Return whether a rule matches facts of a template and duplicates a fact, perhaps one of these."""
         return any(
             node.head == "duplicate"
             for construct in self.constructs
@@ -260,23 +265,25 @@ class Usage:
         )
 
     def is_made_elsewhere(self, template: str) -> bool:
-        """Return whether anything but literal assertions in the files may assert facts of a template."""
-        if template in self.templates_in_texts or self._is_of_program(template) or self._loads_facts:
+        """Return whether facts of a template may come from elsewhere than literal assertions in the files."""
+        if template in self.templates_in_strings or self._is_program_template(template) or self._loads_facts:
             return True
         is_defined = self.model.is_defined(Name(NameKind.TEMPLATE, template))
-        # A template with slots that no file defines belongs to an interface or a feature.
+        # A deftemplate that no file defines belongs to an interface or a feature, which may assert the facts.
         return (not is_defined and template in self.deftemplates) or self.is_duplicated(template)
 
     @cached_property
     def _loads_facts(self) -> bool:
-        """Whether facts are loaded from files that the check does not read."""
+        """Whether the agent loads facts from files, which the check does not read."""
         functions = self.model.names(NameKind.FUNCTION, Use.CALLED)
         return not functions.isdisjoint(("load-facts", "bload-facts", "bload"))
 
-    def _is_of_program(self, template: str) -> bool:
-        """Return whether cxbridge may assert facts of a template, unless the name is a likely misspelling."""
-        if not OF_PROGRAM.fullmatch(template):
+    def _is_program_template(self, template: str) -> bool:
+        """Return whether cxbridge may assert facts of a template, unless its name is a likely misspelling."""
+        if not PROGRAM_TEMPLATES.fullmatch(template):
             return False
-        # OF_PROGRAM matches prefixes: (skill-statu ...) is a misspelling, not a fact of cxbridge.
-        known = self.core_templates | self.asserted.keys()
-        return template in self.core_templates or not nearest(template, known, _MISSPELT)
+        # The expression matches prefixes, but (skill-statu ...) is a misspelling, not a fact of cxbridge.
+        known_templates = self.core_templates | self.asserted_facts.keys()
+        return template in self.core_templates or not nearest(
+            template, known_templates, _MIN_MISSPELT_LIKENESS
+        )

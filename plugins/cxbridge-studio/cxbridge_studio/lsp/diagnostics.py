@@ -20,7 +20,7 @@ from cxbridge_studio.check.checks.constructs import FUNCTION, GLOBAL, SLOT, TEMP
 from cxbridge_studio.check.checks.domain import DOMAIN, DUBIOUS
 from cxbridge_studio.check.doubts import EFFECT, OBJECT
 from cxbridge_studio.check.findings import INPUT, Code
-from cxbridge_studio.check.pddl_files import findings_of
+from cxbridge_studio.check.pddl_files import check_pddl_file
 from cxbridge_studio.lsp.session import AgentDefinitions, Session
 
 UNKNOWN_NAMES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL, changes.SLOT})
@@ -146,7 +146,7 @@ def _undefined(code: Code, description: str, name: str, known_names: Collection[
 def _pddl(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
     """Yield the findings of the check for a domain, or for a problem with its domain."""
     as_fawkes = session.knowledge.reads_as_fawkes
-    for finding in findings_of(Path(file.path), file.text, fawkes_compat=as_fawkes):
+    for finding in check_pddl_file(Path(file.path), file.text, fawkes_compat=as_fawkes):
         place, code = finding.place, finding.code
         if Path(place.file) == Path(file.path):  # the findings for a problem include those for its domain
             start = file.lines.place(place.line or 1, place.column or 1)

@@ -24,7 +24,7 @@ from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.plain_options import plain_options
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_studio.check.agent import Agent, agents
+from cxbridge_studio.check.agent import Agent, find_agent_names
 from cxbridge_studio.check.run import check
 from cxbridge_studio.explain.coverage.model import RecordedUse
 from cxbridge_studio.lsp.knowledge import AgentKnowledge, FunctionInfo
@@ -48,8 +48,8 @@ def run_options(plain: Mapping[str, Any]) -> RunOptions:
 def examine(options: RunOptions) -> AgentKnowledge:
     """Examine the first agent; the findings are those of all agents."""
     try:
-        findings = [finding.plain() for finding in check(options)]
-        name = agents(options)[0]
+        findings = [finding.to_json() for finding in check(options)]
+        name = find_agent_names(options)[0]
         with Agent(replace(options, agent=name)) as agent:
             templates = dict(_templates(agent))
             functions = dict(_functions(agent))
@@ -70,7 +70,7 @@ def firings(run: Path) -> dict[str, int]:
 
 def _templates(agent: Agent) -> Iterator[tuple[str, list[str]]]:
     for name in sorted(agent.deftemplates):
-        yield name, agent.words_of(f"(deftemplate-slot-names {name})")
+        yield name, agent.eval_words(f"(deftemplate-slot-names {name})")
 
 
 def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
@@ -81,7 +81,7 @@ def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
         for construct in file.constructs
         if construct.kind in ("deffunction", "defgeneric")
     }
-    for names in map(agent.words_of, _FUNCTION_LISTS):  # the host defines some functions as deffunctions
+    for names in map(agent.eval_words, _FUNCTION_LISTS):  # the host defines some functions as deffunctions
         for name in map(without_module, names):
             if name not in defined:
                 yield name, FunctionInfo()

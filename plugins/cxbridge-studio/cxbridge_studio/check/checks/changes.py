@@ -1,4 +1,7 @@
-"""Checks the slots and values in changes of facts, which CLIPS itself checks too late or never."""
+"""Checks the slots and values in changes of facts.
+
+CLIPS checks the slots only when the rule fires, and the values never.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,7 @@ VALUE: Final = Code(
 
 CODES: Final = (SLOT, VALUE)
 
-# Uses of the slots of a fact in a variable; CLIPS itself checks the slots in patterns and assertions.
+# The uses of a slot of a fact in a variable. CLIPS itself checks the slots in patterns and assertions.
 _VARIABLE_USES: Final = frozenset({Use.CHANGED, Use.QUERIED})
 
 
@@ -38,7 +41,11 @@ def check(agent: Agent) -> Iterator[Finding]:
     slots = agent.slots
     for construct in agent.usage.constructs:
         piece = construct.placed.piece
-        if (construct.file.path, construct.keyword, construct.name) in agent.dropped or not piece.closed:
+        if (
+            construct.file.path,
+            construct.keyword,
+            construct.name,
+        ) in agent.dropped_constructs or not piece.closed:
             continue
         for mention in piece.mentions:
             owner = mention.name.owner  # empty if the template of the variable's fact is ambiguous
@@ -49,31 +56,32 @@ def check(agent: Agent) -> Iterator[Finding]:
             ):
                 continue
             if mention.name.text not in slots[owner]:
-                yield _unknown_slot(construct, mention, slots[owner])
+                yield _make_unknown_slot_finding(construct, mention, slots[owner])
             elif mention.use is Use.CHANGED:
-                yield from _forbidden_values(agent, construct, mention)
+                yield from _find_forbidden_values(agent, construct, mention)
 
 
-def _unknown_slot(construct: Construct, mention: Mention, slots: set[str]) -> Finding:
+def _make_unknown_slot_finding(construct: Construct, mention: Mention, slots: set[str]) -> Finding:
     name, owner = mention.name.text, mention.name.owner
     hint = did_you_mean(name, slots) or f"it has: {', '.join(sorted(slots))}"
-    message = f"{_prefix(construct)}the deftemplate '{owner}' has no slot '{name}'"
+    message = f"{_construct_prefix(construct)}the deftemplate '{owner}' has no slot '{name}'"
     return Finding(SLOT, construct.place(mention.start), message, hint)
 
 
-def _forbidden_values(agent: Agent, construct: Construct, mention: Mention) -> Iterator[Finding]:
+def _find_forbidden_values(agent: Agent, construct: Construct, mention: Mention) -> Iterator[Finding]:
+    """Yield the literal values that the slot in a change does not allow."""
     slot, template = mention.name.text, mention.name.owner
-    allowed = agent.allowed(template, slot)
+    allowed = agent.allowed_values(template, slot)
     text = construct.placed.piece.text
     # The parenthesis before the slot's name begins the list with the values.
-    begin = text.rfind("(", 0, mention.start)
-    for value in read(text[begin:], close=True)[0].arguments if allowed else ():
+    list_start = text.rfind("(", 0, mention.start)
+    for value in read(text[list_start:], close=True)[0].arguments if allowed else ():
         word = literal(value)
         if word and word not in allowed:
-            message = f"{_prefix(construct)}the slot '{slot}' of '{template}' cannot be {word}"
+            message = f"{_construct_prefix(construct)}the slot '{slot}' of '{template}' cannot be {word}"
             hint = did_you_mean(word, allowed) or f"it can be: {', '.join(sorted(allowed))}"
-            yield Finding(VALUE, construct.place(begin + value.start), message, hint)
+            yield Finding(VALUE, construct.place(list_start + value.start), message, hint)
 
 
-def _prefix(construct: Construct) -> str:
+def _construct_prefix(construct: Construct) -> str:
     return f"{construct.keyword} {construct.name}: " if construct.name else ""

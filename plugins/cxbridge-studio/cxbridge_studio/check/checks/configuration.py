@@ -1,4 +1,4 @@
-"""Checks the configuration for misleading values and unknown keys."""
+"""Checks the configuration: misleading values, the format of the spec, keys that are never read."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from cxbridge.run.source import CLIPS_SUFFIX
 from cxbridge.run.specs import check_spec, mistaken_keys
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.check.agent import Agent, place_of
-from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
-from cxbridge_studio.check.keys import first_unknown, split_path
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
+from cxbridge_studio.check.keys import find_unknown_name, split_path
 
 STRANGE: Final = Code(
     "CX111",
@@ -69,54 +69,61 @@ MISTAKEN_KEY: Final = Code(
 
 CODES: Final = (STRANGE, NO_TIME, TIME, UNKNOWN_KEY, SPEC_NAME, OLD_FORMAT, MISTAKEN_KEY)
 
-# A warning of the configuration's reader, with its position and message.
-_WARNING = re.compile(r"(?P<file>[^\n:]+):(?P<line>\d+)(?::(?P<column>\d+))?: (?P<text>.*)", re.DOTALL)
-_ROOT: Final = "/clips-executive"
-_TIME_KEY: Final = f"{_ROOT}/assert-time-each-loop"
-_CLIPS: Final = re.compile(r"\S+\.clp")
+# A warning of the configuration's reader that begins with a position.
+_LOCATED_WARNING = re.compile(
+    r"(?P<file>[^\n:]+):(?P<line>\d+)(?::(?P<column>\d+))?: (?P<text>.*)", re.DOTALL
+)
+_EXECUTIVE_PATH: Final = "/clips-executive"
+_TIME_PATH: Final = f"{_EXECUTIVE_PATH}/assert-time-each-loop"
+_CLIPS_FILE: Final = re.compile(r"\S+\.clp")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the mistakes in the configuration; in a program without a Fawkes configuration, its warnings."""
-    reported: set[SourcePlace] = set()
+    """Yield the mistakes in the configuration.
+
+    An agent without a Fawkes configuration, such as a CLIPS program, has only the warnings of the reader.
+    """
+    reported_places: set[SourcePlace] = set()
     for error in () if agent.is_lenient else mistaken_keys(agent.config, agent.spec):
-        finding = of_error(error, MISTAKEN_KEY)
-        reported.add(finding.place)
+        finding = make_error_finding(error, MISTAKEN_KEY)
+        reported_places.add(finding.place)
         yield finding
     for text in (*map(str, agent.config.warnings), *check_spec(agent.config, agent.spec)):
-        match = _WARNING.match(text)
+        match = _LOCATED_WARNING.match(text)
         place = SourcePlace(str(agent.context.paths.config_file))
         if match:
             place = SourcePlace(match["file"], int(match["line"]), int(match["column"] or 0))
         # A second warning at the same position is a consequence of the first.
-        if not match or place not in reported:
+        if not match or place not in reported_places:
             yield Finding(STRANGE, place, match["text"] if match else text)
-        reported.add(place)
+        reported_places.add(place)
     if agent.context.source.has_fawkes_configuration:
         yield from _check_time(agent)
         yield from _check_spec_name(agent)
-        obsolete = _obsolete_keys(agent)
-        yield from _check_format(agent, obsolete)
-        yield from _check_keys(agent, {place_of(value) for value in obsolete} | reported)
+        obsolete_values = _find_obsolete_values(agent)
+        yield from _check_format(agent, obsolete_values)
+        yield from _check_keys(agent, {place_of(value) for value in obsolete_values} | reported_places)
 
 
 def _check_time(agent: Agent) -> Iterator[Finding]:
+    """Yield a finding if the configuration turns time facts off, or has them only by default."""
     config = agent.config
-    value = config.get(_TIME_KEY) if config.exists(_TIME_KEY) else None
+    value = config.get(_TIME_PATH) if config.exists(_TIME_PATH) else None
     place = SourcePlace(str(agent.context.paths.config_file))
     if value is not None and value.file:
         place = place_of(value)
-    if not config.get_bool(_TIME_KEY, default=False):
+    if not config.get_bool(_TIME_PATH, default=False):
         state = "absent" if value is None else "false"
         message = f"assert-time-each-loop is {state}: nothing is read, no time passes"
         yield Finding(NO_TIME, place, message, "set assert-time-each-loop: true below clips-executive")
-    # A value without a line is the default for scenarios. A CLIPS program alone never runs in Fawkes.
+    # A value without a line is the default of scenarios. A CLIPS program without a scenario never runs in
+    # Fawkes.
     elif not place.line and not place.file.endswith(CLIPS_SUFFIX):
         yield Finding(TIME, place, "assert-time-each-loop is absent: here that means true, in Fawkes false")
 
 
 def _check_spec_name(agent: Agent) -> Iterator[Finding]:
-    key = f"{_ROOT}/spec"
+    key = f"{_EXECUTIVE_PATH}/spec"
     if agent.config.exists(key) and (value := agent.config.get(key)).type is not ConfigType.STRING:
         kind = {ConfigType.BOOL: "a Boolean", ConfigType.FLOAT: "a number"}.get(value.type, "an integer")
         message = f"the name of the spec, '{value.text}', is not a text but {kind}"
@@ -126,33 +133,33 @@ def _check_spec_name(agent: Agent) -> Iterator[Finding]:
 # ---- keys
 
 
-def _obsolete_keys(agent: Agent) -> list[ConfigValue]:
+def _find_obsolete_values(agent: Agent) -> list[ConfigValue]:
     """Return the lists of files directly below the spec, as in the old format without ``init``."""
-    base = f"{_ROOT}/specs/{agent.spec}"
+    base = f"{_EXECUTIVE_PATH}/specs/{agent.spec}"
     return [
         value
         for value in agent.config.walk(base)
         if "/" not in value.path.removeprefix(f"{base}/")
-        and any(map(_CLIPS.fullmatch, value.items or (value.text,)))
+        and any(map(_CLIPS_FILE.fullmatch, value.items or (value.text,)))
     ]
 
 
-def _check_format(agent: Agent, obsolete: list[ConfigValue]) -> Iterator[Finding]:
-    if obsolete:
-        keys = ", ".join(value.path.rpartition("/")[2] for value in obsolete)
+def _check_format(agent: Agent, obsolete_values: list[ConfigValue]) -> Iterator[Finding]:
+    if obsolete_values:
+        keys = ", ".join(value.path.rpartition("/")[2] for value in obsolete_values)
         message = f"the spec '{agent.spec}' names files in the old format ({keys}), which is not loaded"
         hint = "list the files below init: stage-3: - name: NAME, files: [...]"
-        yield Finding(OLD_FORMAT, place_of(obsolete[0]), message, hint)
+        yield Finding(OLD_FORMAT, place_of(obsolete_values[0]), message, hint)
 
 
-def _check_keys(agent: Agent, reported: set[SourcePlace]) -> Iterator[Finding]:
+def _check_keys(agent: Agent, reported_places: set[SourcePlace]) -> Iterator[Finding]:
     """Yield the keys that are never read, except at positions with another finding."""
     reported_keys: set[str] = set()
-    in_scenario = agent.context.paths.config_file.name == SCENARIO_FILE
-    lines = {(place.file, place.line) for place in reported}
+    is_scenario_file = agent.context.paths.config_file.name == SCENARIO_FILE
+    lines = {(place.file, place.line) for place in reported_places}
     for value in agent.config.walk("/"):
         path = split_path(value.path)
-        unknown = first_unknown(path)
+        unknown = find_unknown_name(path)
         if unknown is None or not value.file or (value.file, value.line) in lines:
             continue
         index, names = unknown
@@ -160,29 +167,36 @@ def _check_keys(agent: Agent, reported: set[SourcePlace]) -> Iterator[Finding]:
         hint = did_you_mean(path[index], names)
         if key in reported_keys or _is_read(agent, value, index):
             continue
-        # A scenario belongs to cxbridge: any unknown key counts, apart from top-level sections, which may be
-        # those of other programs. A Fawkes configuration has keys of many programs: only likely misspellings
-        # in the sections of the executive count.
-        is_likely = bool(hint or index) if in_scenario else bool(hint) and _is_of_spec(agent, path[:index])
+        # A scenario belongs to cxbridge, so any unknown key counts, except for top-level sections, which may
+        # belong to other programs. A Fawkes configuration has the keys of many programs, so only likely
+        # misspellings in the sections of the executive count.
+        is_likely = (
+            bool(hint or index)
+            if is_scenario_file
+            else bool(hint) and _is_executive_path(agent, path[:index])
+        )
         if is_likely:
             reported_keys.add(key)
-            below = f" below {'/'.join(path[:index])}" if index else ""
-            message = f"'{path[index]}' is never read{below}"
+            below_text = f" below {'/'.join(path[:index])}" if index else ""
+            message = f"'{path[index]}' is never read{below_text}"
             yield Finding(
                 UNKNOWN_KEY, place_of(value), message, hint or f"known are: {', '.join(sorted(names))}"
             )
 
 
-def _is_of_spec(agent: Agent, parents: tuple[str, ...]) -> bool:
-    """Return whether a path belongs to the executive, but to no other spec than the chosen spec.
+def _is_executive_path(agent: Agent, parents: tuple[str, ...]) -> bool:
+    """Return whether a path belongs to the executive, and not to a spec other than the chosen spec.
 
-    A Fawkes folder has sections of many programs, and outdated specs.
+    A Fawkes folder also has the sections of other programs, and outdated specs.
     """
     return parents[:1] == ("clips-executive",) and parents[1:3] in ((), ("specs", agent.spec))
 
 
 def _is_read(agent: Agent, value: ConfigValue, unknown_index: int) -> bool:
-    """Return whether a CLIPS file of the agent names the path of a value, or one of its unknown prefixes."""
+    """Return whether a CLIPS file of the agent names the path of a value, or the path of one of its parents.
+
+    :param unknown_index: the index of the first unknown name in the path: parents above it do not count.
+    """
     path = split_path(value.path)
     prefixes = ("/" + "/".join(path[:end]) for end in range(len(path), unknown_index, -1))
     return any(f'"{prefix}' in file.text for prefix in prefixes for file in agent.own_files)

@@ -1,7 +1,7 @@
 """Checks for constructs that CLIPS drops, and finds the position of the wrong word.
 
-CLIPS has loaded the files, and its diagnostics are the mistakes. The check finds the word that a message
-means, and leaves out mistakes that only follow from an earlier mistake.
+CLIPS has loaded the files before, and its diagnostics are the mistakes. The check finds the word that each
+diagnostic is about, and omits mistakes that are only consequences of an earlier mistake.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ CONSTRUCT: Final = Code(
 
 CODES: Final = (UNCLOSED, TEMPLATE, SLOT, FUNCTION, GLOBAL, ARGUMENTS, VARIABLE, CONSTRUCT)
 
-# The codes for CLIPS' own error codes; all other errors have the code CONSTRUCT.
+# The codes of findings by CLIPS' error code. All other errors have the code CONSTRUCT.
 _CODES_BY_CLIPS_CODE: Final = {
     "TMPLTDEF1": SLOT,
     "EXPRNPSR3": FUNCTION,
@@ -90,67 +90,69 @@ _CODES_BY_CLIPS_CODE: Final = {
     UNCLOSED_CODE: UNCLOSED,
 }
 
-_LITERAL = "CSTRNCHK1"  # CLIPS' error code for a literal that its slot does not allow
+_FORBIDDEN_LITERAL = "CSTRNCHK1"  # CLIPS' error code for a literal that its slot does not allow
 
-_QUOTED = re.compile(r"'([^']+)'")
+_QUOTED_NAME = re.compile(r"'([^']+)'")
 _VARIABLE = re.compile(r"\$?\?[\w*-]+")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the constructs that CLIPS drops because of a mistake in the construct."""
     loss_finder = LossFinder(agent.usage, agent.own_constructs)
-    dropped = {
+    dropped_names = {
         diagnostic.construct.partition(" ")[2]
         for file in agent.files
         for diagnostic in file.diagnostics
         if diagnostic.construct
     }
-    dropped |= {name for file in agent.files for name in _swallowed_names(file)}
+    dropped_names |= {name for file in agent.files for name in _swallowed_names(file)}
     for file in agent.files:
-        line = _unclosed_line(file)
+        line = _find_unclosed_line(file)
         for diagnostic in file.diagnostics:
             if diagnostic.code == UNCLOSED_CODE:
-                yield from _unclosed(agent, file, diagnostic, loss_finder)
-            # CLIPS also reports an error of its own after the unclosed parenthesis, which is left out.
+                yield from _find_unclosed(agent, file, diagnostic, loss_finder)
+            # The check omits errors after an unclosed parenthesis: they are consequences.
             elif line is None or (diagnostic.line is not None and diagnostic.line < line):
-                finding = _finding(agent, file, diagnostic)
-                if not _is_consequence(agent, finding, diagnostic, dropped):
-                    yield _with_losses(file, diagnostic, finding, loss_finder)
+                finding = _make_finding(agent, file, diagnostic)
+                if not _is_consequence(agent, finding, diagnostic, dropped_names):
+                    yield _add_losses(file, diagnostic, finding, loss_finder)
 
 
-def _names(agent: Agent, *keywords: str) -> set[str]:
+def _defined_names(agent: Agent, *keywords: str) -> set[str]:
     """Return the names that constructs of these kinds define, including dropped constructs."""
     return {item.name for item in agent.usage.constructs if item.keyword in keywords and item.name}
 
 
-def _with_losses(
+def _add_losses(
     file: ClipsFile, diagnostic: Diagnostic, finding: Finding, loss_finder: LossFinder
 ) -> Finding:
-    """Return the finding with a message that also lists the losses of its construct."""
+    """Return a finding whose message also lists the losses that the dropped construct causes."""
     keyword, _, name = diagnostic.construct.partition(" ")
     key = (keyword, without_module(name))
     constructs = [item for item in file.all_constructs if (item.keyword, item.name) == key]
-    losses = loss_finder.of(constructs[-1:]) if constructs else None
+    losses = loss_finder.find_losses(constructs[-1:]) if constructs else None
     return replace(finding, message=f"{finding.message}; {losses}") if losses else finding
 
 
-def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Finding:
-    """Return the finding for a diagnostic, at the wrong word if the message identifies a word."""
-    construct = _construct(file, diagnostic)
+def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Finding:
+    """Return the finding for a diagnostic, at the wrong word if the word can be found."""
+    construct = _find_construct(file, diagnostic)
     code = _CODES_BY_CLIPS_CODE.get(diagnostic.code, CONSTRUCT)
     prefix = f"{diagnostic.construct}: " if diagnostic.construct else ""
-    unknown = _unknown_template(agent, construct) if construct is not None else None
+    unknown = _find_unknown_template(agent, construct) if construct is not None else None
     if unknown is not None:
-        hint = did_you_mean(unknown.head, _names(agent, "deftemplate"))
+        hint = did_you_mean(unknown.head, _defined_names(agent, "deftemplate"))
         message = f"{prefix}there is no deftemplate '{unknown.head}'"
         return Finding(TEMPLATE, file.place(unknown), message, hint)
     if construct is not None and code is CONSTRUCT:
-        explain = _forbidden_literal if diagnostic.code == _LITERAL else _field_instead_of_slot
-        finding = explain(agent, file, construct, prefix)
+        explain_mistake = (
+            _explain_forbidden_literal if diagnostic.code == _FORBIDDEN_LITERAL else _explain_missing_slots
+        )
+        finding = explain_mistake(agent, file, construct, prefix)
         if finding is not None:
             return finding
-    word = _unknown_global(agent, construct) if code is GLOBAL else _word(construct, diagnostic)
-    # In conditions, CLIPS reports an undefined global as a variable without a value.
+    word = _find_unknown_global(agent, construct) if code is GLOBAL else _find_word(construct, diagnostic)
+    # CLIPS reports an undefined global variable in a condition as a variable without a value.
     if code is VARIABLE and word is not None and word.text.startswith("?*"):
         code = GLOBAL
     place = SourcePlace(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
@@ -160,20 +162,23 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Finding:
     if code is GLOBAL:
         return Finding(code, place, f"{prefix}there is no global variable {text}", _global_hint(agent, text))
     if code is SLOT:
-        slot, template = [*_QUOTED.findall(diagnostic.message), "", ""][:2]
-        names = agent.words_of(f"(deftemplate-slot-names {template})") if template else []
+        # Padding with empty names serves messages that quote fewer names.
+        slot, template = [*_QUOTED_NAME.findall(diagnostic.message), "", ""][:2]
+        names = agent.eval_words(f"(deftemplate-slot-names {template})") if template else []
         hint = did_you_mean(slot, names) or f"it has: {', '.join(names)}"
         message = f"{prefix}the deftemplate '{template or '?'}' has no slot '{slot or '?'}'"
         return Finding(code, place, message, hint)
     return Finding(code, place, f"{prefix}{diagnostic.message} [{diagnostic.code}]")
 
 
-def _forbidden_literal(agent: Agent, file: ClipsFile, construct: Definition, prefix: str) -> Finding | None:
+def _explain_forbidden_literal(
+    agent: Agent, file: ClipsFile, construct: Definition, prefix: str
+) -> Finding | None:
     """Return the finding for the first literal that its slot does not allow."""
-    for fact in _facts(construct):
+    for fact in _find_facts(construct):
         template = without_module(fact.head)
         for slot in fact.arguments:
-            allowed = agent.allowed(template, slot.head)
+            allowed = agent.allowed_values(template, slot.head)
             for value in slot.arguments if allowed else ():
                 if (word := literal(value)) and word not in allowed:
                     hint = f"{did_you_mean(word, allowed)} it can be: {', '.join(sorted(allowed))}"
@@ -182,7 +187,7 @@ def _forbidden_literal(agent: Agent, file: ClipsFile, construct: Definition, pre
     return None
 
 
-def _facts(construct: Definition) -> list[SyntaxNode]:
+def _find_facts(construct: Definition) -> list[SyntaxNode]:
     """Return the patterns and the asserted facts of a construct, in the order of the text."""
     facts = [node for call in construct.node.walk() if call.head == "assert" for node in call.arguments]
     facts += [ce.node for ce in patterns(condition_of(construct.node))]
@@ -190,19 +195,19 @@ def _facts(construct: Definition) -> list[SyntaxNode]:
     return sorted(facts, key=lambda node: node.start)
 
 
-def _defines(file: ClipsFile, template: str) -> bool:
+def _defines_template(file: ClipsFile, template: str) -> bool:
     return any((item.kind, item.name) == ("deftemplate", template) for item in file.constructs)
 
 
-def _field_instead_of_slot(
+def _explain_missing_slots(
     agent: Agent, file: ClipsFile, construct: Definition, prefix: str
 ) -> Finding | None:
     """Return the finding for the first pattern or fact without slots whose deftemplate has slots."""
-    for fact in _facts(construct):
+    for fact in _find_facts(construct):
         name = without_module(fact.head)
         if name in agent.deftemplates and any(item.items is None for item in fact.arguments):
             hint = f"write ({name} (SLOT VALUE) ...)"
-            if any(source.is_core and _defines(source, name) for source in agent.files):
+            if any(source.is_core and _defines_template(source, name) for source in agent.files):
                 hint = "it is a deftemplate of the CX core: use another name"
             message = f"{prefix}the deftemplate '{name}' has slots, and here are fields without one"
             return Finding(CONSTRUCT, file.place(fact), message, hint)
@@ -212,8 +217,11 @@ def _field_instead_of_slot(
 # ---- positions
 
 
-def _construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | None:
-    """Return the construct of a diagnostic; of several with the name, the last one before the line."""
+def _find_construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | None:
+    """Return the construct of a diagnostic.
+
+    Of several constructs with the name, the last construct before the line of the diagnostic counts.
+    """
     kind, _, name = diagnostic.construct.partition(" ")
     matches = [item for item in file.constructs if (item.kind, item.name) == (kind, without_module(name))]
     if len(matches) > 1 and diagnostic.line:
@@ -221,37 +229,39 @@ def _construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | None:
     return matches[-1] if matches else None
 
 
-def _word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | None:
-    """Return the node that a message quotes, or the construct if the message quotes none."""
+def _find_word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | None:
+    """Return the node of the word that a message quotes, or of the construct if it quotes no word."""
     if construct is None:
         return None
-    words = _QUOTED.findall(diagnostic.message)[:1] or _VARIABLE.findall(diagnostic.message)[:1]
+    words = _QUOTED_NAME.findall(diagnostic.message)[:1] or _VARIABLE.findall(diagnostic.message)[:1]
     # CLIPS' messages about conditions name a global without the asterisks.
     words += [f"?*{word[1:]}*" for word in words if word.startswith("?")]
-    top = construct.node
-    inner = (node for node in top.walk() if node.items is None and node.start > top.start)
-    return next((node for node in inner if node.text in words), top)
+    construct_node = construct.node
+    inner_nodes = (
+        node for node in construct_node.walk() if node.items is None and node.start > construct_node.start
+    )
+    return next((node for node in inner_nodes if node.text in words), construct_node)
 
 
 # ---- parentheses
 
 
-def _unclosed(
+def _find_unclosed(
     agent: Agent, file: ClipsFile, diagnostic: Diagnostic, loss_finder: LossFinder
 ) -> Iterator[Finding]:
-    """Yield a finding at the open list of each unclosed construct."""
+    """Yield a finding for each unclosed construct, at the list that is probably left open."""
     for top_list in top_level_lists(file.text):
         if top_list.closed:
             continue
         description = describe_unclosed(top_list.text, top_list.start, file.lines, file.text, agent.slots)
         # CLIPS stops reading at the first unclosed construct.
         is_first = file.lines.at(top_list.start) == diagnostic.line
-        losses = loss_finder.swallowed(str(file.path), top_list.start) if is_first else None
+        losses = loss_finder.find_swallowed_losses(str(file.path), top_list.start) if is_first else None
         message = description.message + (f"; {losses}" if losses else "")
-        yield Finding(UNCLOSED, file.place_at(description.start), message, description.hint)
+        yield Finding(UNCLOSED, file.offset_place(description.start), message, description.hint)
 
 
-def _unclosed_line(file: ClipsFile) -> int | None:
+def _find_unclosed_line(file: ClipsFile) -> int | None:
     """Return the line of the unclosed construct; None without an unclosed construct."""
     lines = (diagnostic.line for diagnostic in file.diagnostics if diagnostic.code == UNCLOSED_CODE)
     return next(lines, None)
@@ -259,51 +269,54 @@ def _unclosed_line(file: ClipsFile) -> int | None:
 
 def _swallowed_names(file: ClipsFile) -> Iterator[str]:
     """Yield the names of the unclosed construct and of all later constructs in the file."""
-    line = _unclosed_line(file)
+    line = _find_unclosed_line(file)
     if line is not None:
-        named = (construct for construct in file.all_constructs if construct.name)
-        yield from (construct.name for construct in named if construct.place().line >= line)
+        named_constructs = (construct for construct in file.all_constructs if construct.name)
+        yield from (construct.name for construct in named_constructs if construct.place().line >= line)
 
 
 # ---- consequences of other mistakes
 
 
-def _is_consequence(agent: Agent, finding: Finding, diagnostic: Diagnostic, dropped: set[str]) -> bool:
-    """Return whether a construct is dropped only because CLIPS drops a construct that it needs."""
-    names = _QUOTED.findall(finding.message) + _QUOTED.findall(diagnostic.message)
-    return not _names(agent, "deftemplate", "deffunction").isdisjoint(dropped.intersection(names))
+def _is_consequence(agent: Agent, finding: Finding, diagnostic: Diagnostic, dropped_names: set[str]) -> bool:
+    """Return whether CLIPS drops a construct only because it has dropped a construct that this one needs."""
+    names = _QUOTED_NAME.findall(finding.message) + _QUOTED_NAME.findall(diagnostic.message)
+    return not _defined_names(agent, "deftemplate", "deffunction").isdisjoint(
+        dropped_names.intersection(names)
+    )
 
 
 # ---- names
 
 
-def _unknown_template(agent: Agent, construct: Definition) -> SyntaxNode | None:
+def _find_unknown_template(agent: Agent, construct: Definition) -> SyntaxNode | None:
     """Return the first pattern with slots whose deftemplate does not exist."""
     templates = agent.deftemplates | {OBJECT}
-    slotted = (ce for ce in patterns(condition_of(construct.node)) if not ce.is_ordered)
-    return next((ce.node for ce in slotted if without_module(ce.template) not in templates), None)
+    slotted_patterns = (ce for ce in patterns(condition_of(construct.node)) if not ce.is_ordered)
+    return next((ce.node for ce in slotted_patterns if without_module(ce.template) not in templates), None)
 
 
 def _function_hint(agent: Agent, name: str) -> str:
+    """Return the file or feature with an unknown function, or a similar name; empty without either."""
     functions = ("deffunction", "defgeneric")
     for file in agent.files:
         if any(item.kind in functions and item.name == name for item in file.constructs):
             return f"{file.path.name} defines it, and is loaded later: load it before"
-    if feature := agent.feature_with(name):
+    if feature := agent.find_feature(name):
         return f"it is a function of the feature {feature}: request it in stage-1 of the spec"
-    return did_you_mean(name, _names(agent, *functions, "defmethod"))
+    return did_you_mean(name, _defined_names(agent, *functions, "defmethod"))
 
 
-def _unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNode | None:
-    """Return the first undefined global variable, because CLIPS' message does not name the variable."""
+def _find_unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNode | None:
+    """Return the first undefined global variable of a construct: CLIPS' message does not name it."""
     if construct is None:
         return None
-    defined = set(map(without_module, agent.words_of("(get-defglobal-list *)")))
+    defined_globals = set(map(without_module, agent.eval_words("(get-defglobal-list *)")))
     globals_ = (node for node in construct.node.walk() if node.text.startswith(("?*", "$?*")))
-    return next((node for node in globals_ if node.text.strip("$?*") not in defined), construct.node)
+    return next((node for node in globals_ if node.text.strip("$?*") not in defined_globals), construct.node)
 
 
 def _global_hint(agent: Agent, text: str) -> str:
     hint = did_you_mean(text.strip("$?*"), agent.model.names(NameKind.GLOBAL, Use.DEFINED))
-    # The model has the names without their asterisks.
+    # The model has the names of global variables without their asterisks.
     return re.sub(r"mean (.*)\?", r"mean ?*\1*?", hint)

@@ -1,7 +1,7 @@
 """Checks for rules, facts, goal classes and functions that are never used.
 
-Only the agent's own files are checked, because a core is a library, and no agent uses all of it. If in doubt,
-the check reports nothing, since a text or a computed word may name anything.
+Only the agent's own files are checked, because a core is a library, and no agent uses all of it. A text or a
+computed word may name anything, so the check reports nothing if in doubt.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from cxbridge_studio.agent import sub_types
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.findings import Code, Finding, Severity
-from cxbridge_studio.check.usage import OF_PROGRAM, Construct, FactUse, Usage
+from cxbridge_studio.check.usage import PROGRAM_TEMPLATES, Construct, FactUse, Usage
 
 RULE: Final = Code(
     "CX501",
@@ -68,40 +68,42 @@ SUB_TYPE: Final = Code(
 
 CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, NOT_EXPANDED, FUNCTION, SUB_TYPE)
 
-# Facts that CLIPS 6.30 asserts at the start and CLIPS 6.4 does not.
-_INITIAL: Final = ("initial-fact", "initial-object")
-_TIME: Final = "time"
-_CLASS: Final = "class"
-# The default values of the goal slots by which rules select goals to expand.
-_DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
-_GOAL: Final = "goal"
+# The facts that CLIPS 6.30 asserts at the start, and CLIPS 6.4 does not.
+_INITIAL_FACTS: Final = ("initial-fact", "initial-object")
+_TIME_TEMPLATE: Final = "time"
+_CLASS_SLOT: Final = "class"
+# The defaults of the slots by which rules choose the goals that they expand.
+_SLOT_DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
+_GOAL_TEMPLATE: Final = "goal"
 _SELECTING_SLOTS: Final = frozenset({"class", "type", "sub-type"})
-_AFTER_EXPANDED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")  # modes that can follow EXPANDED
-_CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
-# Functions that do not change a goal.
-_WITHOUT_EFFECT: Final = frozenset({"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"})
+_MODES_AFTER_EXPANDED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")  # modes that can follow EXPANDED
+_CHANGE_FUNCTIONS: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
+# Functions that a rule may call without changing a goal.
+_HARMLESS_FUNCTIONS: Final = frozenset(
+    {"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"}
+)
 
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the unused rules, facts, goal classes and functions."""
     usage = agent.usage
-    # A dropped construct has a finding of another check, and the end of an unclosed construct is a guess.
+    # Another check reports dropped constructs, and the end of an unclosed construct is a guess.
     own_constructs = [
         construct
         for construct in agent.own_constructs
         if construct.placed.piece.closed
-        and (construct.file.path, construct.keyword, construct.name) not in agent.dropped
+        and (construct.file.path, construct.keyword, construct.name) not in agent.dropped_constructs
     ]
-    yield from _rules(agent, usage, own_constructs)
-    yield from _facts(agent, usage, own_constructs)
-    yield from _goals(agent, usage, own_constructs)
-    yield from _functions(usage, own_constructs)
+    yield from _check_rules(agent, usage, own_constructs)
+    yield from _check_facts(agent, usage, own_constructs)
+    yield from _check_goals(agent, usage, own_constructs)
+    yield from _check_functions(usage, own_constructs)
 
 
 # ---- rules and facts
 
 
-def _rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
+def _check_rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
     for construct in own_constructs:
         for pattern in construct.patterns:
             problem = _pattern_problem(agent, usage, pattern)
@@ -113,19 +115,19 @@ def _rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Itera
 
 
 def _pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] | None:
-    """Return the reason why no fact can match a pattern, and a hint; None if a fact can match."""
+    """Return the reason why no fact can match a pattern, and a hint; None if a fact may match."""
     name = pattern.template
-    if name not in usage.asserted and name in _INITIAL:
+    if name not in usage.asserted_facts and name in _INITIAL_FACTS:
         return (
             f"CLIPS 6.4 has no '{name}'",
             f"leave ({name}) out: a rule without a pattern fires at the start",
         )
-    if name not in usage.asserted and not usage.is_made_elsewhere(name):
-        return f"nothing asserts a fact '{name}'", did_you_mean(name, set(usage.asserted) - {name})
+    if name not in usage.asserted_facts and not usage.is_made_elsewhere(name):
+        return f"nothing asserts a fact '{name}'", did_you_mean(name, set(usage.asserted_facts) - {name})
     counts = _field_counts(agent, usage, name)
-    if pattern.count is None or not counts:
+    if pattern.field_counts is None or not counts:
         return None
-    minimum, maximum = pattern.count
+    minimum, maximum = pattern.field_counts
     if any(minimum <= most_fields and fewest_fields <= maximum for fewest_fields, most_fields in counts):
         return None
     numbers = " or ".join(str(fewest_fields) for fewest_fields, _ in sorted(set(counts)))
@@ -143,146 +145,169 @@ def _field_counts(agent: Agent, usage: Usage, template: str) -> list[tuple[int, 
 
     The list is empty if the numbers are unknown.
     """
-    assertion_counts = [fact.count for _, fact in usage.asserted.get(template, ()) if fact.count is not None]
-    if template in agent.deftemplates or template in usage.templates_in_texts:
+    assertion_counts = [
+        fact.field_counts
+        for _, fact in usage.asserted_facts.get(template, ())
+        if fact.field_counts is not None
+    ]
+    if template in agent.deftemplates or template in usage.templates_in_strings:
         return []
-    if template == _TIME:
-        return [*assertion_counts, (agent.time_fields, agent.time_fields)]
+    if template == _TIME_TEMPLATE:
+        return [*assertion_counts, (agent.time_field_count, agent.time_field_count)]
     return [] if usage.is_made_elsewhere(template) else assertion_counts
 
 
-def _facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
-    read = usage.model.names(NameKind.TEMPLATE, Use.MATCHED, Use.QUERIED)
-    reported: set[str] = set()
+def _check_facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
+    read_templates = usage.model.names(NameKind.TEMPLATE, Use.MATCHED, Use.QUERIED)
+    reported_names: set[str] = set()
     for construct in own_constructs:
         for fact in construct.facts:
             name = fact.template
-            if name in reported | read or name in usage.templates_in_texts or OF_PROGRAM.fullmatch(name):
+            if (
+                name in reported_names | read_templates
+                or name in usage.templates_in_strings
+                or PROGRAM_TEMPLATES.fullmatch(name)
+            ):
                 continue
-            asserting_constructs = {asserting.placed for asserting, _ in usage.asserted.get(name, ())}
-            if usage.symbols[name] > len(asserting_constructs):
+            asserting_constructs = {asserting.placed for asserting, _ in usage.asserted_facts.get(name, ())}
+            if usage.literal_counts[name] > len(asserting_constructs):
                 continue  # the word is also an argument, perhaps of a function that queries such facts
             if not agent.model.is_defined(Name(NameKind.TEMPLATE, name)) and name in agent.deftemplates:
                 continue  # a feature defines the deftemplate, and may read the facts
-            reported.add(name)
+            reported_names.add(name)
             message = f"no rule matches the fact '{name}'"
-            yield Finding(FACT, construct.place(fact.start), message, did_you_mean(name, read - {name}))
+            yield Finding(
+                FACT, construct.place(fact.start), message, did_you_mean(name, read_templates - {name})
+            )
 
 
 # ---- goals
 
 
-def _goals(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
-    words_in_use = {word for construct in usage.constructs for word in construct.words}
+def _check_goals(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
+    words_in_use = {word for construct in usage.constructs for word in construct.action_words}
     words_in_use |= usage.configured_words
-    reported: set[str] = set()
-    unhandled = dict(_sub_types(agent, usage, own_constructs))
-    yield from unhandled.values()
+    reported_names: set[str] = set()
+    findings_by_goal = dict(_find_unhandled_sub_types(agent, usage, own_constructs))
+    yield from findings_by_goal.values()
     for construct in own_constructs:
         for pattern in construct.patterns:
             # Each class of a constraint such as (class A|B) needs a goal.
-            for name in sorted(pattern.slots.get(_CLASS, ()) if pattern.template == _GOAL else ()):
-                if name not in words_in_use | reported:
-                    reported.add(name)
-                    asserted_goals = usage.asserted.get(_GOAL, ())
-                    classes = {word for _, goal in asserted_goals for word in goal.slots.get(_CLASS, ())}
+            for name in sorted(
+                pattern.slots.get(_CLASS_SLOT, ()) if pattern.template == _GOAL_TEMPLATE else ()
+            ):
+                if name not in words_in_use | reported_names:
+                    reported_names.add(name)
+                    asserted_goals = usage.asserted_facts.get(_GOAL_TEMPLATE, ())
+                    classes = {word for _, goal in asserted_goals for word in goal.slots.get(_CLASS_SLOT, ())}
                     message = (
                         f"nothing formulates a goal of class {name}, which defrule {construct.name} needs"
                     )
                     place = construct.place(pattern.start)
                     yield Finding(NOT_FORMULATED, place, message, did_you_mean(name, classes))
         for fact in construct.facts:
-            name = next(iter(fact.slots.get(_CLASS, ())), "")
-            if fact.template == _GOAL and name and name not in reported:
-                reported.add(name)
-                if (construct, fact.start) not in unhandled:
-                    yield from _life_cycle(agent, usage, construct, fact, name)
+            name = next(iter(fact.slots.get(_CLASS_SLOT, ())), "")
+            if fact.template == _GOAL_TEMPLATE and name and name not in reported_names:
+                reported_names.add(name)
+                if (construct, fact.start) not in findings_by_goal:
+                    yield from _check_life_cycle(agent, usage, construct, fact, name)
 
 
-def _life_cycle(
+def _check_life_cycle(
     agent: Agent, usage: Usage, construct: Construct, fact: FactUse, name: str
 ) -> Iterator[Finding]:
     """Yield a finding if an asserted goal is never selected, or never expanded after its selection."""
     if "mode" in fact.slots and "FORMULATED" not in fact.slots["mode"]:
-        return  # the rule that asserts the goal also takes the steps up to this mode
+        return  # the rule that asserts the goal has done the steps up to this mode
     functions = (construct for construct in usage.constructs if construct.keyword == "deffunction")
-    setters = {function.name for function in functions if function.sets_mode("SELECTED")}
-    if not any(_leads(rule, fact, "FORMULATED", "SELECTED", setters) for rule in usage.constructs):
+    setter_functions = {function.name for function in functions if function.sets_mode("SELECTED")}
+    if not any(
+        _can_advance(rule, fact, "FORMULATED", "SELECTED", setter_functions) for rule in usage.constructs
+    ):
         yield Finding(NOT_SELECTED, construct.place(fact.start), f"nothing selects goals of class {name}")
-    elif not any(_expands(agent, rule, fact, name) for rule in usage.constructs):
+    elif not any(_can_expand(agent, rule, fact, name) for rule in usage.constructs):
         yield Finding(NOT_EXPANDED, construct.place(fact.start), f"nothing expands goals of class {name}")
 
 
-def _expands(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bool:
-    """Return whether a construct may change a goal like this goal after its selection.
+def _can_expand(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bool:
+    """Return whether a construct may expand a goal like this goal after its selection.
 
     Rules of the core for goals of any class do not count, because they wait for the agent's rules.
 
     :param name: the class of the goal.
     """
-    if name in construct.compared:
+    # A comparison with the class may select the goal in any way.
+    if name in construct.compared_words:
         return True
-    if not any(node.head and node.head not in _WITHOUT_EFFECT for node in construct.action_nodes):
+    if not any(node.head and node.head not in _HARMLESS_FUNCTIONS for node in construct.action_nodes):
         return False
-    is_of_core = agent.is_of_core(construct.file.path)
+    is_core_path = agent.is_core_path(construct.file.path)
     return any(
-        _fits(pattern, goal, "SELECTED")
+        _matches_goal(pattern, goal, "SELECTED")
         for pattern in construct.patterns
-        if not is_of_core or pattern.slots.keys() & _SELECTING_SLOTS
+        if not is_core_path or pattern.slots.keys() & _SELECTING_SLOTS
     )
 
 
-def _leads(
-    rule: Construct, goal: FactUse, mode: str, next_mode: str, setters: set[str], *, by_class: bool = False
+def _can_advance(
+    rule: Construct,
+    goal: FactUse,
+    mode: str,
+    next_mode: str,
+    setter_functions: set[str],
+    *,
+    needs_class: bool = False,
 ) -> bool:
-    """Return whether a rule matches a goal like this goal in a mode, and can set the next mode.
+    """Return whether a rule matches a goal like this goal in a mode, and may set the next mode.
 
-    :param setters: the functions that set the next mode.
-    :param by_class: whether the rule must match the class of the goal.
+    :param setter_functions: the functions that set the next mode.
+    :param needs_class: whether the rule must match the class of the goal.
     """
-    if not rule.sets_mode(next_mode) and not rule.symbols & setters:
+    if not rule.sets_mode(next_mode) and not rule.action_literals & setter_functions:
         return False
     return any(
-        _fits(pattern, goal, mode) and (not by_class or _CLASS in pattern.slots.keys() & goal.slots)
+        _matches_goal(pattern, goal, mode)
+        and (not needs_class or _CLASS_SLOT in pattern.slots.keys() & goal.slots)
         for pattern in rule.patterns
     )
 
 
-def _fits(pattern: FactUse, goal: FactUse, mode: str) -> bool:
+def _matches_goal(pattern: FactUse, goal: FactUse, mode: str) -> bool:
     """Return whether a pattern matches a goal like this goal in a mode."""
-    if pattern.template != _GOAL or mode not in pattern.slots.get("mode", {mode}):
+    if pattern.template != _GOAL_TEMPLATE or mode not in pattern.slots.get("mode", {mode}):
         return False
     # A computed sub-type may be any word; an omitted sub-type has the default value.
-    defaults = _DEFAULTS if "sub-type" not in goal.slot_names else {"type": _DEFAULTS["type"]}
+    defaults = _SLOT_DEFAULTS if "sub-type" not in goal.slot_names else {"type": _SLOT_DEFAULTS["type"]}
     slots = {slot: words for slot, words in pattern.slots.items() if slot in _SELECTING_SLOTS}
-    return FactUse(_GOAL, 0, slots, pattern.slot_names).fits(goal, defaults)
+    return FactUse(_GOAL_TEMPLATE, 0, slots, pattern.slot_names).can_match(goal, defaults)
 
 
 # ---- sub-types
 
 
-def _sub_types(
+def _find_unhandled_sub_types(
     agent: Agent, usage: Usage, own_constructs: list[Construct]
 ) -> Iterator[tuple[tuple[Construct, int], Finding]]:
-    """Yield the construct and offset of each goal with a sub-type that no rule handles, and the finding."""
+    """Yield each goal with a sub-type that no rule handles, as construct and offset, and the finding."""
     handled = frozenset().union(*(sub_types.handled(rule.condition) for rule in usage.constructs))
-    compared = usage.configured_words.union(*(rule.compared for rule in usage.constructs))
+    compared = usage.configured_words.union(*(rule.compared_words for rule in usage.constructs))
     files = sub_types.files_of_core(*agent.context.paths.before, agent.context.paths.cx)
-    for construct, goal, start in _with_sub_type(agent, usage, own_constructs, handled | files.keys()):
+    for construct, goal, start in _find_sub_type_uses(agent, usage, own_constructs, handled | files.keys()):
         for name in goal.slots[sub_types.SLOT] - handled - compared - {sub_types.NONE}:
             hint = sub_types.advice(name, handled, files)
-            # If the name is a likely mistake, only a rule for the class of the goal shows that it is meant.
-            is_led = any(
-                _leads(rule, goal, "EXPANDED", mode, set(), by_class=bool(hint))
+            # The advice is not empty if the name is a likely mistake. Then only a rule for the class of the
+            # goal shows that the name is meant.
+            is_handled = any(
+                _can_advance(rule, goal, "EXPANDED", mode, set(), needs_class=bool(hint))
                 for rule in usage.constructs
-                for mode in _AFTER_EXPANDED
+                for mode in _MODES_AFTER_EXPANDED
             )
-            if not is_led:
+            if not is_handled:
                 message = f"no rule handles goals of the sub-type {name}"
                 yield (construct, start), Finding(SUB_TYPE, construct.place(start), message, hint)
 
 
-def _with_sub_type(
+def _find_sub_type_uses(
     agent: Agent, usage: Usage, own_constructs: list[Construct], names: frozenset[str]
 ) -> Iterator[tuple[Construct, FactUse, int]]:
     """Yield the goals with a literal sub-type: asserted, modified, or made by functions of the core.
@@ -292,17 +317,20 @@ def _with_sub_type(
     core_functions = {
         function.name: assigned
         for function in usage.constructs
-        if function.keyword == "deffunction" and agent.is_of_core(function.file.path)
-        if (assigned := function.symbols & names)
+        if function.keyword == "deffunction" and agent.is_core_path(function.file.path)
+        if (assigned := function.action_literals & names)
     }
-    # A `modify` does not name its template, so only a slot that no other template has identifies goals.
-    is_of_goals = not any(sub_types.SLOT in agent.slots[name] for name in agent.slots.keys() - {_GOAL})
+    # A `modify` does not name its template. The slot tells that a goal is modified only if no other template
+    # has a slot of this name.
+    is_goal_slot = not any(
+        sub_types.SLOT in agent.slots[name] for name in agent.slots.keys() - {_GOAL_TEMPLATE}
+    )
     for construct in own_constructs:
         for fact in construct.facts:
-            if fact.template == _GOAL and sub_types.SLOT in fact.slots:
+            if fact.template == _GOAL_TEMPLATE and sub_types.SLOT in fact.slots:
                 yield construct, fact, fact.start
         for node in construct.action_nodes:
-            if node.head in _CHANGES and is_of_goals:
+            if node.head in _CHANGE_FUNCTIONS and is_goal_slot:
                 slots = {
                     item.head: frozenset({name})
                     for item in node.arguments
@@ -311,29 +339,29 @@ def _with_sub_type(
             elif node.head in core_functions:
                 slots = {sub_types.SLOT: core_functions[node.head]}
                 if name := _first_word(node):
-                    slots[_CLASS] = frozenset({name})
+                    slots[_CLASS_SLOT] = frozenset({name})
             else:
                 continue
             if slots:
-                yield construct, FactUse(_GOAL, node.start, slots, frozenset(slots)), node.start
+                yield construct, FactUse(_GOAL_TEMPLATE, node.start, slots, frozenset(slots)), node.start
 
 
 def _first_word(node: SyntaxNode) -> str:
-    """Return the first argument of a list; empty if it is missing or a list."""
+    """Return the first argument of a list; empty if it is missing, computed or a list."""
     return literal(node.arguments[0]) if node.arguments else ""
 
 
 # ---- functions
 
 
-def _functions(usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
+def _check_functions(usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
     called = usage.model.names(NameKind.FUNCTION, Use.CALLED) | usage.configured_words
     for construct in own_constructs:
         name = construct.name
         if construct.keyword != "deffunction" or name in called:
             continue
-        # Any other occurrence of the name may be an argument of funcall, apply or eval.
-        occurrences_elsewhere = usage.symbols[name] - (name in construct.symbols)
-        if not occurrences_elsewhere and name not in usage.templates_in_texts:
+        # An occurrence of the name in another construct may be an argument of funcall, apply or eval.
+        occurrences_elsewhere = usage.literal_counts[name] - (name in construct.action_literals)
+        if not occurrences_elsewhere and name not in usage.templates_in_strings:
             place = construct.place(construct.node.arguments[0].start)
             yield Finding(FUNCTION, place, f"nothing calls the function '{name}'")

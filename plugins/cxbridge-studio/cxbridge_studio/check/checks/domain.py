@@ -1,4 +1,4 @@
-"""Checks PDDL domains for errors, and references to actions that the domain lacks."""
+"""Checks PDDL domains for errors, and plan-actions and mappings for actions that no domain has."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.condition import PatternCE, patterns
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.domain_calls import DomainCall, domain_calls
-from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
-from cxbridge_studio.check.plan_actions import source_actions
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
+from cxbridge_studio.check.plan_actions import find_source_actions
 from cxbridge_studio.check.usage import Construct, Usage
 
 DOMAIN: Final = Code(
@@ -58,19 +58,19 @@ PARAMETER: Final = Code(
 DOUBT: Final = Code(
     "CX403",
     Severity.WARNING,
-    "a text looks like a placeholder and is none",
+    "a text that looks like a placeholder but is not",
     "The text is copied into the skill string unchanged.",
 )
 
 CODES: Final = (DOMAIN, DUBIOUS, NO_DOMAIN, ACTION, MAPPED, PARAMETER, DOUBT)
 
-_OPERATOR: Final = "domain-operator"
-_ACTION: Final = "plan-action"
+_OPERATOR_TEMPLATE: Final = "domain-operator"
+_ACTION_TEMPLATE: Final = "plan-action"
 
 
 @dataclass
-class _Actions:
-    """The known actions of an agent.
+class _KnownActions:
+    """The actions that an agent's domains and rules define.
 
     :param parameters: the names of the parameters by action; None for operators that rules assert.
     :param is_complete: whether all actions are known: every domain was read, and no operator has a computed
@@ -83,55 +83,56 @@ class _Actions:
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the errors in domains and in references to the actions of domains."""
-    actions = _Actions()
+    actions = _KnownActions()
     for call in domain_calls(agent):
         yield from _check_domain(call, actions)
     _add_operators(agent.usage, actions)
-    # Otherwise, an unknown action may belong to a domain that cannot be read, or to a computed operator.
+    # With an unreadable domain or a computed operator, any name of an action may exist.
     if actions.parameters and actions.is_complete:
         yield from _check_plan_actions(agent.own_files, actions)
     yield from _check_mapping(agent, actions)
 
 
-def _check_domain(call: DomainCall, actions: _Actions) -> Iterator[Finding]:
+def _check_domain(call: DomainCall, actions: _KnownActions) -> Iterator[Finding]:
     if call.domain is None:
         actions.is_complete = False
         if call.error is not None:
-            yield of_error(call.error, DOMAIN)
+            yield make_error_finding(call.error, DOMAIN)
         elif call.name:
             yield Finding(NO_DOMAIN, call.file.place(call.node), f"there is no file {call.name}")
         return
     for warning in call.warnings:
-        yield of_error(warning, DUBIOUS)
+        yield make_error_finding(warning, DUBIOUS)
     for action in call.domain.actions:
         actions.parameters[action.name] = tuple(
             name.removeprefix("?") for name in names_of(action.parameters)
         )
 
 
-def _add_operators(usage: Usage, actions: _Actions) -> None:
+def _add_operators(usage: Usage, actions: _KnownActions) -> None:
     """Add the operators that rules assert or match; their parameters are unknown."""
     operators: set[str] = set()
-    for _, fact in usage.asserted.get(_OPERATOR, ()):
+    for _, fact in usage.asserted_facts.get(_OPERATOR_TEMPLATE, ()):
         operators |= fact.slots.get("name", frozenset())
         if "name" in fact.slot_names and "name" not in fact.slots:
             actions.is_complete = False  # the operator's name is computed at run time
     for construct in usage.constructs:
         for ce in patterns(construct.condition):
-            operators |= _operators_of(construct, ce)
+            operators |= _find_operators(construct, ce)
     # `setdefault` keeps the known parameters of actions in a domain.
     for name in operators:
         actions.parameters.setdefault(name, None)
 
 
-def _operators_of(construct: Construct, ce: PatternCE) -> frozenset[str]:
-    """Return the actions that a pattern names as operators, or executes without an operator.
+def _find_operators(construct: Construct, ce: PatternCE) -> frozenset[str]:
+    """Return the actions that a pattern names as operators, or that its rule executes without an operator.
 
-    The latter match a plan-action by name, not by ``(executable TRUE)``, and change its state.
+    A rule executes an action without an operator if it matches the plan-action by name, without the slot
+    ``executable``, which only an operator sets, and changes the state of the plan-action.
     """
-    if ce.template == _OPERATOR:
+    if ce.template == _OPERATOR_TEMPLATE:
         return ce.slots.get("name", frozenset())
-    if ce.template != _ACTION or "executable" in {constraint.slot for constraint in ce.parts}:
+    if ce.template != _ACTION_TEMPLATE or "executable" in {constraint.slot for constraint in ce.parts}:
         return frozenset()
     changes_state = any(
         node.head == "modify"
@@ -143,15 +144,15 @@ def _operators_of(construct: Construct, ce: PatternCE) -> frozenset[str]:
     return ce.slots.get("action-name", frozenset()) if changes_state else frozenset()
 
 
-def _check_plan_actions(files: list[ClipsFile], actions: _Actions) -> Iterator[Finding]:
-    for action in source_actions(files):
+def _check_plan_actions(files: list[ClipsFile], actions: _KnownActions) -> Iterator[Finding]:
+    for action in find_source_actions(files):
         name = literal(action.name)
         if name not in actions.parameters:
             hint = did_you_mean(name, actions.parameters)
             yield Finding(ACTION, action.file.place(action.name), f"no domain has an action '{name}'", hint)
 
 
-def _check_mapping(agent: Agent, actions: _Actions) -> Iterator[Finding]:
+def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
     for action, template, position in agent.action_mappings():
         place = position or SourcePlace("")
         if action not in actions.parameters:

@@ -16,36 +16,37 @@ from cxbridge_studio.check.findings import Finding, SourcePlace
 
 CODES: Final = doubts.CODES
 
-_FACT: Final = "domain-fact"
-_FACT_KEY: Final = "domain/fact/"
+_FACT_TEMPLATE: Final = "domain-fact"
+_FACT_ID_PREFIX: Final = "domain/fact/"
 
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the doubts about each domain; with a single domain, also about the goals of planner calls."""
     domains = [call.domain for call in domain_calls(agent) if call.domain is not None]
-    predicates = _predicates_of_facts(agent)
+    predicates = _find_asserted_predicates(agent)
     for domain in domains:
         # With several domains, the facts of one domain say nothing about another domain.
-        for doubt in doubts.of_domain(domain, predicates if len(domains) == 1 else None):
+        for doubt in doubts.find_domain_doubts(domain, predicates if len(domains) == 1 else None):
             place = SourcePlace(domain.file, doubt.position.line, doubt.position.column)
             yield Finding(doubt.code, place, doubt.message)
     if len(domains) == 1 and predicates is not None:
         yield from _check_goals(agent, domains[0], predicates)
 
 
-def _predicates_of_facts(agent: Agent) -> frozenset[str] | None:
-    """Return the predicates of the facts that the agent asserts; None if they are unknown."""
-    facts = agent.facts_of_agent(_FACT)
+def _find_asserted_predicates(agent: Agent) -> frozenset[str] | None:
+    """Return the predicates of the facts that the agent asserts; None if any predicate is possible."""
+    facts = agent.own_facts(_FACT_TEMPLATE)
     if not facts or any("name" not in fact.slots for fact in facts):
         return None
-    if any(_FACT_KEY in file.text for file in agent.own_files):
-        return None  # rules make facts of the world model by ids, which they may compute
+    if any(_FACT_ID_PREFIX in file.text for file in agent.own_files):
+        return None  # rules make such facts by the ids of the world model, which they may compute
     names = {word for fact in facts for word in fact.slots["name"]}
     return frozenset(names | agent.model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED))
 
 
 def _check_goals(agent: Agent, domain: Domain, predicates: frozenset[str]) -> Iterator[Finding]:
+    """Yield the goals of planner calls that no action achieves."""
     for file, call, text in planner_goals(agent):
         with suppress(PddlError):  # the planner reports a mistake in the formula
-            for doubt in doubts.of_goal(domain, parse_formula(text), predicates) if text else ():
+            for doubt in doubts.find_goal_doubts(domain, parse_formula(text), predicates) if text else ():
                 yield Finding(doubt.code, file.place(call.arguments[1]), doubt.message)

@@ -33,24 +33,29 @@ CODES: Final = (MISSING, SHADOWED)
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the missing files and the hidden files."""
     folders = (*agent.context.paths.before, agent.context.paths.cx, *agent.context.paths.clips_dirs)
-    for missing in agent.missing_files:
-        searched = ", ".join(map(str, folders))
-        reasons = ((path, why_unreadable(path)) for path in (folder / missing.name for folder in folders))
-        unreadable = next((f"{path} {why}" for path, why in reasons if why != ABSENT), "")
-        # The user more likely means an unreadable file of this name than a file with a similar name.
-        hint = unreadable or did_you_mean(missing.name, _files(folders), f"searched: {searched}")
-        yield Finding(MISSING, missing.place, f"there is no file {missing.name}", hint)
-    for requested in agent.requested_files:
-        core_file = agent.context.paths.cx / requested.name
-        candidates = (folder / requested.name for folder in agent.context.paths.clips_dirs)
+    for missing_file in agent.missing_files:
+        searched_folders = ", ".join(map(str, folders))
+        reasons = (
+            (path, why_unreadable(path)) for path in (folder / missing_file.name for folder in folders)
+        )
+        unreadable = next((f"{path} {reason}" for path, reason in reasons if reason != ABSENT), "")
+        # An unreadable file of this name comes first: the user more likely means that than a file of a
+        # similar name.
+        hint = unreadable or did_you_mean(
+            missing_file.name, _find_clips_files(folders), f"searched: {searched_folders}"
+        )
+        yield Finding(MISSING, missing_file.place, f"there is no file {missing_file.name}", hint)
+    for requested_file in agent.requested_files:
+        core_file = agent.context.paths.cx / requested_file.name
+        candidates = (folder / requested_file.name for folder in agent.context.paths.clips_dirs)
         hidden_file = next((path for path in candidates if path.is_file()), None)
         if hidden_file is not None and core_file.is_file() and not hidden_file.samefile(core_file):
-            message = f"{requested.name} is the core's file, not {hidden_file}"
-            yield Finding(SHADOWED, requested.place, message, "give the file of the agent another name")
+            message = f"{requested_file.name} is the core's file, not {hidden_file}"
+            yield Finding(SHADOWED, requested_file.place, message, "give the file of the agent another name")
 
 
-def _files(folders: tuple[Path, ...]) -> set[str]:
-    """Return the names of the CLIPS files in the folders."""
+def _find_clips_files(folders: tuple[Path, ...]) -> set[str]:
+    """Return the names of the CLIPS files in the folders and their subfolders, as a spec has the names."""
     return {
         str(path.relative_to(folder))
         for folder in folders

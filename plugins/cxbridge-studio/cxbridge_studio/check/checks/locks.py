@@ -26,22 +26,22 @@ _LOCK_FUNCTIONS: Final = ("mutex-try-lock-async", "mutex-lock-async", "mutex-try
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for the first lock in each file."""
-    # A rule may also assert the fact itself.
+    """Yield a finding for the first lock in each file, if nothing sets the identity."""
+    # A rule may also assert the fact without the function.
     if any(_IDENTITY_FACT in construct.placed.piece.text for construct in agent.own_constructs):
         return
     calls = agent.model.mentions(Name(NameKind.FUNCTION, _SET_IDENTITY), Use.CALLED)
-    if any(not agent.is_of_core(call.file.path) for call in calls):
+    if any(not agent.is_core_path(call.file.path) for call in calls):
         return
     reported_files: set[str] = set()
     for construct in agent.own_constructs:
-        starts = [
+        lock_starts = [
             node.start
             for node in construct.action_nodes
             if (node.head == _RESOURCES_SLOT and node.arguments) or node.head in _LOCK_FUNCTIONS
         ]
-        if starts and construct.file.path not in reported_files:
+        if lock_starts and construct.file.path not in reported_files:
             reported_files.add(construct.file.path)
             hint = f'call ({_SET_IDENTITY} "NAME") in a rule for (executive-init)'
             message = f"no rule calls {_SET_IDENTITY}: no lock is ever acquired"
-            yield Finding(IDENTITY, construct.place(starts[0]), message, hint)
+            yield Finding(IDENTITY, construct.place(lock_starts[0]), message, hint)

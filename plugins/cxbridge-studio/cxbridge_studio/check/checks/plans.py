@@ -1,4 +1,4 @@
-"""Checks for mismatches between CLIPS files and the domain: predicates, plan-actions and executors."""
+"""Checks for mismatches between CLIPS files and the domain: predicates, objects, plan-actions, executors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.domain_calls import DomainCall, domain_calls, planner_goals
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge_studio.check.plan_actions import SourceAction, count, source_actions
+from cxbridge_studio.check.plan_actions import SourceAction, find_source_actions, literal_count
 from cxbridge_studio.check.usage import Construct
 
 PREDICATE: Final = Code(
@@ -69,21 +69,21 @@ CODES: Final = (FORMULA, PREDICATE, PARAMETERS, INEXPRESSIBLE, TYPE, NOT_EXECUTE
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the mismatches; none if a domain cannot be read, because another check reports that."""
+    """Yield the mismatches; none if a domain cannot be read, which another check reports."""
     calls = list(domain_calls(agent))
     domains = [call.domain for call in calls if call.domain is not None]
     if not domains or len(domains) < len(calls):
         return
     for domain in domains:
-        yield from _check_facts(domain)
+        yield from _check_expressible(domain)
     yield from _check_predicates(agent, domains)
     yield from _check_types(agent, domains)
     yield from _check_parameters(agent, domains)
-    yield from _check_executed(agent, calls)
+    yield from _check_executors(agent, calls)
     yield from _check_formulas(agent, domains)
 
 
-def _check_facts(domain: Domain) -> Iterator[Finding]:
+def _check_expressible(domain: Domain) -> Iterator[Finding]:
     """Yield the first part of a domain that the executive's facts cannot express."""
     try:
         domain_facts(domain)
@@ -92,7 +92,7 @@ def _check_facts(domain: Domain) -> Iterator[Finding]:
         yield Finding(INEXPRESSIBLE, place, error.message, error.hint or "")
 
 
-def _predicates(agent: Agent, domains: list[Domain]) -> set[str]:
+def _find_predicates(agent: Agent, domains: list[Domain]) -> set[str]:
     """Return the predicates and functions of the domains, and the predicates of facts that rules make."""
     predicates = {predicate.name for domain in domains for predicate in domain.predicates}
     functions = {function.name for domain in domains for function in domain.functions}
@@ -100,7 +100,8 @@ def _predicates(agent: Agent, domains: list[Domain]) -> set[str]:
 
 
 def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
-    predicates = _predicates(agent, domains)
+    """Yield the predicates in patterns that neither a domain nor a rule declares."""
+    predicates = _find_predicates(agent, domains)
     predicates |= {  # the predicates that rules declare
         literal(value)
         for file in agent.files
@@ -109,14 +110,14 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         if slot.head == "name"
         for value in slot.arguments
     }
-    reported: set[str] = set()
+    reported_names: set[str] = set()
     for construct in agent.own_constructs:
         for mention in construct.placed.piece.mentions:
             name = mention.name.text
             is_matched = mention.name.kind is NameKind.PREDICATE and mention.use is Use.MATCHED
-            if not is_matched or name in predicates | reported:
+            if not is_matched or name in predicates | reported_names:
                 continue
-            reported.add(name)
+            reported_names.add(name)
             if any(f"domain/fact/{name}" in file.text for file in agent.files):
                 continue  # a rule makes the fact of the world model by its id
             message, hint = f"no domain has a predicate '{name}'", did_you_mean(name, predicates)
@@ -125,15 +126,16 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
 
 def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     """Yield the predicates and objects in planner goals that nothing declares."""
-    predicates = _predicates(agent, domains)
+    predicates = _find_predicates(agent, domains)
     objects = {name for domain in domains for name, _ in pairs_of(domain.constants)}
-    asserted_objects = agent.facts_of_agent("domain-object")
+    asserted_objects = agent.own_facts("domain-object")
     objects |= {word for fact in asserted_objects for word in fact.slots.get("name", ())}
-    # If names of objects are computed, or objects come from other sources than rules, any object is possible.
+    # If rules compute the names of objects, or objects come from other sources than rules, any object is
+    # possible.
     are_objects_known = asserted_objects != [] and all("name" in fact.slots for fact in asserted_objects)
     for file, call, text in planner_goals(agent):
         place = file.place(call.arguments[1]) if text else file.place(call)
-        for node in (node for top in read(text, close=True) for node in top.walk()):
+        for node in (node for top_node in read(text, close=True) for node in top_node.walk()):
             if not node.head or node.head in _CONNECTIVES or node.head.startswith("?"):
                 continue
             if node.head not in predicates:
@@ -149,14 +151,14 @@ def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     """Yield the types of asserted objects that neither a domain nor a rule declares."""
     pairs = [pair for domain in domains for pair in pairs_of(domain.types)]
     types = {"object", *(name for name, _ in pairs), *(parent for _, parent in pairs if parent)}
-    asserted = agent.usage.asserted
+    asserted = agent.usage.asserted_facts
     for _, fact in asserted.get("domain-object-type", ()):
         if "name" not in fact.slots:
             return  # the type is computed: any type is possible
         types |= fact.slots["name"]
     for construct, fact in asserted.get("domain-object", ()):
         name = next(iter(fact.slots.get("type", ())), "")
-        if name and name not in types and not agent.is_of_core(construct.file.path):
+        if name and name not in types and not agent.is_core_path(construct.file.path):
             place = construct.place(fact.start)
             yield Finding(TYPE, place, f"no domain has a type '{name}'", did_you_mean(name, types))
 
@@ -170,44 +172,47 @@ def _check_parameters(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         for domain in domains
         for action in domain.actions
     }
-    agent_files = [file for file in agent.own_files if not agent.is_of_core(str(file.path))]
-    for action in source_actions(agent_files):
+    agent_files = [file for file in agent.own_files if not agent.is_core_path(str(file.path))]
+    for action in find_source_actions(agent_files):
         if literal(action.name) in actions:
             yield from _check_plan_action(action, actions[literal(action.name)])
 
 
 def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iterator[Finding]:
-    """Yield the first mistake in the parameters, because further mistakes often follow from the first."""
+    """Yield the first mistake in the parameters: further mistakes are often consequences."""
     name, file = literal(action.name), action.file
-    it_has = f"it has: {', '.join(parameter_names) or 'none'}"
+    parameters_text = f"it has: {', '.join(parameter_names) or 'none'}"
     for node in action.names or ():
         parameter = literal(node)
         if parameter and parameter not in parameter_names:
             message = f"the action '{name}' has no parameter '{parameter}'"
-            hint = did_you_mean(parameter, parameter_names, it_has)
+            hint = did_you_mean(parameter, parameter_names, parameters_text)
             yield Finding(PARAMETERS, file.place(node), message, hint)
             return
     for slot, values in (("param-names", action.names), ("param-values", action.values)):
-        number = None if values is None else count(values)
+        number = None if values is None else literal_count(values)
         if number is not None and number != len(parameter_names):
             message = (
                 f"the action '{name}' has {len(parameter_names)} parameters, and here are {number} in {slot}"
             )
-            yield Finding(PARAMETERS, file.place(values[0] if values else action.node), message, it_has)
+            yield Finding(
+                PARAMETERS, file.place(values[0] if values else action.node), message, parameters_text
+            )
             return
 
 
 # ---- executors
 
 
-def _check_executed(agent: Agent, calls: list[DomainCall]) -> Iterator[Finding]:
+def _check_executors(agent: Agent, calls: list[DomainCall]) -> Iterator[Finding]:
+    """Yield the actions in plans that neither a skill nor a rule executes."""
     if agent.context.skill_board is not None:
-        return  # executors announce their actions at run time
-    mapped = set(action_mapping(agent.config, agent.spec))
-    if not mapped and any(map(_executes_any_action, agent.own_constructs)):
-        return  # rules execute all actions
-    # The actions that rules match or compare, since such a rule may execute the action.
-    handled = {
+        return  # the executors of a skill board announce their actions at run time
+    mapped_actions = set(action_mapping(agent.config, agent.spec))
+    if not mapped_actions and any(map(_executes_any_action, agent.own_constructs)):
+        return  # a rule executes all actions
+    # The actions that rules match or compare: such a rule may execute the action.
+    handled_actions = {
         word
         for construct in agent.usage.constructs
         if construct.keyword == "defrule"
@@ -218,21 +223,24 @@ def _check_executed(agent: Agent, calls: list[DomainCall]) -> Iterator[Finding]:
     }
     domain_actions = [(call, action.name) for call in calls if call.domain for action in call.domain.actions]
     operators = {name for _, name in domain_actions}
-    reported = mapped | handled
+    reported_names = mapped_actions | handled_actions
     for construct in agent.own_constructs:
         for mention in construct.placed.piece.mentions:
             name = mention.name.text
             is_planned = mention.name.kind is NameKind.ACTION and mention.use in (Use.ASSERTED, Use.NAMED)
-            if is_planned and name in operators - reported:
-                reported.add(name)
-                message, hint = f"the action '{name}' has no executor", did_you_mean(name, mapped - operators)
+            if is_planned and name in operators - reported_names:
+                reported_names.add(name)
+                message, hint = (
+                    f"the action '{name}' has no executor",
+                    did_you_mean(name, mapped_actions - operators),
+                )
                 yield Finding(NOT_EXECUTED, construct.place(mention.start), message, hint)
     has_planner = next(planner_goals(agent), None) is not None
     for call, name in domain_actions if has_planner else ():
-        if name not in reported:
-            reported.add(name)
+        if name not in reported_names:
+            reported_names.add(name)
             message = f"the action '{name}', which a planner may plan, has no executor"
-            hint = did_you_mean(name, mapped - operators)
+            hint = did_you_mean(name, mapped_actions - operators)
             yield Finding(NOT_EXECUTED, call.file.place(call.node), message, hint)
 
 

@@ -18,7 +18,7 @@ from cxbridge.resources import shipped_dir
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.domain_calls import domain_calls
-from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
 
 REFUSED: Final = Code(
     "CX601",
@@ -49,7 +49,7 @@ BOTH_WAYS: Final = Code(
 NOT_AN_INTERFACE: Final = Code(
     "CX605",
     Severity.WARNING,
-    "not in Fawkes: a name of no interface",
+    "not in Fawkes: a wrong name of an interface",
     "The name is not TYPE::ID. In cxbridge, the function has no effect; in Fawkes, an exception ends the "
     "process.",
 )
@@ -76,12 +76,12 @@ PDDL: Final = Code(
 
 CODES: Final = (REFUSED, FUNCTION, DEFINED, BOTH_WAYS, NOT_AN_INTERFACE, IN_SEC, ARGUMENT, PDDL)
 
-_OWN_FEATURES: Final = ("planner", "problem-expert", "skill-board")  # features that Fawkes lacks
-_CHANGES: Final = ("modify", "duplicate")
-_OF_TWO_OR_MORE: Final = ("max", "min")
-_OPEN_READING: Final = ("blackboard-open", "blackboard-open-reading")
-_OPEN_WRITING: Final = ("blackboard-open-writing",)
-_BY_UID: Final = ("blackboard-write", "blackboard-set", "blackboard-set-multifield")
+_ADDED_FEATURES: Final = ("planner", "problem-expert", "skill-board")  # features that Fawkes lacks
+_CHANGE_FUNCTIONS: Final = ("modify", "duplicate")
+_MULTI_ARGUMENT_FUNCTIONS: Final = ("max", "min")
+_READING_FUNCTIONS: Final = ("blackboard-open", "blackboard-open-reading")
+_WRITING_FUNCTIONS: Final = ("blackboard-open-writing",)
+_UID_FUNCTIONS: Final = ("blackboard-write", "blackboard-set", "blackboard-set-multifield")
 _UID: Final = re.compile(r"[a-zA-Z0-9]+::[a-zA-Z0-9 _/.-]+")
 # The code, the pattern and the hint of each mistake in Lua files.
 _LUA_MISTAKES: Final = (
@@ -92,86 +92,90 @@ _LUA_MISTAKES: Final = (
         "give the skill a value, and choose in the skill",
     ),
 )
-_COMMENT: Final = re.compile(r"--[^\n]*")
+_LUA_COMMENT: Final = re.compile(r"--[^\n]*")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the positions in the agent's own files that Fawkes does not accept."""
-    agent_files = [file for file in agent.own_files if not agent.is_of_core(str(file.path))]
+    """Yield the code in the agent's own files that Fawkes does not accept."""
+    agent_files = [file for file in agent.own_files if not agent.is_core_path(str(file.path))]
     for file in agent_files:
-        yield from _expressions(file)
-        yield from _names(file)
-    yield from _functions(agent)
-    yield from _both_ways(agent_files)
-    yield from _domains(agent)
-    fawkes = agent.options.fawkes_dir
-    # The skills of cxbridge and of a Fawkes checkout are not the agent's.
+        yield from _check_expressions(file)
+        yield from _check_names(file)
+    yield from _check_functions(agent)
+    yield from _check_opened_types(agent_files)
+    yield from _check_domains(agent)
+    fawkes_dir = agent.options.fawkes_dir
+    # The skills of cxbridge and of a Fawkes checkout do not belong to the agent.
     for folder in agent.context.paths.skill_dirs:
         is_own = folder != shipped_dir("luaskills") and not (
-            fawkes and folder.is_relative_to(fawkes.resolve())
+            fawkes_dir and folder.is_relative_to(fawkes_dir.resolve())
         )
         for path in sorted(folder.rglob("*.lua")) if is_own else ():
-            yield from _lua(str(path), path.read_text("utf-8", "surrogateescape"))
+            yield from _check_lua(str(path), path.read_text("utf-8", "surrogateescape"))
 
 
-def _expressions(file: ClipsFile) -> Iterator[Finding]:
-    for call in file.calls(*_CHANGES):
+def _check_expressions(file: ClipsFile) -> Iterator[Finding]:
+    """Yield the calls with arguments that CLIPS 6.30 refuses."""
+    for call in file.calls(*_CHANGE_FUNCTIONS):
         fact = call.arguments[0] if call.arguments else None
         if fact is not None and (fact.items is not None or fact.text.isdecimal()):
             argument = fact.text if fact.items is None else "(...)"
             message = f"CLIPS 6.30 refuses ({call.head} {argument} ...)"
             hint = f"bind the fact to a variable before: (bind ?fact {argument}) ({call.head} ?fact ...)"
             yield Finding(REFUSED, file.place(fact), message, hint)
-    for call in file.calls(*_OF_TWO_OR_MORE):
+    for call in file.calls(*_MULTI_ARGUMENT_FUNCTIONS):
         if len(call.arguments) == 1:
             message = f"CLIPS 6.30 refuses ({call.head} ...) with one argument"
             yield Finding(REFUSED, file.place(call), message, "give it two numbers or more")
 
 
-def _names(file: ClipsFile) -> Iterator[Finding]:
+def _check_names(file: ClipsFile) -> Iterator[Finding]:
+    """Yield the functions with the name of a built-in function, and the wrong names of interfaces."""
     for construct in file.constructs:
         if construct.kind == "deffunction" and construct.name in CLIPS630_NAMES:
             place = file.place(construct.node.arguments[0])
             yield Finding(DEFINED, place, f"CLIPS 6.30 has a function '{construct.name}'", "rename it")
-    for call in file.calls(*_BY_UID):
+    for call in file.calls(*_UID_FUNCTIONS):
         uid = literal(call.arguments[0]) if call.arguments else ""
         if uid and not _UID.fullmatch(uid):
             message = f"'{uid}' is not the name of an interface"
             yield Finding(NOT_AN_INTERFACE, file.place(call.arguments[0]), message, 'write "TYPE::ID"')
 
 
-def _functions(agent: Agent) -> Iterator[Finding]:
+def _check_functions(agent: Agent) -> Iterator[Finding]:
     """Yield the calls of functions that only CLIPS 6.4 or a feature of cxbridge provides."""
     feature_functions = agent.manager.feature_functions(agent.env.name)
-    features = {name: feature for feature in _OWN_FEATURES for name in feature_functions.get(feature, ())}
+    features = {name: feature for feature in _ADDED_FEATURES for name in feature_functions.get(feature, ())}
     defined_functions = agent.model.names(NameKind.FUNCTION, Use.DEFINED)
     for name in sorted((ADDED | features.keys()) - defined_functions):
         for call in agent.model.mentions(Name(NameKind.FUNCTION, name), Use.CALLED):
-            if agent.is_of_core(call.file.path):
+            if agent.is_core_path(call.file.path):
                 continue
             place = SourcePlace.at(call.file.path, call.file.lines, call.mention.start)
             reason = f"the feature {features[name]} is ours" if name in features else "CLIPS 6.30 lacks it"
             yield Finding(FUNCTION, place, f"Fawkes has no function '{name}': {reason}")
 
 
-def _both_ways(files: list[ClipsFile]) -> Iterator[Finding]:
-    read_types = {name for file in files for name, _ in _opened_types(file, _OPEN_READING)}
+def _check_opened_types(files: list[ClipsFile]) -> Iterator[Finding]:
+    """Yield the interface types that the agent opens for reading and for writing."""
+    read_types = {name for file in files for name, _ in _find_opened_types(file, _READING_FUNCTIONS)}
     for file in files:
-        for name, node in _opened_types(file, _OPEN_WRITING):
+        for name, node in _find_opened_types(file, _WRITING_FUNCTIONS):
             if name in read_types:
                 message = f"interfaces of type {name} are opened for reading and for writing"
                 hint = "write it in another environment, or another program"
                 yield Finding(BOTH_WAYS, file.place(node), message, hint)
 
 
-def _opened_types(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[tuple[str, SyntaxNode]]:
+def _find_opened_types(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[tuple[str, SyntaxNode]]:
+    """Yield the literal interface types in calls of these functions, with their nodes."""
     for call in file.calls(*functions):
         name = literal(call.arguments[0]) if call.arguments else ""
         if name:
             yield name, call.arguments[0]
 
 
-def _domains(agent: Agent) -> Iterator[Finding]:
+def _check_domains(agent: Agent) -> Iterator[Finding]:
     """Yield the valid domains that Fawkes' parser rejects."""
     for path in dict.fromkeys(call.path for call in domain_calls(agent) if call.path is not None):
         with suppress(CxbridgeError):
@@ -179,12 +183,13 @@ def _domains(agent: Agent) -> Iterator[Finding]:
             try:
                 load_domain(path, fawkes_compat=True)
             except PddlError as error:
-                yield of_error(error, PDDL)
+                yield make_error_finding(error, PDDL)
 
 
-def _lua(path: str, text: str) -> Iterator[Finding]:
-    # Blanks in place of comments keep the offsets.
-    text_without_comments, lines = _COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
+def _check_lua(path: str, text: str) -> Iterator[Finding]:
+    """Yield the mistakes of :data:`_LUA_MISTAKES` in a Lua file."""
+    # Blanks take the place of comments, so that offsets stay the same.
+    text_without_comments, lines = _LUA_COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
     for code, pattern, hint in _LUA_MISTAKES:
         for match in pattern.finditer(text_without_comments):
             place = SourcePlace.at(path, lines, match.start())

@@ -1,4 +1,8 @@
-"""Checks for skills that do not load, and for mappings to unknown skills and arguments."""
+"""Checks for skills that do not load, and for mappings to unknown skills and arguments.
+
+A skill is a Lua file in the agent's skill space, or belongs to an executor: a Python class or a ROS 2 action
+of the skill board.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +19,8 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.lua import read_lua
 from cxbridge_studio.agent.names import NameKind
 from cxbridge_studio.check.agent import Agent, place_of
-from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
-from cxbridge_studio.check.skill_spaces import skills_of_space
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
+from cxbridge_studio.check.skill_spaces import find_space_skills
 
 BROKEN: Final = Code(
     "CX411",
@@ -58,25 +62,25 @@ COMPILES: Final = Code(
 CODES: Final = (ROS, BROKEN, UNKNOWN, ARGUMENT, COMPILES)
 
 # The parts of a skill string such as goto{place="?(to)S"}: the arguments and the name.
-_ARGUMENT = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
-_NAME = re.compile(r"\s*([A-Za-z_][\w-]*)\s*[{(]")
+_SKILL_ARGUMENT = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
+_SKILL_NAME = re.compile(r"\s*([A-Za-z_][\w-]*)\s*[{(]")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the mistakes in skills and mappings; none if a program computes its skills at run time."""
+    """Yield the mistakes in skills and mappings; none if the skills are unknown before a run."""
     try:
-        skills = _skills(agent)
+        skills = _find_skills(agent)
     except CxbridgeError as error:
-        yield of_error(error, BROKEN)
+        yield make_error_finding(error, BROKEN)
         yield from _check_files(agent, error.file or "")
-        return  # without the skills, mappings cannot be checked
+        return  # mappings cannot be checked without the skills
     if skills is None:
         return
     yield from _check_files(agent)
     yield from _check_executors(agent)
     yield from _check_arguments(agent, skills)
     for action, template, place in agent.action_mappings():
-        match = _NAME.match(template)
+        match = _SKILL_NAME.match(template)
         if match is not None and match[1] not in skills and place is not None:
             hint = did_you_mean(match[1], skills, f"there are: {', '.join(sorted(skills))}")
             message = f"'{action}' is mapped to the skill '{match[1]}', which does not exist"
@@ -109,21 +113,21 @@ def _check_executors(agent: Agent) -> Iterator[Finding]:
 
 def _check_arguments(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Finding]:
     """Yield the named arguments that a Lua skill does not know."""
-    texts = {name: _arguments_and_text(path) for name, path in skills.items() if path is not None}
+    arguments_and_texts = {name: _read_skill(path) for name, path in skills.items() if path is not None}
     for _, template, place in agent.action_mappings():
-        match = _NAME.match(template)
-        if match is None or match[1] not in texts or place is None:
+        match = _SKILL_NAME.match(template)
+        if match is None or match[1] not in arguments_and_texts or place is None:
             continue
-        documented, text = texts[match[1]]
-        for name in _ARGUMENT.findall(template[match.end(1) :]):
-            # The skill may read an undocumented argument that its text names.
-            if name not in documented and not re.search(rf"\b{name}\b", text):
-                it_has = f"it has: {', '.join(sorted(documented)) or 'none'}"
-                hint = did_you_mean(name, documented, it_has)
+        documented_arguments, text = arguments_and_texts[match[1]]
+        for name in _SKILL_ARGUMENT.findall(template[match.end(1) :]):
+            # The skill may read an argument without documentation, but only if its text contains the name.
+            if name not in documented_arguments and not re.search(rf"\b{name}\b", text):
+                arguments_text = f"it has: {', '.join(sorted(documented_arguments)) or 'none'}"
+                hint = did_you_mean(name, documented_arguments, arguments_text)
                 yield Finding(ARGUMENT, place, f"the skill '{match[1]}' has no argument '{name}'", hint)
 
 
-def _arguments_and_text(path: Path) -> tuple[set[str], str]:
+def _read_skill(path: Path) -> tuple[set[str], str]:
     """Return the documented arguments and the text of a Lua skill."""
     file = read_lua(str(path), path.read_text("utf-8", "surrogateescape"))
     return {
@@ -131,10 +135,10 @@ def _arguments_and_text(path: Path) -> tuple[set[str], str]:
     }, file.text
 
 
-def _skills(agent: Agent) -> dict[str, Path | None] | None:
-    """Return the file of each skill, or None for the skills of executors; None if the skills are unknown.
+def _find_skills(agent: Agent) -> dict[str, Path | None] | None:
+    """Return the file of each skill by name; a skill of an executor has None in place of a file.
 
-    Skills are unknown if they are computed, or if the agent has another Skiller than Lua.
+    The result is None if the skills are unknown: if they are computed, or if a Skiller does not use Lua.
     """
     context = agent.context
     board = context.skill_board
@@ -153,8 +157,8 @@ def _skills(agent: Agent) -> dict[str, Path | None] | None:
         if item.kind != "lua":
             return None  # the skills of other Skillers have no files
         space: str = context.config.get_str(SKILL_SPACE, default=DEFAULT_SPACE)
-        files_of_space = skills_of_space(item.space or space, context.paths.skill_dirs, LuaCompiler())
-        if files_of_space is None:
+        space_files = find_space_skills(item.space or space, context.paths.skill_dirs, LuaCompiler())
+        if space_files is None:
             return None
-        skill_files.update(files_of_space)
+        skill_files.update(space_files)
     return skill_files

@@ -1,4 +1,4 @@
-"""Checks for constructs that are defined twice: CLIPS silently replaces the first construct."""
+"""Checks for constructs that are defined twice: CLIPS replaces the first construct without a message."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TWICE: Final = Code(
 
 CODES: Final = (TWICE,)
 
-_KINDS: Final = frozenset({"defrule", "deftemplate", "deffacts", "deffunction", "defgeneric", "defclass"})
+_KEYWORDS: Final = frozenset({"defrule", "deftemplate", "deffacts", "deffunction", "defgeneric", "defclass"})
 
 
 def check(agent: Agent) -> Iterator[Finding]:
@@ -31,20 +31,27 @@ def check(agent: Agent) -> Iterator[Finding]:
     definitions: dict[tuple[str, str, str], Construct] = {}
     module = "MAIN"
     for construct in agent.usage.constructs:
-        module = construct.module or module  # the last named module stays the current module of CLIPS
+        module = construct.module or module  # a construct without a module belongs to the last named module
         key = construct.keyword, construct.name
-        if construct.keyword not in _KINDS or not construct.name:
+        if construct.keyword not in _KEYWORDS or not construct.name:
             continue
-        earlier = definitions.setdefault((*key, module), construct)
-        if is_declaration(earlier.placed.piece.text):
-            # Functions that call each other need a forward declaration, which may be replaced.
+        earlier_construct = definitions.setdefault((*key, module), construct)
+        if is_declaration(earlier_construct.placed.piece.text):
+            # A forward declaration, which functions that call each other need, may be replaced.
             definitions[*key, module] = construct
             continue
         file = construct.file
-        if earlier is construct or agent.is_of_core(file.path) or (file.path, *key) in agent.dropped:
+        if (
+            earlier_construct is construct
+            or agent.is_core_path(file.path)
+            or (file.path, *key) in agent.dropped_constructs
+        ):
             continue
-        where = "line" if earlier.file is file else f"{Path(earlier.file.path).name}, line"
-        losses = loss_finder.of([earlier])
-        message = f"{construct.keyword} {construct.name} replaces the one in {where} {earlier.place().line}"
+        earlier_place = (
+            "line" if earlier_construct.file is file else f"{Path(earlier_construct.file.path).name}, line"
+        )
+        losses = loss_finder.find_losses([earlier_construct])
+        line = earlier_construct.place().line
+        message = f"{construct.keyword} {construct.name} replaces the one in {earlier_place} {line}"
         message += f"; {losses}" if losses else ""
         yield Finding(TWICE, construct.place(), message, "rename or remove one")

@@ -1,10 +1,10 @@
 """CLIPS environments restricted to pure functions, without access to the outside.
 
-The constructs of these environments may come from an untrusted recording, so they can call only the functions
-of :data:`ALLOWED_FUNCTIONS`. A function that a later CLIPS or a shim adds is missing until it gets a reason here.
-(A shim replaces a function of CLIPS 6.4 to behave as in 6.30, the version of Fawkes.) No allowed function opens
-files, runs programs, reads input, prints, loads or builds constructs, evaluates text, changes facts, or calls
-into the process. See "A recording is data" in docs/security.md.
+The constructs of these environments may come from an untrusted recording, so they can call only the
+functions of :data:`ALLOWED_FUNCTIONS`. A function that a later CLIPS or a shim adds is missing until it gets
+a reason here. (A shim replaces a function of CLIPS 6.4 to behave as in 6.30, the version of Fawkes.) No
+allowed function opens files, runs programs, reads input, prints, loads or builds constructs, evaluates text,
+changes facts, or calls into the process. See "A recording is data" in docs/security.md.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from cxbridge.clipstext.syntax import PARENTHESIS, blank
 from cxbridge.run import RunOptions
 from cxbridge_studio.agent.top_level import TopLevelList, open_lists, top_level_lists
 from cxbridge_studio.agent.unclosed import unclosed_lists
-from cxbridge_studio.check.agent import Agent, agents
+from cxbridge_studio.check.agent import Agent, find_agent_names
 from tests.support import ROOT
 
 SCENARIOS = sorted(path.parent for path in (ROOT / "scenarios").glob("*/scenario.yaml"))
@@ -78,7 +78,7 @@ def figure(scenarios: list[Path], *, verbose: bool = False) -> Figure:
     found = Figure()
     for scenario in scenarios:
         slots: dict[str, set[str]] = {}
-        for name in agents(RunOptions(scenario=scenario)):
+        for name in find_agent_names(RunOptions(scenario=scenario)):
             with Agent(RunOptions(scenario=scenario, agent=name)) as agent:
                 slots |= agent.slots
         for path in sorted(scenario.glob("*.clp")):

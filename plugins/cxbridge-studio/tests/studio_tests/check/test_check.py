@@ -11,7 +11,7 @@ from cxbridge.clipstext.syntax import definitions
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.run import RunOptions
 from cxbridge_studio.agent import sub_types
-from cxbridge_studio.check.formats import FORMATS, as_text
+from cxbridge_studio.check.formats import FORMATS, format_text
 from cxbridge_studio.check.run import check
 from tests.support import ROOT, share
 
@@ -68,7 +68,7 @@ def test_an_agent_that_is_fine(tmp_path):
 @pytest.mark.parametrize("name", share(SCENARIOS, 4))
 def test_the_shipped_scenarios_are_fine(name):
     findings = check(RunOptions(scenario=Path(name)))
-    assert findings == [], as_text(findings)
+    assert findings == [], format_text(findings)
 
 
 @pytest.mark.parametrize(
@@ -530,7 +530,7 @@ def test_a_skill_of_another_skill_space_does_not_count(tmp_path):
 
 def test_a_finding_is_one_line_without_escapes(tmp_path):
     (finding,) = check(RunOptions(scenario=agent(tmp_path, "(defrule r (thing (b 1)) => (fo\no))")))
-    assert "\\u000a" not in as_text([finding])
+    assert "\\u000a" not in format_text([finding])
 
 
 @pytest.mark.parametrize(

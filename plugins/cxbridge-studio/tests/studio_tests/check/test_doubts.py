@@ -23,12 +23,14 @@ DOMAIN = """\
 
 
 def found(text: str, *made: str) -> list[tuple[Code, int, str]]:
-    return [(kind, at.line, message) for kind, message, at in doubts.of_domain(parse_domain(text), made)]
+    return [
+        (kind, at.line, message) for kind, message, at in doubts.find_domain_doubts(parse_domain(text), made)
+    ]
 
 
 def test_a_domain_that_means_what_it_says() -> None:
     assert found(DOMAIN, "ripe") == []
-    assert list(doubts.of_domain(parse_domain(DOMAIN))) == []
+    assert list(doubts.find_domain_doubts(parse_domain(DOMAIN))) == []
 
 
 def test_a_predicate_that_nothing_makes_and_the_actions_that_wait_for_it() -> None:
@@ -74,5 +76,7 @@ def test_an_object_of_no_type() -> None:
 def test_goals_that_no_action_achieves() -> None:
     goal = parse_formula("(and (ripe old) (picked old) (or (ripe old)) (not (ripe old)) (unknown))")
     domain = parse_domain(DOMAIN)
-    assert [doubt.message for doubt in doubts.of_goal(domain, goal, ())] == ["no action achieves (ripe old)"]
-    assert list[Doubt](doubts.of_goal(domain, goal, {"ripe"})) == []
+    assert [doubt.message for doubt in doubts.find_goal_doubts(domain, goal, ())] == [
+        "no action achieves (ripe old)"
+    ]
+    assert list[Doubt](doubts.find_goal_doubts(domain, goal, {"ripe"})) == []

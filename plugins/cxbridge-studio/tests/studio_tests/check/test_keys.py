@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from cxbridge_studio.check.keys import first_unknown, known_keys
+from cxbridge_studio.check.keys import find_unknown_name, known_keys
 from tests.support import ROOT
 
 PAGE = (ROOT / "docs" / "configuration.md").read_text()
@@ -17,7 +17,7 @@ LISTED = [
 
 def test_the_check_knows_each_key_of_the_page() -> None:
     assert LISTED
-    assert [key for key in LISTED if first_unknown(key) is not None] == []
+    assert [key for key in LISTED if find_unknown_name(key) is not None] == []
 
 
 def _covers(listed: tuple[str, ...], key: tuple[str, ...]) -> bool:
@@ -39,5 +39,5 @@ def test_a_misspelt_part_of_each_key_is_found_where_it_is() -> None:
         (*key[:index], f"{part}x") for key in known_keys() for index, part in enumerate(key) if part.islower()
     ]
     assert len(paths) > 100
-    found = {path: first_unknown(path) for path in paths}
+    found = {path: find_unknown_name(path) for path in paths}
     assert {path: where for path, where in found.items() if where is None or where[0] != len(path) - 1} == {}

@@ -13,7 +13,7 @@ from cxbridge.events import EventBus
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.lua_syntax import LuaCompiler
 from cxbridge.skiller.make import make_lua_skiller
-from cxbridge_studio.check.skill_spaces import skills_of_space
+from cxbridge_studio.check.skill_spaces import find_space_skills
 from tests.support import ROOT
 
 SKILL = """module(..., skillenv.module_init)
@@ -71,7 +71,7 @@ def loaded(space: str, folder: Path) -> frozenset[str]:
 @pytest.mark.parametrize("text", KNOWN.values(), ids=KNOWN)
 def test_the_skills_are_those_that_the_engine_loads(folder, text):
     (folder / "mine.lua").write_text(HEAD + text)
-    found = skills_of_space("mine", [folder], LuaCompiler())
+    found = find_space_skills("mine", [folder], LuaCompiler())
     assert found
     assert found.keys() == loaded("mine", folder)
     assert all(path.is_file() for path in found.values())
@@ -80,7 +80,7 @@ def test_the_skills_are_those_that_the_engine_loads(folder, text):
 @pytest.mark.parametrize("space", ["test", "mobile"])
 def test_the_shipped_spaces(space):
     folder = ROOT / "luaskills"
-    found = skills_of_space(space, [folder], LuaCompiler())
+    found = find_space_skills(space, [folder], LuaCompiler())
     assert found is not None
     assert found.keys() == loaded(space, folder)
 
@@ -88,14 +88,14 @@ def test_the_shipped_spaces(space):
 @pytest.mark.parametrize("text", COMPUTED.values(), ids=COMPUTED)
 def test_what_is_computed_is_not_known(folder, text):
     (folder / "mine.lua").write_text(HEAD + text)
-    assert skills_of_space("mine", [folder], LuaCompiler()) is None
+    assert find_space_skills("mine", [folder], LuaCompiler()) is None
 
 
 @pytest.mark.parametrize("text", WRONG.values(), ids=WRONG)
 def test_what_the_engine_refuses_is_refused(folder, text):
     (folder / "mine.lua").write_text(HEAD + text)
     with pytest.raises(SkillError) as refused:
-        skills_of_space("mine", [folder], LuaCompiler())
+        find_space_skills("mine", [folder], LuaCompiler())
     assert refused.value.file is not None
     with pytest.raises(SkillError):
         loaded("mine", folder)

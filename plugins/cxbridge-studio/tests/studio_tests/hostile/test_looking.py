@@ -406,7 +406,7 @@ def test_each_function_of_the_table_has_a_reason_or_is_a_stub(env):
     plain = ClipsEnvironment("plain", EventBus(VirtualClock()))
     names = {str(name) for name in env.call("get-function-list")}
     assert {str(name) for name in plain.call("get-function-list")} <= names
-    stubs = {function for function in names if pointer(env, function) in set(env.stubs)}
+    stubs = {function for function in names if pointer(env, function) in set(env.stub_addresses)}
     plain.destroy()
     assert stubs == names - KEPT_FUNCTIONS.keys()
     assert "from-a-feature" in stubs
