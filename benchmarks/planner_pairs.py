@@ -26,7 +26,7 @@ from typing import Any
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.pddl import load_domain, load_problem
 from cxbridge.executive.planning import PlanningService, PlanRequest, PlanStatus
-from cxbridge.executive.planning.needs import Need, needs_of
+from cxbridge.executive.planning.needs import Need, problem_needs
 from cxbridge.executive.planning.registry import AUTO, choose_planners
 
 _SEED = 33
@@ -85,7 +85,7 @@ def measure(
     try:
         domain = load_domain(domain_file)
         problem = load_problem(problem_file, domain)
-        row["kind"] = kind_of(needs_of(domain, problem))
+        row["kind"] = kind_of(problem_needs(domain, problem))
         names = [planner.name for planner in choose_planners(AUTO, domain, problem).planners]
     except (CxbridgeError, RecursionError) as error:
         return {**row, "error": str(error)}

@@ -88,7 +88,7 @@ class PddlParserFeature(Feature):
                 env.loader.report(mistake, f"Failed to parse domain: {error}", log)
             else:
                 self._domains[env.name] = parsed
-                numbers.follow(parsed)
+                numbers.load_rules(parsed)
                 _assert_rows(env, rows)
 
         def read_formula(text: str, identifier: str) -> None:

@@ -81,7 +81,7 @@ class _PlannerUser(PlanningUser):
         self._call_count += 1
         call_id = Symbol(f"plan-{self._call_count}")
         self._objects[call_id] = objects
-        self._reporters[call_id] = reporter.started(call_id, request.problem)
+        self._reporters[call_id] = reporter.report_start(call_id, request.problem)
         self._calls[call_id] = self.service.call(request)
         self._began_us[call_id] = self.env.bus.clock.now_us()
         self.env.assert_fact(
@@ -134,11 +134,11 @@ class _PlannerUser(PlanningUser):
             self.env.load(_FILES / "goals.clp")
 
     def _assert_result(self, call_id: str, request: PlanRequest, result: PlanResult) -> None:
-        self._reporters.pop(call_id).ended(result)
+        self._reporters.pop(call_id).report_end(result)
         objects = self._objects.pop(call_id)
         status, message = result.status.value, result.message
         if status == "PLANNED" and self.settings.check_plans:
-            failure = self._checks.failure_now(request, result.actions, objects)
+            failure = self._checks.present_failure(request, result.actions, objects)
             if failure:
                 status, message = "INVALID", f"the plan does not hold: {failure}"
         planned = status == "PLANNED"
@@ -165,7 +165,7 @@ class _PlannerUser(PlanningUser):
         self.service.close()
         for call_id, call in self._calls.items():
             if (result := call.wait()) is not None:
-                self._reporters.pop(call_id).ended(result)
+                self._reporters.pop(call_id).report_end(result)
 
     def _assert_actions(
         self,

@@ -112,7 +112,7 @@ class PlanningUser:
             known, numbers = self.part(domain, objects)
             problem = problem_of_facts(domain, *known, parse_formula(formula), numbers=numbers)
         except PddlError as error:
-            reporter.refused(str(error))
+            reporter.report_refusal(str(error))
             raise
         # the options of the settings are those of the planner in the settings
         options = settings.options if name == settings.planner else {}

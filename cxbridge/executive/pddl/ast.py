@@ -146,15 +146,15 @@ class State(Protocol):
         """
 
 
-class Blamed(NamedTuple):
+class BlamedPart(NamedTuple):
     """A part of a condition with the wrong truth value.
 
-    :param wanted: the required truth value.
+    :param required: the required truth value.
     """
 
     formula: Formula
     bound: Bound
-    wanted: bool
+    required: bool
 
 
 class FormulaNode(PddlNode, frozen=True):
@@ -203,15 +203,15 @@ class FormulaNode(PddlNode, frozen=True):
     def _holds(self, state: State, bound: Bound) -> bool:  # noqa: ARG002 - for subclasses
         return False  # effects and timed formulas are not conditions
 
-    def blamed_parts(
+    def deciding_parts(
         self,
         state: State,  # noqa: ARG002 - for quantifiers
         bound: Bound,
         *,
-        wanted: bool,
-    ) -> Iterable[Blamed]:
+        required: bool,
+    ) -> Iterable[BlamedPart]:
         """Return the parts that decide the truth value; none of an atom or comparison."""
-        return (Blamed(part, bound, wanted) for part in self.children)
+        return (BlamedPart(part, bound, required) for part in self.children)
 
     def map(self, change: Callable[[Formula], Formula]) -> Formula:
         """Return the formula with ``change`` applied to each sub-formula, children first."""
@@ -295,8 +295,8 @@ class Not(FormulaNode, frozen=True):
     def _holds(self, state: State, bound: Bound) -> bool:
         return not self.part.holds(state, bound)
 
-    def blamed_parts(self, _state: State, bound: Bound, *, wanted: bool) -> Iterable[Blamed]:
-        return (Blamed(self.part, bound, not wanted),)
+    def deciding_parts(self, _state: State, bound: Bound, *, required: bool) -> Iterable[BlamedPart]:
+        return (BlamedPart(self.part, bound, not required),)
 
 
 class Imply(FormulaNode, frozen=True):
@@ -310,10 +310,10 @@ class Imply(FormulaNode, frozen=True):
     def _holds(self, state: State, bound: Bound) -> bool:
         return not self.condition.holds(state, bound) or self.consequence.holds(state, bound)
 
-    def blamed_parts(self, _state: State, bound: Bound, *, wanted: bool) -> Iterable[Blamed]:
-        yield Blamed(self.consequence, bound, wanted)
-        if not wanted:
-            yield Blamed(self.condition, bound, wanted=True)
+    def deciding_parts(self, _state: State, bound: Bound, *, required: bool) -> Iterable[BlamedPart]:
+        yield BlamedPart(self.consequence, bound, required)
+        if not required:
+            yield BlamedPart(self.condition, bound, required=True)
 
 
 class TermComparison(FormulaNode, frozen=True):
@@ -354,8 +354,8 @@ class Quantified(FormulaNode, frozen=True):
         combine = any if self.quantifier == "exists" else all
         return combine(self.part.holds(state, inner) for inner in state.bindings(self.variables, bound))
 
-    def blamed_parts(self, state: State, bound: Bound, *, wanted: bool) -> Iterable[Blamed]:
-        return (Blamed(self.part, inner, wanted) for inner in state.bindings(self.variables, bound))
+    def deciding_parts(self, state: State, bound: Bound, *, required: bool) -> Iterable[BlamedPart]:
+        return (BlamedPart(self.part, inner, required) for inner in state.bindings(self.variables, bound))
 
 
 class When(FormulaNode, frozen=True):

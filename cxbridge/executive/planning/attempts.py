@@ -1,4 +1,8 @@
-"""Successive attempts of planners at a problem: time limits and results."""
+"""The attempts of a call's planners at a problem: shares of the time, and the result of the call.
+
+A call for a named planner has one attempt. A call for ``auto`` tries all suitable planners in turn, until one
+has a plan or proves that there is none.
+"""
 
 from __future__ import annotations
 
@@ -7,56 +11,57 @@ from dataclasses import replace
 from typing import Final
 
 from cxbridge.executive.planning.planner import Planner, PlanResult, PlanStatus
-from cxbridge.executive.planning.registry import AUTO, Choice, more_planners
+from cxbridge.executive.planning.registry import AUTO, PlannerChoice, planner_install_command
 
 # The share of the remaining time for each planner except the last one.
-_SHARE: Final = 0.6
+_TIME_SHARE: Final = 0.6
 
 
 class Attempts:
-    """The results of a call's planners so far.
+    """The attempts of one call.
 
     :param requested: the requested planner, or ``auto``.
     """
 
     def __init__(self, requested: str) -> None:
         self._requested = requested
-        self._choice = Choice((), ())
+        self._choice = PlannerChoice((), ())
         self._results: list[PlanResult] = []
 
-    def begin(self, choice: Choice) -> None:
-        """Set the planners to try."""
+    def set_choice(self, choice: PlannerChoice) -> None:
+        """Set the planners to try, after the call has chosen them."""
         self._choice = choice
 
     def shares(self) -> Iterator[tuple[Planner, float]]:
-        """Yield the planners in order, with their share of the remaining time."""
+        """Yield each planner in order, with its share of the remaining time."""
         planners = self._choice.planners
         for planner in planners[:-1]:
-            yield planner, _SHARE
+            yield planner, _TIME_SHARE
         yield planners[-1], 1.0
 
-    def is_decisive(self, planner: Planner, result: PlanResult) -> bool:
+    def add_result(self, planner: Planner, result: PlanResult) -> bool:
         """Add a result; return whether it ends the call."""
         self._results.append(result)
         proved = result.status is PlanStatus.NO_PLAN and planner.proves
         return result.status is PlanStatus.PLANNED or proved or self._requested != AUTO
 
-    def explained(self, result: PlanResult) -> PlanResult:
-        """Return the decisive result, with the reasons for the choice of its planner."""
+    def with_reasons(self, result: PlanResult) -> PlanResult:
+        """Return a result with the reasons why ``auto`` chose its planner."""
         if self._requested != AUTO:
             return result
         failures = (failed.message for failed in self._results[:-1])
         reasons = (result.why, *self._choice.reasons, *failures)
         return replace(result, why="; ".join(filter(None, reasons)))
 
-    def summary(self) -> PlanResult:
+    def final_result(self) -> PlanResult:
         """Return the result after all planners failed."""
         messages = "; ".join(result.message for result in self._results)
-        # a proof of "no plan" counts least: an incomplete planner proves nothing when others have failed
+        # NO_PLAN counts least: these planners prove nothing by it, while a failed planner might have found a
+        # plan
         for status in (PlanStatus.TIMEOUT, PlanStatus.FAILED, PlanStatus.NO_PLAN):
             for result in self._results:
                 if result.status is status:
-                    return self.explained(replace(result, message=messages))
+                    return self.with_reasons(replace(result, message=messages))
         return self._results[-1]
 
     @property
@@ -69,8 +74,8 @@ class Attempts:
         alternative = ""
         if self._requested != AUTO:
             alternative = f", or try the planner {AUTO}"
-        elif command := more_planners():
+        elif command := planner_install_command():
             alternative = f", or install more planners: {command}"
-        elif self._choice.absent:
-            alternative = f", or install one of {', '.join(self._choice.absent)}"
+        elif self._choice.not_installed_names:
+            alternative = f", or install one of {', '.join(self._choice.not_installed_names)}"
         return f"{text}: give more time{alternative}"

@@ -1,4 +1,7 @@
-"""Planner calls as events: one at the start, one at the end, or one for a call that could not start."""
+"""Events of planner calls: a call emits an event at its start and at its end.
+
+A call that cannot start emits a single event.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from cxbridge.events import EventBus, PlannerCall, SourceRead
 from cxbridge.executive.pddl import Problem, format_problem
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus, plan_text
 
-_STATUS = {
+_STATUS_TEXTS = {
     PlanStatus.PLANNED: "found",
     PlanStatus.NO_PLAN: "none",
     PlanStatus.FAILED: "failed",
@@ -21,7 +24,10 @@ _STATUS = {
 
 @dataclass(frozen=True, slots=True)
 class PlannerCallReporter:
-    """A planner call on the bus, with the fields of :class:`PlannerCall`."""
+    """Emits the events of a planner call.
+
+    The fields except the bus are those of the event :class:`~cxbridge.events.PlannerCall`.
+    """
 
     bus: EventBus
     env: str
@@ -31,7 +37,7 @@ class PlannerCallReporter:
     domain: str
     problem: str
 
-    def started(self, call: str, problem: Problem | None = None) -> Self:
+    def report_start(self, call: str, problem: Problem | None = None) -> Self:
         """Report the start of a call; return the reporter with the call's id.
 
         :param problem: the problem to emit as a source of the run; None if its file is a source already.
@@ -43,10 +49,10 @@ class PlannerCallReporter:
         reporter.emit("started")
         return reporter
 
-    def ended(self, result: PlanResult) -> None:
+    def report_end(self, result: PlanResult) -> None:
         """Report the end of a call, with its plan."""
         replace(self, planner=result.planner).emit(
-            _STATUS[result.status],
+            _STATUS_TEXTS[result.status],
             round(result.seconds * MICROSECONDS),
             len(result.actions),
             result.message,
@@ -54,7 +60,7 @@ class PlannerCallReporter:
             result.why,
         )
 
-    def refused(self, reason: str) -> None:
+    def report_refusal(self, reason: str) -> None:
         """Report a call that could not start: a single event with the status ``failed``."""
         self.emit("failed", reason=reason)
 
@@ -69,7 +75,7 @@ class PlannerCallReporter:
     ) -> None:
         """Emit an event of the call."""
         if self.bus.wants(PlannerCall):
-            # names from rules are CLIPS symbols, but the texts of events are plain strings
+            # names from rules are Symbols, a subclass of str, which recorders of events cannot encode
             call = PlannerCall(
                 self.bus.clock.now_us(),
                 str(self.env),

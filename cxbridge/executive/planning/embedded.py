@@ -1,4 +1,8 @@
-"""The embedded planner: pyperplan's searches and heuristics on cxbridge's grounding (:mod:`.grounding`)."""
+"""The embedded planner: pyperplan's searches and heuristics on a task that cxbridge has grounded.
+
+pyperplan's own parser and grounding support plain STRIPS only; :mod:`.compile.grounding` supports more of
+PDDL.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +20,9 @@ SEARCHES: Final = ("gbf", "astar", "wastar", "ehs", "bfs", "ids")
 """Greedy best first, A*, weighted A*, enforced hill climbing, breadth first, iterative deepening."""
 
 HEURISTICS: Final = ("hff", "hadd", "hmax", "hsa", "blind", "lmcut", "landmark")
+"""The names of pyperplan's heuristics."""
 
-_UNINFORMED: Final = frozenset({"bfs", "ids"})
+_UNINFORMED_SEARCHES: Final = frozenset({"bfs", "ids"})
 
 
 class PyperplanPlanner(Planner):
@@ -52,29 +57,31 @@ class PyperplanPlanner(Planner):
         return tuple(operator.action for operator in operators if operator.action is not None)
 
     def _search(self, strips: StripsTask) -> list[Operator] | None:
-        # imported only in the planner's process
+        # slow imports, which only the planner's process needs
         from pyperplan import planner as pyperplan  # noqa: PLC0415
         from pyperplan.task import Operator as PyOperator  # noqa: PLC0415
         from pyperplan.task import Task  # noqa: PLC0415
 
-        logging.getLogger().setLevel(logging.WARNING)
-        # numbers are fast and reproducibly ordered, but lmcut prints facts as texts
+        logging.getLogger().setLevel(logging.WARNING)  # pyperplan logs each step of its search
+        # numbers are fast and reproducibly ordered, but the heuristic lmcut expects texts
         facts = [str(fact) if self.heuristic == "lmcut" else fact for fact in range(len(strips.facts))]
 
-        def fact_names(numbers: frozenset[int]) -> frozenset[int | str]:
+        def named_facts(numbers: frozenset[int]) -> frozenset[int | str]:
             return frozenset(facts[number] for number in numbers)
 
         operators = [
             PyOperator(
                 str(number),
-                fact_names(operator.preconditions),
-                fact_names(operator.adds),
-                fact_names(operator.deletes),
+                named_facts(operator.preconditions),
+                named_facts(operator.adds),
+                named_facts(operator.deletes),
             )
             for number, operator in enumerate(strips.operators)
         ]
-        task = Task("task", set(facts), fact_names(strips.initial), fact_names(strips.goal), operators)
+        task = Task("task", set(facts), named_facts(strips.initial), named_facts(strips.goal), operators)
         search = pyperplan.SEARCHES[self.search]
-        heuristic = () if self.search in _UNINFORMED else (pyperplan.HEURISTICS[self.heuristic](task),)
+        heuristic = (
+            () if self.search in _UNINFORMED_SEARCHES else (pyperplan.HEURISTICS[self.heuristic](task),)
+        )
         steps = search(task, *heuristic)
         return None if steps is None else [strips.operators[int(step.name)] for step in steps]

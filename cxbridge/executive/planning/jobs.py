@@ -1,4 +1,4 @@
-"""The job of a planner's process, which reads jobs and writes results as pickled values."""
+"""The job of a planner process (:mod:`.worker`), which it receives from its owner (:mod:`.process`)."""
 
 from __future__ import annotations
 
@@ -10,15 +10,18 @@ from cxbridge.executive.pddl.ast import Domain, Problem
 from cxbridge.executive.planning.planner import Planner
 
 FOLDER_PREFIX: Final = "cxbridge-planner-"
-"""The start of the name of a process' folder, by which the process knows that the folder is not shared."""
+"""The start of the name of a process' folder for temporary files.
+
+The process removes its folder only if the folder has such a name: another folder may be shared.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
     """A planning job.
 
-    :param seconds: the time limit.
     :param memory: the limit of address space in bytes; 0: no limit.
+    :param seconds: the time limit.
     """
 
     planner: Planner

@@ -32,7 +32,7 @@ from cxbridge.executive.pddl.ast import (
 
 
 class Need(Enum):
-    """A feature that some planners lack. The value is its display name."""
+    """A feature that some planners lack. The value is its name in messages."""
 
     HIERARCHY = "subtypes"
     NEGATION = "negative conditions"
@@ -57,15 +57,15 @@ CLASSICAL = frozenset(
 """All features except numbers, costs and time."""
 
 TOTAL_COST = "total-cost"
-"""The number that only represents the cost of a plan."""
+"""The function that PDDL reserves for the cost of a plan."""
 
 
-def needs_of(domain: Domain, problem: Problem) -> dict[Need, str]:
-    """Return the required features, each with its first place, e.g. ``action pick``."""
+def problem_needs(domain: Domain, problem: Problem) -> dict[Need, str]:
+    """Return the required features, each with its first user, e.g. ``action pick``."""
     needs: dict[Need, str] = {}
-    for place, formula, is_effect in _formulas(domain, problem):
-        for need in () if formula is None else _needs(formula, is_effect=is_effect):
-            needs.setdefault(need, place)
+    for user, formula, is_effect in _formulas(domain, problem):
+        for need in () if formula is None else _formula_needs(formula, is_effect=is_effect):
+            needs.setdefault(need, user)
     for action in domain.actions:
         if action.durative:
             needs.setdefault(Need.TIME, f"action {action.name}")
@@ -79,6 +79,7 @@ def needs_of(domain: Domain, problem: Problem) -> dict[Need, str]:
 
 
 def _formulas(domain: Domain, problem: Problem) -> Iterator[tuple[str, Formula | None, bool]]:
+    """Yield each formula with its user, and whether it is an effect."""
     for action in domain.actions:
         yield f"action {action.name}", action.condition, False
         yield f"action {action.name}", action.effect, True
@@ -86,7 +87,7 @@ def _formulas(domain: Domain, problem: Problem) -> Iterator[tuple[str, Formula |
 
 
 def _has_fractions(domain: Domain, problem: Problem) -> bool:
-    """Return whether numbers may have fractions."""
+    """Return whether numbers may get fractions. Some planners know integers only."""
     formulas = [formula for _, formula, _ in _formulas(domain, problem)]
     formulas += [action.duration for action in domain.actions]
     parts = [part for formula in formulas if formula is not None for part in formula.walk()]
@@ -109,7 +110,7 @@ def _is_fraction(term: Term) -> bool:
             return False
 
 
-def _needs(formula: Formula, *, is_effect: bool) -> Iterator[Need]:
+def _formula_needs(formula: Formula, *, is_effect: bool) -> Iterator[Need]:
     """Yield the features of a formula.
 
     :param is_effect: whether a negation is a deletion rather than a feature.
@@ -117,15 +118,15 @@ def _needs(formula: Formula, *, is_effect: bool) -> Iterator[Need]:
     match formula:
         case Or() | Imply():
             yield Need.DISJUNCTION
-        # (not (= ?a ?b)) is part of equality
+        # planners with equality support (not (= ?a ?b)), too
         case Not(part=part) if not is_effect and not isinstance(part, TermComparison):
             yield Need.NEGATION
         case Quantified():
             yield Need.QUANTIFIERS
         case When(condition=condition, effect=part):
             yield Need.CONDITIONAL_EFFECTS
-            yield from _needs(condition, is_effect=False)
-            yield from _needs(part, is_effect=True)
+            yield from _formula_needs(condition, is_effect=False)
+            yield from _formula_needs(part, is_effect=True)
             return
         case Timed():
             yield Need.TIME
@@ -137,4 +138,4 @@ def _needs(formula: Formula, *, is_effect: bool) -> Iterator[Need]:
             if operator != "increase" or target != FunctionTerm(TOTAL_COST, ()):
                 yield Need.COUNTERS
     for part in formula.children:
-        yield from _needs(part, is_effect=is_effect)
+        yield from _formula_needs(part, is_effect=is_effect)

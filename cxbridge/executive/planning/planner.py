@@ -1,7 +1,7 @@
 """The interface of planners: from domain and problem to a plan, a sequence of actions.
 
-A plan has two notations: that of plan files, with few decimals, and that of recordings, with exact times
-(:func:`plan_text`).
+A plan has two notations: the notation of plan files, with few decimals (``str`` of an action), and the
+notation of recordings, with exact times (:func:`plan_text`).
 """
 
 from __future__ import annotations
@@ -19,20 +19,21 @@ from cxbridge.executive.pddl.ast import Domain, Problem
 from cxbridge.executive.planning.errors import UnsupportedProblemError
 from cxbridge.executive.planning.needs import Need
 
-_DECIMALS: Final = 3
-_ACTION: Final = re.compile(
+_DECIMALS: Final = 3  # of times in plan files
+# START: (NAME ARGUMENT...) [DURATION]; possessive quantifiers bound the time for any text
+_ACTION_PATTERN: Final = re.compile(
     r"\s*+(?:([^\s():]++)\s*+:)?\s*+\(\s*+([^\s()]++)([^()]*+)\)\s*+(?:\[\s*+([^\s\]]++)\s*+\]\s*+\)?\s*+)?"
 )
 
-RANK: Final = 10
-"""The default rank, also pyperplan's."""
+DEFAULT_RANK: Final = 10
+"""The rank of pyperplan, and of planners without a measured rank."""
 
 
 class PlannedAction(NamedTuple):
     """A step of a plan.
 
     :param start: the start in seconds after the plan's start; None in an untimed plan.
-    :param duration: the planned duration in seconds; None without one.
+    :param duration: the planned duration in seconds; None for an action without duration.
     """
 
     name: str
@@ -49,14 +50,17 @@ class PlannedAction(NamedTuple):
 
 
 def _format_seconds(value: float) -> str:
-    """Return a time with at least three decimals, as plan files have."""
-    # more decimals where needed: rounding could swap the order of moments
+    """Return a time with the three decimals of plan files, or more decimals if the time has more."""
+    # rounding could swap the order of two times
     text = f"{value:.9f}".rstrip("0")
     return text if len(text.partition(".")[2]) > _DECIMALS else f"{value:.3f}"
 
 
 def plan_text(actions: Iterable[PlannedAction]) -> str:
-    """Return a plan as ``START: (NAME ARGUMENT...) [DURATION]``, without missing times."""
+    """Return a plan with a line ``START: (NAME ARGUMENT...) [DURATION]`` for each action.
+
+    An action without times has only the brackets.
+    """
     return "\n".join(map(_format_action, actions))
 
 
@@ -69,14 +73,14 @@ def parse_plan_text(text: str) -> tuple[PlannedAction, ...]:
 
 
 def _format_action(action: PlannedAction) -> str:
-    # repr() of a float parses to the same float
+    # repr() of a float parses to exactly the same float
     start = "" if action.start is None else f"{action.start!r}: "
     duration = "" if action.duration is None else f" [{action.duration!r}]"
     return f"{start}({' '.join((action.name, *action.arguments))}){duration}"
 
 
 def _parse_action(line: str) -> PlannedAction:
-    match = _ACTION.fullmatch(line)
+    match = _ACTION_PATTERN.fullmatch(line)
     if match is None:
         raise ValueError(f"no action of a plan: {line!r}")
     start, name, arguments, duration = match.groups()
@@ -104,7 +108,7 @@ class PlanStatus(Enum):
 class PlanResult:
     """The result of a planner call.
 
-    :param actions: the plan; empty without one, or if the goal holds already.
+    :param actions: the plan; empty if there is no plan, or if the goal holds already.
     :param message: why there is no plan; else empty.
     :param seconds: the duration of the call.
     :param why: why this planner was chosen, e.g. the planners that are unsuitable or have failed.
@@ -131,7 +135,7 @@ class Planner(ABC):
     """Features that the planner accepts and ignores: its plans are valid, but perhaps not the best."""
 
     fails_with: tuple[frozenset[Need], ...] = ()
-    """Supported features that fail in combination, measured in docs/planning.md."""
+    """Sets of features that the planner supports singly but not together, measured in docs/planning.md."""
 
     proves: bool = True
     """Whether a search without result proves that no plan exists."""
@@ -145,10 +149,10 @@ class Planner(ABC):
         return ""
 
     def rank(self, needs: Collection[Need]) -> int:  # noqa: ARG002 - for subclasses
-        """Return the priority for ``auto`` with such a problem, lowest first."""
-        return RANK
+        """Return the planner's place in the order of ``auto`` for a problem with such needs, lowest first."""
+        return DEFAULT_RANK
 
-    def refuses(self, needs: Mapping[Need, str]) -> str:
+    def refusal_reason(self, needs: Mapping[Need, str]) -> str:
         """Return why the planner refuses a problem with these features; empty if it accepts."""
         for need, where in needs.items():
             if need not in self.understands | self.ignores:
@@ -164,7 +168,7 @@ class Planner(ABC):
 
         :raises UnsupportedProblemError: with the reason if it does not.
         """
-        reason = self.not_installed or self.refuses(needs)
+        reason = self.not_installed or self.refusal_reason(needs)
         if reason:
             raise UnsupportedProblemError(reason)
 

@@ -24,10 +24,13 @@ _MAX_OUTPUT: Final = 500  # bytes of the planner's output in an error
 
 
 class PlannerProcess:
-    """A running :mod:`.worker`. Killing it also kills its children and removes its temporary files."""
+    """A process that runs :mod:`.worker`.
+
+    :meth:`close` kills the process with its children and removes its temporary files.
+    """
 
     def __init__(self) -> None:
-        self._killed = False
+        self._is_killed = False
         self._output = tempfile.TemporaryFile()  # noqa: SIM115  closed together with the process
         self.folder = Path(tempfile.mkdtemp(prefix=FOLDER_PREFIX))
         """The folder of the planner's temporary files."""
@@ -43,18 +46,18 @@ class PlannerProcess:
         )
 
     @property
-    def alive(self) -> bool:
+    def is_alive(self) -> bool:
         """Whether the process can take another job."""
         # poll() reports a killed process as alive for a moment
-        return not self._killed and self._process.poll() is None
+        return not self._is_killed and self._process.poll() is None
 
     @property
-    def killed(self) -> bool:
+    def is_killed(self) -> bool:
         """Whether the owner has killed the process."""
-        return self._killed
+        return self._is_killed
 
     def run(self, job: Job) -> PlanResult:
-        """Run a job and return its result. A crash is a failed result."""
+        """Run a job and return its result, which is FAILED after a crash. Blocks."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         try:
@@ -62,11 +65,13 @@ class PlannerProcess:
             self._process.stdin.flush()
             result = pickle.load(self._process.stdout)  # noqa: S301  written by our own process
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):
-            return PlanResult(PlanStatus.FAILED, job.planner.name, message=self._failure(job.planner.name))
+            return PlanResult(
+                PlanStatus.FAILED, job.planner.name, message=self._describe_crash(job.planner.name)
+            )
         assert isinstance(result, PlanResult)
         return result
 
-    def _failure(self, planner: str) -> str:
+    def _describe_crash(self, planner: str) -> str:
         """Return how the process ended, with the end of its output."""
         status = self._process.wait()
         end = f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
@@ -77,7 +82,7 @@ class PlannerProcess:
 
     def kill(self) -> None:
         """Kill the process and its children."""
-        self._killed = True
+        self._is_killed = True
         if not (hasattr(os, "killpg") and hasattr(signal, "SIGKILL")):
             self._process.kill()  # Windows has no process groups; a planner's children end by themselves
             return

@@ -1,4 +1,4 @@
-"""The table of planners: pyperplan, and the planners of plug-ins."""
+"""The table of planners, pyperplan and those of plug-ins, and the choice of planners for a problem."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl.ast import Domain, Problem
 from cxbridge.executive.planning.errors import UnknownPlannerError, UnsupportedProblemError
-from cxbridge.executive.planning.needs import needs_of
+from cxbridge.executive.planning.needs import problem_needs
 from cxbridge.executive.planning.planner import Planner
 from cxbridge.extras import plugin_command
 from cxbridge.plugins import PluginError, Row, Table, package_with
 
 AUTO: Final = "auto"
-"""All installed planners that accept the problem, in order until a plan is found."""
+"""The name that stands for all installed planners that accept the problem, tried in order."""
 
 PLANNERS: Final[Table[Callable[..., Planner]]] = Table(
     "PLANNERS",
@@ -21,7 +21,7 @@ PLANNERS: Final[Table[Callable[..., Planner]]] = Table(
     "a function that returns a Planner, or a class of planners",
     Row("pyperplan", "cxbridge.executive.planning.embedded:PyperplanPlanner"),
 )
-"""The planners. An entry is called with the planner's options as texts."""
+"""The planners by name. The loaded object is called with the planner's options as keyword arguments."""
 
 
 def planner_names() -> list[str]:
@@ -43,46 +43,46 @@ def make_planner(name: str, options: Mapping[str, str] | None = None) -> Planner
         raise UnknownPlannerError(f"planner {name} has no options {', '.join(sorted(options))}") from None
 
 
-def more_planners() -> str:
-    """Return the command that installs more planners; empty if a plug-in provides some."""
+def planner_install_command() -> str:
+    """Return the command that installs more planners; empty if a plug-in with planners is installed."""
     package = package_with(PLANNERS.hook)
     return plugin_command(package) if package and not any(row.origin for row in PLANNERS.rows) else ""
 
 
-class Choice(NamedTuple):
+class PlannerChoice(NamedTuple):
     """The planners for a problem.
 
     :param planners: the planners in the order of the attempts.
-    :param reasons: why further planners are excluded or tried late.
-    :param absent: suitable planners that are not installed.
+    :param reasons: why other planners are excluded, or tried late.
+    :param not_installed_names: the names of suitable planners that are not installed.
     """
 
     planners: tuple[Planner, ...]
     reasons: tuple[str, ...]
-    absent: tuple[str, ...] = ()
+    not_installed_names: tuple[str, ...] = ()
 
 
 def choose_planners(
     name: str, domain: Domain, problem: Problem, options: Mapping[str, str] | None = None
-) -> Choice:
-    """Return the named planner, or for :data:`AUTO` all suitable ones.
+) -> PlannerChoice:
+    """Return the named planner, or for :data:`AUTO` all suitable planners.
 
     :raises UnknownPlannerError: if the planner is unknown.
     :raises UnsupportedProblemError: if no planner accepts the problem, with the reasons.
     """
-    needs = needs_of(domain, problem)
+    needs = problem_needs(domain, problem)
     if name != AUTO:
         planner = make_planner(name, options)
         planner.check(needs)
-        return Choice((planner,), ())
+        return PlannerChoice((planner,), ())
     planners = [(planner_name, make_planner(planner_name)) for planner_name in planner_names()]
     suitable: list[tuple[int, Planner]] = []
-    reasons, missing, absent = [], [], []
+    reasons, missing, not_installed_names = [], [], []
     for planner_name, planner in sorted(planners, key=lambda pair: pair[1].rank(needs)):
-        reason = planner.refuses(needs)
+        reason = planner.refusal_reason(needs)
         if planner.not_installed:
             missing.append(planner.not_installed)
-            absent += [] if reason else [planner_name]
+            not_installed_names += [] if reason else [planner_name]
         elif reason:
             reasons.append(reason)
         else:
@@ -90,9 +90,12 @@ def choose_planners(
             reasons += [f"{planner_name} ignores {need.value}" for need in ignored]
             suitable.append((len(ignored), planner))
     if not suitable:
-        hint = f"more planners: {command}" if (command := more_planners()) else None
+        hint = f"more planners: {command}" if (command := planner_install_command()) else None
         message = f"no planner can take this problem: {'; '.join(reasons + missing)}"
         raise UnsupportedProblemError(message, hint=hint)
-    # a planner that ignores costs comes after all that count them; both sorts are stable
+    # planners that ignore costs come after all that count costs; both sorts are stable, so ranks decide the
+    # rest
     suitable.sort(key=lambda pair: pair[0])
-    return Choice(tuple(planner for _, planner in suitable), tuple(reasons), tuple(absent))
+    return PlannerChoice(
+        tuple(planner for _, planner in suitable), tuple(reasons), tuple(not_installed_names)
+    )

@@ -1,8 +1,8 @@
 """Background planning: concurrent calls in child processes.
 
 A call has a thread, which waits for a free process and tries the planners in order, and a timer, which ends
-the call. The lock of a call protects its process and result, the lock of the service the pool of processes.
-No thread holds both.
+the call after its timeout. The lock of a call protects its process and result, the lock of the service the
+pool of processes. No thread holds both locks, so that threads cannot block each other.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ class PlanRequest:
     """A request for a plan.
 
     :param planner: a planner's name, or ``auto``.
-    :param timeout: seconds from the call on, including the wait for a free process.
+    :param options: the options of a named planner.
+    :param timeout: the time limit in seconds, including the wait for a free process.
     """
 
     domain: Domain
@@ -48,7 +49,7 @@ class PlanCall:
         self._done = threading.Event()
         self._result: PlanResult | None = None
         self._process: PlannerProcess | None = None
-        self._ended_as: PlanStatus | None = None
+        self._end_status: PlanStatus | None = None
 
     @property
     def result(self) -> PlanResult | None:
@@ -62,17 +63,17 @@ class PlanCall:
 
     def cancel(self) -> None:
         """Cancel the call, unless it has a result already."""
-        self._end(PlanStatus.CANCELLED)
+        self._end_call(PlanStatus.CANCELLED)
 
     def run(self) -> None:
-        """Make the plan in a thread of the service."""
+        """Make the plan. Called in the thread of the call."""
         start = time.monotonic()
-        timer = threading.Timer(self.request.timeout, self._end, (PlanStatus.TIMEOUT,))
+        timer = threading.Timer(self.request.timeout, self._end_call, (PlanStatus.TIMEOUT,))
         timer.daemon = True
         timer.start()
         attempts = Attempts(self.request.planner)
         try:
-            result = self._plan(attempts, start + self.request.timeout)
+            result = self._try_planners(attempts, start + self.request.timeout)
         except OSError as error:
             text = f"no process for a planner can be started: {error}"
             result = PlanResult(PlanStatus.FAILED, self.request.planner, message=text)
@@ -80,47 +81,47 @@ class PlanCall:
             timer.cancel()
         seconds = time.monotonic() - start
         with self._lock:  # a cancellation from now on comes too late
-            ended_as = self._ended_as
+            end_status = self._end_status
             # a plan that arrives together with the timeout counts
-            has_plan = ended_as is PlanStatus.TIMEOUT and result.status is PlanStatus.PLANNED
-            if ended_as is not None and not has_plan:
+            has_plan = end_status is PlanStatus.TIMEOUT and result.status is PlanStatus.PLANNED
+            if end_status is not None and not has_plan:
                 text = {
                     PlanStatus.TIMEOUT: f"no plan within {self.request.timeout:g} s{attempts.advice}",
                     PlanStatus.CANCELLED: "planning was cancelled",
-                }[ended_as]
-                result = PlanResult(ended_as, self.request.planner, message=text, seconds=seconds)
+                }[end_status]
+                result = PlanResult(end_status, self.request.planner, message=text, seconds=seconds)
             self._result = result
         self._done.set()
 
-    def _plan(self, attempts: Attempts, deadline: float) -> PlanResult:
+    def _try_planners(self, attempts: Attempts, deadline: float) -> PlanResult:
         """Try the planners in order until one has a plan or proves that there is none."""
         request = self.request
         try:
             choice = choose_planners(request.planner, request.domain, request.problem, request.options)
         except CxbridgeError as error:
             return PlanResult(PlanStatus.FAILED, request.planner, message=str(error))
-        attempts.begin(choice)
+        attempts.set_choice(choice)
         for planner, share in attempts.shares():
             remaining = deadline - time.monotonic()
-            result = self._attempt(planner, remaining * share, is_last=share == 1.0)
-            if self.ended or attempts.is_decisive(planner, result):
-                return attempts.explained(result)
-        return attempts.summary()
+            result = self._try_planner(planner, remaining * share, is_last=share == 1.0)
+            if self.is_ended or attempts.add_result(planner, result):
+                return attempts.with_reasons(result)
+        return attempts.final_result()
 
-    def _attempt(self, planner: Planner, seconds: float, *, is_last: bool) -> PlanResult:
+    def _try_planner(self, planner: Planner, seconds: float, *, is_last: bool) -> PlanResult:
         """Try one planner.
 
-        :param is_last: whether no planner follows, so that the timer of the call ends this one.
+        :param is_last: whether no planner follows, so that the timer of the call ends this attempt.
         """
         request, name = self.request, planner.name
-        process = self._service.take(self)
+        process = self._service.take_process(self)
         if process is None:
             return PlanResult(PlanStatus.CANCELLED, name)
         with self._lock:
-            if self._ended_as is None:
+            if self._end_status is None:
                 self._process = process
         if self._process is None:  # the call ended while it waited for the process
-            self._service.give_back(process)
+            self._service.return_process(process)
             return PlanResult(PlanStatus.CANCELLED, name)
         timer = threading.Timer(seconds, process.kill)
         if not is_last:
@@ -131,18 +132,18 @@ class PlanCall:
         timer.cancel()
         with self._lock:
             self._process = None
-        if process.killed and result.status is PlanStatus.FAILED:
-            result = self._plan_so_far(planner, process, seconds)
-        self._service.give_back(process)
+        if process.is_killed and result.status is PlanStatus.FAILED:
+            result = self._best_result(planner, process, seconds)
+        self._service.return_process(process)
         return result
 
-    def _plan_so_far(self, planner: Planner, process: PlannerProcess, seconds: float) -> PlanResult:
-        """Return the best plan of a planner whose process was killed, or none."""
+    def _best_result(self, planner: Planner, process: PlannerProcess, seconds: float) -> PlanResult:
+        """Return the result of a planner whose process was killed: its best plan so far, or a timeout."""
         # imported late, because few calls end with a killed process
         from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415
 
         name, domain, problem = planner.name, self.request.domain, self.request.problem
-        if self._ended_as is not PlanStatus.CANCELLED:
+        if self._end_status is not PlanStatus.CANCELLED:
             actions = planner.best_so_far(process.folder, domain, problem)
             if actions is not None and check_plan(domain, problem, actions).holds:
                 why = f"the time was over: the best plan within {seconds:.3g} s"
@@ -150,17 +151,17 @@ class PlanCall:
         return PlanResult(PlanStatus.TIMEOUT, name, message=f"{name} found no plan within {seconds:.3g} s")
 
     @property
-    def ended(self) -> bool:
+    def is_ended(self) -> bool:
         """Whether the call was cancelled or timed out."""
-        return self._ended_as is not None
+        return self._end_status is not None
 
-    def _end(self, status: PlanStatus) -> None:
+    def _end_call(self, status: PlanStatus) -> None:
         with self._lock:
-            if self._result is None and self._ended_as is None:
-                self._ended_as = status
+            if self._result is None and self._end_status is None:
+                self._end_status = status
                 if self._process is not None:
                     self._process.kill()
-        self._service.wake()
+        self._service.wake_waiting_calls()
 
 
 class PlanningService(Closing):
@@ -172,22 +173,22 @@ class PlanningService(Closing):
 
     def __init__(self, at_once: int = DEFAULT_AT_ONCE, memory: int = DEFAULT_MEMORY) -> None:
         self.memory = memory
-        self._free_slots = at_once
-        self._idle: deque[PlannerProcess] = deque()
+        self._free_slot_count = at_once
+        self._idle_processes: deque[PlannerProcess] = deque()
         self._calls: set[PlanCall] = set()
-        self._changed = threading.Condition()
+        self._pool_changed = threading.Condition()
         self._closed = False
 
     def warm_up(self) -> None:
         """Start a process in advance, so that the first plan does not wait for it."""
-        with self._changed:
-            if not self._idle and not self._closed:
-                self._idle.append(PlannerProcess())
+        with self._pool_changed:
+            if not self._idle_processes and not self._closed:
+                self._idle_processes.append(PlannerProcess())
 
     def call(self, request: PlanRequest) -> PlanCall:
         """Start a call."""
         call = PlanCall(self, request)
-        with self._changed:
+        with self._pool_changed:
             self._calls = {running for running in self._calls if running.result is None} | {call}
         threading.Thread(target=call.run, name="planning", daemon=True).start()
         return call
@@ -200,48 +201,48 @@ class PlanningService(Closing):
 
     def close(self) -> None:
         """Cancel all calls and stop the processes. Further calls do nothing."""
-        with self._changed:
+        with self._pool_changed:
             self._closed = True
             calls = list(self._calls)
         for call in calls:  # without the lock, which calls need to end
             call.cancel()
             call.wait()
-        with self._changed:
-            idle, self._idle = self._idle, deque()
-        for process in idle:
+        with self._pool_changed:
+            idle_processes, self._idle_processes = self._idle_processes, deque()
+        for process in idle_processes:
             process.close()
 
-    def take(self, call: PlanCall) -> PlannerProcess | None:
-        """Wait for a free process; return None if the call has ended."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._free_slots > 0 or call.ended)
-            if call.ended:
+    def take_process(self, call: PlanCall) -> PlannerProcess | None:
+        """Take a process from the pool, when one is free; return None if the call has ended."""
+        with self._pool_changed:
+            self._pool_changed.wait_for(lambda: self._free_slot_count > 0 or call.is_ended)
+            if call.is_ended:
                 return None
-            self._free_slots -= 1
-            while self._idle:  # an idle process may have been killed by the system
-                process = self._idle.popleft()
-                if process.alive:
+            self._free_slot_count -= 1
+            while self._idle_processes:  # an idle process may have been killed by the system
+                process = self._idle_processes.popleft()
+                if process.is_alive:
                     return process
                 process.close()
         try:
             return PlannerProcess()
         except OSError:
-            with self._changed:
-                self._free_slots += 1
-                self._changed.notify_all()
+            with self._pool_changed:
+                self._free_slot_count += 1
+                self._pool_changed.notify_all()
             raise
 
-    def give_back(self, process: PlannerProcess) -> None:
+    def return_process(self, process: PlannerProcess) -> None:
         """Return a process to the pool."""
-        with self._changed:
-            self._free_slots += 1
-            self._changed.notify_all()
-            if process.alive and not self._closed:
-                self._idle.append(process)
+        with self._pool_changed:
+            self._free_slot_count += 1
+            self._pool_changed.notify_all()
+            if process.is_alive and not self._closed:
+                self._idle_processes.append(process)
                 return
         process.close()
 
-    def wake(self) -> None:
+    def wake_waiting_calls(self) -> None:
         """Wake the waiting calls, which may have ended."""
-        with self._changed:
-            self._changed.notify_all()
+        with self._pool_changed:
+            self._pool_changed.notify_all()

@@ -14,7 +14,7 @@ DEFAULT_AT_ONCE: Final = 2
 """The default number of concurrent planner calls."""
 
 DEFAULT_MEMORY: Final = 4 << 30
-"""The default address space of a planner process in bytes."""
+"""The default limit of a planner process' address space, in bytes."""
 
 _MEBIBYTE: Final = 1 << 20  # the setting is in MiB
 
@@ -26,7 +26,8 @@ class PlannerSettings:
     :param planner: the name of the default planner, or ``auto``.
     :param timeout: the time limit of a call in seconds.
     :param at_once: the number of concurrent planner calls; further calls wait.
-    :param memory: the address space of a planner process in bytes; 0: no limit.
+    :param memory: the limit of a planner process' address space in bytes; 0: no limit.
+    :param options: the options of the default planner.
     :param check_plans: whether plans are checked against the facts before and during their execution.
     """
 

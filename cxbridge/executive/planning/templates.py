@@ -1,12 +1,12 @@
 """Templates of PDDL problems in the language of Fawkes' ``pddl-robot-memory``.
 
 =================================  ==========================================================
-``<<#NAME|QUERY>> body <</NAME>>``  the body, once for each document that the query (JSON) finds
-``<<#NAME>> body <</NAME>>``        the same again, with the query that NAME had before
-``<<field>>``                       a value of the document; ``<<a_b>>`` of a document in it,
-                                   ``<<a_0>>`` an element of an array, ``<<a>>`` all of them, each
-                                   after a blank
-``<<GOAL>>``                        a value given to :meth:`Template.fill`, everywhere
+``<<#NAME|QUERY>> body <</NAME>>``  a section: the body, once for each document that the query (JSON) finds
+``<<#NAME>> body <</NAME>>``        a section with the query of an earlier section NAME
+``<<field>>``                       a value of the section's document; ``<<a_b>>`` is the field b of the
+                                   inner document a, ``<<a_0>>`` the first element of the array a, and
+                                   ``<<a>>`` all elements, each after a blank
+``<<GOAL>>``                        a value given to :meth:`ProblemTemplate.fill`, in and outside of sections
 =================================  ==========================================================
 
 A field that the document lacks is empty.
@@ -23,18 +23,20 @@ from typing import Any, Final
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.robmem.values import ObjectId
 
-Find = Callable[[dict[str, dict[str, Any]]], Mapping[str, list[dict[str, Any]]]]
-"""Returns the documents of several queries, by section."""
+FindDocuments = Callable[[dict[str, dict[str, Any]]], Mapping[str, list[dict[str, Any]]]]
+"""Gets queries by section, and returns the documents that each query finds, by section."""
 
 _TAG: Final = re.compile(r"<<(?P<mark>[#/]?)(?P<name>[A-Za-z0-9_]+)(?:\|(?P<query>.*?))?>>", re.DOTALL)
 _UNQUOTED_KEY: Final = re.compile(r"([{,]\s*)([A-Za-z_$][\w$.]*)\s*:")
-_UNPRINTABLE: Final = "INVALID_VALUE_TYPE"
+_UNPRINTABLE: Final = "INVALID_VALUE_TYPE"  # Fawkes' text for values of other types
 
 
 @dataclass(frozen=True, slots=True)
 class _Section:
+    """A section of a template; without a name, the whole template."""
+
     name: str
-    parts: list[str | _Field | _Section]
+    body: list[str | _Field | _Section]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,11 +44,13 @@ class _Field:
     name: str
 
 
-class PlannerTemplate:
+class ProblemTemplate:
     """A parsed template.
 
     :param file: the file name for errors.
-    :raises PlanningError: if sections do not match or a query is not JSON.
+    :ivar queries: the queries by section.
+    :ivar warnings: mistakes that do not prevent filling the template.
+    :raises PlanningError: if the tags of sections do not match, or a query is not JSON.
     """
 
     def __init__(self, text: str, file: str = "") -> None:
@@ -56,41 +60,41 @@ class PlannerTemplate:
         self.warnings: list[str] = []
         self._root = self._parse()
 
-    def fill(self, find: Find, values: Mapping[str, str]) -> str:
-        """Return the filled text.
+    def fill(self, find_documents: FindDocuments, values: Mapping[str, str]) -> str:
+        """Return the text with documents and values in place of the tags.
 
-        :param find: called once with all queries.
-        :param values: fields of the whole text.
+        :param find_documents: called once with all queries.
+        :param values: fields that all sections have, e.g. ``GOAL``.
         """
-        documents = find(self.queries) if self.queries else {}
-        return "".join(_fill(self._root, dict(values), documents))
+        documents = find_documents(self.queries) if self.queries else {}
+        return "".join(_filled_texts(self._root, dict(values), documents))
 
     def _parse(self) -> _Section:
-        stack = [_Section("", [])]  # the open sections: sections may be nested
+        stack = [_Section("", [])]  # the open sections, outermost first
         end = 0
         for tag in _TAG.finditer(self._text):
-            stack[-1].parts.append(self._text[end : tag.start()])
+            stack[-1].body.append(self._text[end : tag.start()])
             end = tag.end()
             name = tag["name"]
             if tag["mark"] == "#":
                 self._record_query(name, tag["query"], tag.start())
                 section = _Section(name, [])
-                stack[-1].parts.append(section)
+                stack[-1].body.append(section)
                 stack.append(section)
             elif tag["mark"] == "/":
                 if stack[-1].name != name:
                     raise self._error(f"<</{name}>> ends no section", tag.start())
                 stack.pop()
             else:
-                stack[-1].parts.append(_Field(name))
+                stack[-1].body.append(_Field(name))
         if len(stack) > 1:
             raise self._error(f"section <<#{stack[-1].name}>> is never ended", len(self._text))
-        stack[0].parts.append(self._text[end:])
+        stack[0].body.append(self._text[end:])
         return stack[0]
 
     def _record_query(self, name: str, text: str | None, offset: int) -> None:
         """Record the query of a section, for all sections of this name."""
-        if text is None:
+        if text is None:  # the section repeats an earlier query
             return
         try:
             query = _read_query(text)
@@ -98,7 +102,7 @@ class PlannerTemplate:
             raise self._error(f"the query of section {name} is not JSON: {error}", offset) from None
         if not isinstance(query, dict):
             raise self._error(f"the query of section {name} is not a JSON object", offset)
-        # as in Fawkes, queries are stored by name
+        # as in Fawkes, queries are stored by name, so that sections of the same name share a query
         if name in self.queries and self.queries[name] != query:
             self.warnings.append(f"section {name} has two different queries, the last one counts for both")
         self.queries[name] = query
@@ -108,47 +112,48 @@ class PlannerTemplate:
 
 
 def _read_query(text: str) -> Any:
-    """Parse a query as JSON."""
+    """Parse a query as JSON, or as the JavaScript of MongoDB's shell, as in some templates of Fawkes."""
     try:
         return json.loads(text)
     except ValueError:
-        # old templates have keys without quotes, and single quotes
+        # JavaScript permits keys without quotes, and single quotes
         if "'" not in text and not _UNQUOTED_KEY.search(text):
             raise
     return json.loads(_UNQUOTED_KEY.sub(r'\1"\2":', text).replace("'", '"'))
 
 
-def _fill(
+def _filled_texts(
     section: _Section, values: dict[str, str], documents: Mapping[str, list[dict[str, Any]]]
 ) -> Iterator[str]:
-    """Yield the text of a section.
+    """Yield the texts of a section's body in order.
 
-    :param documents: by section.
+    :param values: the texts of fields.
+    :param documents: the documents by section.
     """
-    for part in section.parts:
-        if isinstance(part, str):
-            yield part
-        elif isinstance(part, _Field):
-            yield values.get(part.name, "")
+    for item in section.body:
+        if isinstance(item, str):
+            yield item
+        elif isinstance(item, _Field):
+            yield values.get(item.name, "")
         else:
-            for document in documents.get(part.name, ()):
-                yield from _fill(part, {**values, **dict(_fields(document))}, documents)
+            for document in documents.get(item.name, ()):
+                yield from _filled_texts(item, {**values, **dict(_field_texts(document))}, documents)
 
 
-def _fields(document: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Yield name and text of each value in a document, with inner documents and arrays flattened."""
+def _field_texts(document: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Yield name and text of each value in a document, including the values of inner documents and arrays."""
     for key, value in document.items():
         name = prefix + key
         if isinstance(value, Mapping):
-            yield from _fields(value, f"{name}_")
+            yield from _field_texts(value, f"{name}_")
         elif isinstance(value, list):
-            yield name, "".join(f" {_text(item)}" for item in value)
-            yield from _fields({str(index): item for index, item in enumerate(value)}, f"{name}_")
+            yield name, "".join(f" {_value_text(item)}" for item in value)
+            yield from _field_texts({str(index): item for index, item in enumerate(value)}, f"{name}_")
         else:
-            yield name, _text(value)
+            yield name, _value_text(value)
 
 
-def _text(value: Any) -> str:
+def _value_text(value: Any) -> str:
     """Return a value as Fawkes' template engine prints it."""
     if isinstance(value, bool):
         return str(int(value))

@@ -1,8 +1,8 @@
 """The planner process: ``python -m cxbridge.executive.planning.worker``.
 
-Jobs arrive on standard input, and results leave on the original standard output. A planner's own output goes
-to standard error, because it would damage the results. The other side is
-:class:`cxbridge.executive.planning.process.PlannerProcess`.
+Pickled jobs (:class:`~cxbridge.executive.planning.jobs.Job`) arrive on standard input, and pickled results
+leave on standard output. A planner's own output goes to standard error, because it would damage the results.
+The other side is :class:`cxbridge.executive.planning.process.PlannerProcess`.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from cxbridge.executive.planning.validation.plan import check_plan
 _POLL_S = 1.0  # seconds between checks whether the parent is alive
 
 
-def plan(job: Job) -> PlanResult:
-    """Run a job. Errors become part of the result."""
+def run_job(job: Job) -> PlanResult:
+    """Return the result of a job. Errors become a result with the status FAILED."""
     start = time.perf_counter()
     name = job.planner.name
     status, actions = PlanStatus.FAILED, None
     try:
         job.planner.seconds = job.seconds
         actions = job.planner.solve(job.domain, job.problem)
-        status, message = _judge(job, actions)
+        status, message = _judge_plan(job, actions)
     except CxbridgeError as error:
         message = str(error)
     except MemoryError:
@@ -42,18 +42,18 @@ def plan(job: Job) -> PlanResult:
         message = f"{name} went too deep"
     except Exception as error:  # noqa: BLE001  a planner may raise anything
         message = f"{name} failed: {type(error).__name__}: {error}"
-    valid = actions or () if status is PlanStatus.PLANNED else ()
-    return PlanResult(status, name, valid, message, time.perf_counter() - start)
+    valid_actions = actions or () if status is PlanStatus.PLANNED else ()
+    return PlanResult(status, name, valid_actions, message, time.perf_counter() - start)
 
 
-def _judge(job: Job, actions: tuple[PlannedAction, ...] | None) -> tuple[PlanStatus, str]:
+def _judge_plan(job: Job, actions: tuple[PlannedAction, ...] | None) -> tuple[PlanStatus, str]:
     """Return the status of a planner's result, and why there is no valid plan."""
     name = job.planner.name
     if actions is None:
         # imported late, because most problems have a plan
-        from cxbridge.executive.planning.compile.relaxed import why_none  # noqa: PLC0415
+        from cxbridge.executive.planning.compile.relaxed import no_plan_reason  # noqa: PLC0415
 
-        text = f"{name} says that there is no plan{why_none(job.domain, job.problem)}"
+        text = f"{name} says that there is no plan{no_plan_reason(job.domain, job.problem)}"
         return PlanStatus.NO_PLAN, text
     # no planner is trusted: an invalid plan would fail in the middle of its execution
     check = check_plan(job.domain, job.problem, actions)
@@ -62,8 +62,8 @@ def _judge(job: Job, actions: tuple[PlannedAction, ...] | None) -> tuple[PlanSta
     return PlanStatus.FAILED, f"{name} made a plan that does not hold: {check.failure}"
 
 
-def _limit(memory: int) -> None:
-    """Limit the address space of this process. Windows has no such limit."""
+def _limit_memory(memory: int) -> None:
+    """Limit the address space of this process in bytes. Windows has no such limit."""
     if sys.platform != "win32":
         import resource  # noqa: PLC0415  absent on Windows
 
@@ -89,6 +89,7 @@ def _remove_folder() -> None:
 
 def main() -> None:
     """Run jobs until standard input ends."""
+    # Windows has no process groups, and its getppid names the parent even after its end
     if hasattr(os, "killpg"):
         threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     jobs = sys.stdin.buffer
@@ -102,8 +103,8 @@ def main() -> None:
             return
         assert isinstance(job, Job)
         if job.memory:
-            _limit(job.memory)
-        pickle.dump(plan(job), results)
+            _limit_memory(job.memory)
+        pickle.dump(run_job(job), results)
         results.flush()
 
 

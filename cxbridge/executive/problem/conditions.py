@@ -1,4 +1,8 @@
-"""Conditions as facts of an environment, converted to formulas."""
+"""Conditions that an environment has as facts, converted to formulas.
+
+The feature ``pddl-parser`` asserts the facts: ``pddl-formula`` for a connective, ``pddl-predicate`` for an
+atom. Their slot ``part-of`` has the id of the parent, an operator or another formula.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +26,8 @@ from cxbridge.executive.pddl.facts import EQUALITY
 if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
 
-_EQUALITY_TERMS: Final = 2
-# The maximum depth, because an agent's facts may be part of each other.
+_EQUALITY_TERM_COUNT: Final = 2
+# The maximum depth of a condition. Agents assert such facts, too, and may make them part of each other.
 _MAX_DEPTH: Final = 50
 
 Slots = Mapping[str, "Value"]
@@ -37,7 +41,7 @@ class Conditions:
     """
 
     def __init__(self, formulas: Iterable[Slots], atoms: Iterable[Slots]) -> None:
-        # one parent per formula: N formulas with two parents each would be visited 2^N times
+        # only the last fact of an id counts: N formulas with two parents each would be visited 2^N times
         self._formulas: dict[str, list[Slots]] = {}
         for slots in {text_in(slots, "id"): slots for slots in formulas}.values():
             self._formulas.setdefault(text_in(slots, "part-of"), []).append(slots)
@@ -45,13 +49,16 @@ class Conditions:
         for slots in atoms:
             self._atoms.setdefault(text_in(slots, "part-of"), []).append(slots)
 
-    def of(self, operator: str) -> Formula | None:
-        """Return the condition of an operator, or None."""
+    def operator_condition(self, operator: str) -> Formula | None:
+        """Return the condition of an operator; None without a condition."""
         parts = self._parts_of(operator, ())
         return parts[0] if len(parts) == 1 else And(tuple(parts)) if parts else None
 
     def _parts_of(self, parent: str, ancestors: tuple[str, ...]) -> list[Formula]:
-        """Return the formulas and atoms that are part of a parent, without cycles."""
+        """Return the formulas and atoms that are part of a parent.
+
+        :param ancestors: the ids above the parent, to end cycles.
+        """
         atoms = [atom_of(slots) for slots in self._atoms.get(parent, ())]
         if parent in ancestors or len(ancestors) > _MAX_DEPTH:
             return [*atoms]
@@ -75,7 +82,7 @@ def atom_of(slots: Slots) -> Formula:
         for name, constant in zip(names, constants_of(names, constants), strict=True)
     ]
     predicate = text_in(slots, "predicate")
-    if predicate == EQUALITY and len(terms) == _EQUALITY_TERMS:
+    if predicate == EQUALITY and len(terms) == _EQUALITY_TERM_COUNT:
         return TermComparison("=", terms[0], terms[1])
     return Atom(predicate, tuple(terms))
 

@@ -1,4 +1,4 @@
-"""Objects, domain facts and function values in an environment, the world model of the CX core."""
+"""The world model of the CX core: objects, domain facts and function values, as facts of an environment."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def facts_in(env: ClipsEnvironment, predicates: Container[str]) -> list[Ground]:
     ]
 
 
-def put_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
+def set_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
     """Set the value of a function."""
     for index, _, slots in list(env.facts(FUNCTION)):
         if ground_in(slots) == ground:

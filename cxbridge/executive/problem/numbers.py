@@ -1,4 +1,7 @@
-"""Numbers of PDDL domains in the core: comparisons and effects."""
+"""Numbers of PDDL domains in the CX core: comparisons in conditions, and effects on numbers.
+
+The core's rules call the functions ``domain-comparison-holds`` and ``domain-numbers-change`` of this module.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Value
-from cxbridge.executive.problem.facts import FUNCTION, numbers_in, put_number
+from cxbridge.executive.problem.facts import FUNCTION, numbers_in, set_number
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, Formula
@@ -16,17 +19,17 @@ if TYPE_CHECKING:
 _RULES: Final = CORE_DIR / "features" / "domain-numbers.clp"
 _FUNCTIONS: Final = CORE_DIR / "features" / "functions.clp"
 # the templates of a core with numbers; Fawkes' core has neither
-_NEEDED: Final = ("grounded-pddl-comparison", "domain-numbers-due")
+_NEEDED_TEMPLATES: Final = ("grounded-pddl-comparison", "domain-numbers-due")
 
 
 def load_functions(env: ClipsEnvironment) -> None:
-    """Load the template of function values once."""
+    """Load the deftemplate of function values, unless the environment has it."""
     if not env.has_template(FUNCTION):
         env.load(_FUNCTIONS)
 
 
 class PddlNumbers:
-    """Computes with function values that are facts.
+    """Computes with the function values of an environment.
 
     :param domain_of: returns the last domain parsed in the environment.
     :param log_error: gets the errors of numeric effects.
@@ -39,15 +42,19 @@ class PddlNumbers:
         self._domain_of = domain_of
         self._log_error = log_error
         self._formulas: dict[str, Formula] = {}
-        self._loaded = False
+        self._has_loaded_rules = False
         load_functions(env)
         env.define("domain-comparison-holds", self.holds, 3, types="*;sy;m;m")
         env.define("domain-numbers-change", self.change, 4, types="*;sy;m;m;ld")
 
-    def follow(self, domain: Domain) -> None:
-        """Load the core's rules for numbers if the domain has functions and the core supports them."""
-        if domain.functions and not self._loaded and all(map(self._env.has_template, _NEEDED)):
-            self._loaded = True
+    def load_rules(self, domain: Domain) -> None:
+        """Load the core's rules for numbers once, if the domain has functions and the core has such rules."""
+        if (
+            domain.functions
+            and not self._has_loaded_rules
+            and all(map(self._env.has_template, _NEEDED_TEMPLATES))
+        ):
+            self._has_loaded_rules = True
             self._env.load(_RULES)
 
     def holds(self, text: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> Value:
@@ -57,13 +64,13 @@ class PddlNumbers:
 
         if text not in self._formulas:
             self._formulas[text] = parse_formula(text)
-        truth = KnownState((), numbers_in(self._env), lambda _types: ())
-        return TRUE if self._formulas[text].holds(truth, _bound(names, values)) else FALSE
+        state = KnownState((), numbers_in(self._env), lambda _types: ())
+        return TRUE if self._formulas[text].holds(state, _bound_objects(names, values)) else FALSE
 
     def change(
         self, operator: str, names: tuple[Value, ...], values: tuple[Value, ...], duration: float
     ) -> None:
-        """Apply the numeric effects of an action, all based on the old values."""
+        """Apply the numeric effects of an action, which all refer to the values before the action."""
         from cxbridge.executive.planning.validation.formulas import numbers_after  # noqa: PLC0415
 
         domain = self._domain_of()
@@ -72,14 +79,16 @@ class PddlNumbers:
         if action is None:
             return
         try:
-            changed = numbers_after(action.effect, _bound(names, values), numbers_in(self._env), duration)
+            changed = numbers_after(
+                action.effect, _bound_objects(names, values), numbers_in(self._env), duration
+            )
         except CxbridgeError as error:
             self._log_error(f"The effects of action {operator} on numbers cannot be applied: {error}")
             return
         for ground, value in changed.items():
-            put_number(self._env, ground, value)
+            set_number(self._env, ground, value)
 
 
-def _bound(names: tuple[Value, ...], values: tuple[Value, ...]) -> dict[str, str]:
+def _bound_objects(names: tuple[Value, ...], values: tuple[Value, ...]) -> dict[str, str]:
     """Return the objects of an action's parameters."""
     return dict(zip(map(str, names), map(str, values), strict=False))

@@ -1,4 +1,9 @@
-"""Validation of plans during their execution: the facts ``plan-valid`` of the feature ``planner``."""
+"""Checks of plans during their execution: the facts ``plan-valid`` of the feature ``planner``.
+
+A plan is checked again when facts that it may depend on have changed. The check executes the remaining
+actions from the present facts (:mod:`cxbridge.executive.planning.validation`). A fact ``plan-valid`` tells
+the agent the result, so that it can plan again before an action fails.
+"""
 
 from __future__ import annotations
 
@@ -19,33 +24,33 @@ if TYPE_CHECKING:
     from cxbridge.executive.pddl.types import ObjectTable
     from cxbridge.executive.planning import PlannedAction, PlanRequest
 
-FACT: Final = "plan-valid"
+PLAN_VALID: Final = "plan-valid"
 # templates of the facts that a plan depends on
-_DEPENDS_ON: Final = (PREDICATE, INSTANCE, FUNCTION, "plan-action")
+_WATCHED_TEMPLATES: Final = (PREDICATE, INSTANCE, FUNCTION, "plan-action")
 
-_NOT_BEGUN: Final = frozenset({"FORMULATED", "PENDING", "WAITING"})
+_PENDING_STATES: Final = frozenset({"FORMULATED", "PENDING", "WAITING"})
 # states in which an action's effects are not applied yet, so the facts are inconsistent
-_SETTLING: Final = frozenset({"EXECUTION-SUCCEEDED", "SENSED-EFFECTS-WAIT", "SENSED-EFFECTS-HOLD"})
+_UNSETTLED_STATES: Final = frozenset({"EXECUTION-SUCCEEDED", "SENSED-EFFECTS-WAIT", "SENSED-EFFECTS-HOLD"})
 
-# states after which a plan is not checked again: the agent reacts to the failure
-_FAILED: Final = frozenset({"EXECUTION-FAILED", "FAILED"})
+# states of an action after which its plan is not checked again: the agent reacts to the failure
+_FAILED_STATES: Final = frozenset({"EXECUTION-FAILED", "FAILED"})
 
 
 @dataclass(slots=True)
 class _CheckedPlan:
-    """A checked plan.
+    """A plan with the result of its last check.
 
-    :param problem: the problem; only its goal counts, since present facts replace the initial state.
-    :param only: the objects of a partial problem; None stands for all objects.
-    :param checked_at: the count of changes at the last check.
-    :param failure: the failure of the last check; empty if the plan was valid.
-    :param objects: the objects, with the count of object changes they are valid for.
+    :param problem: the problem; only its goal counts, because present facts replace the initial state.
+    :param object_names: the objects of a problem that has only some of the objects; None: all objects.
+    :param change_count: the number of changes of facts up to the last check.
+    :param failure: the failure in the last check; empty if the plan was valid.
+    :param objects: the number of changes of objects up to the last check, and the objects.
     """
 
     domain: Domain
     problem: Problem
-    only: Collection[str] | None = None
-    checked_at: int = -1
+    object_names: Collection[str] | None = None
+    change_count: int = -1
     failure: str = ""
     objects: tuple[int, ObjectTable] | None = None
 
@@ -57,70 +62,78 @@ class PlanChecks:
         self._env = env
         self._warn = warn
         self._plans: dict[str, _CheckedPlan] = {}
-        self._changes: Counter[str] = Counter()
-        self._listens = False
+        self._change_counts: Counter[str] = Counter()  # by template
+        self._is_listening = False
 
-    def failure_now(
-        self, request: PlanRequest, actions: tuple[PlannedAction, ...], only: Collection[str] | None
+    def present_failure(
+        self, request: PlanRequest, actions: tuple[PlannedAction, ...], object_names: Collection[str] | None
     ) -> str:
-        """Return why a new plan fails in the present state; empty if it is valid."""
-        return self._failure(_CheckedPlan(request.domain, request.problem, only), actions, ())
+        """Return why a new plan fails in the present state; empty if the plan is valid.
 
-    def watch(self, plan_id: str, goal_id: str, request: PlanRequest, only: Collection[str] | None) -> None:
-        """Start checking a plan, and assert its fact."""
-        self._listen()
-        self._plans[plan_id] = _CheckedPlan(request.domain, request.problem, only, self._changes.total())
+        :param object_names: the objects of a problem that has only some of the objects; None: all objects.
+        """
+        return self._failure(_CheckedPlan(request.domain, request.problem, object_names), actions, ())
+
+    def watch(
+        self, plan_id: str, goal_id: str, request: PlanRequest, object_names: Collection[str] | None
+    ) -> None:
+        """Start to check a plan after changes, and assert its fact.
+
+        :param object_names: as in :meth:`present_failure`.
+        """
+        if not self._is_listening:  # without a plan, changes are not counted
+            self._is_listening = True
+            for template in _WATCHED_TEMPLATES:
+                self._env.watcher.follow_changes(template, partial(self._change_counts.update, (template,)))
+        self._plans[plan_id] = _CheckedPlan(
+            request.domain, request.problem, object_names, self._change_counts.total()
+        )
         slots: dict[str, Value] = {"plan-id": Symbol(plan_id), "goal-id": Symbol(goal_id)}
-        self._env.assert_fact(FACT, slots)
+        self._env.assert_fact(PLAN_VALID, slots)
 
     def refresh(self) -> None:
-        """Check the plans whose facts have changed; drop plans without ``plan-valid`` fact."""
+        """Check the plans after changes of facts; drop the plans without a fact ``plan-valid``."""
         if not self._plans:
             return
-        facts = {str(plan) for (plan,) in self._env.columns(FACT, "plan-id")}
+        present_ids = {str(plan) for (plan,) in self._env.columns(PLAN_VALID, "plan-id")}
         for plan_id in list(self._plans):
-            if plan_id in facts:
+            if plan_id in present_ids:
                 self.check(plan_id)
             else:
                 del self._plans[plan_id]
 
     def check(self, plan_id: str) -> Value:
-        """Check the remaining actions of a plan and update its fact."""
+        """Check the remaining actions of a plan and update its fact; return TRUE if the plan is valid."""
         plan = self._plans.get(plan_id)
         if plan is None:
             self._warn(f"plan '{plan_id}' is not a checked plan")
             return FALSE
-        if plan.checked_at != self._changes.total():
-            plan.checked_at = self._changes.total()
+        if plan.change_count != self._change_counts.total():
+            plan.change_count = self._change_counts.total()
             running, pending, is_settled = self._actions(plan_id)
             if is_settled:
                 plan.failure = self._failure(plan, tuple(pending), tuple(running))
                 self._record_failure(plan_id, plan.failure)
         return FALSE if plan.failure else TRUE
 
-    def _listen(self) -> None:
-        """Start counting changes of facts, at the first plan."""
-        if not self._listens:
-            self._listens = True
-            for template in _DEPENDS_ON:
-                self._env.watcher.follow_changes(template, partial(self._changes.update, (template,)))
-
     def _actions(self, plan_id: str) -> tuple[list[PlannedAction], list[PlannedAction], bool]:
         """Return running actions, pending actions, and whether the facts are consistent."""
         running, pending, is_settled = [], [], True
         rows = [slots for _, _, slots in self._env.facts("plan-action") if slots["plan-id"] == plan_id]
-        for slots in sorted(rows, key=_number):
+        for slots in sorted(rows, key=_action_number):
             state = str(slots["state"])
-            if state in _NOT_BEGUN:
-                pending.append(_planned(slots))
+            if state in _PENDING_STATES:
+                pending.append(_planned_action(slots))
             elif state == "RUNNING":
-                running.append(_planned(slots))
-            is_settled = is_settled and state not in _SETTLING and state not in _FAILED
+                running.append(_planned_action(slots))
+            is_settled = is_settled and state not in _UNSETTLED_STATES and state not in _FAILED_STATES
         return running, pending, is_settled
 
     def _failure(
         self, plan: _CheckedPlan, pending: tuple[PlannedAction, ...], running: tuple[PlannedAction, ...]
     ) -> str:
+        """Return why the actions fail in the present state; empty if they do not."""
+        # slow imports: most agents do not plan
         from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415
         from cxbridge.executive.planning.validation.world import WorldState  # noqa: PLC0415
 
@@ -128,10 +141,10 @@ class PlanChecks:
         facts = facts_in(self._env, {predicate.name for predicate in domain.predicates})
         numbers = numbers_in(self._env) if domain.functions else {}
         objects = self._objects(plan)
-        if plan.only is not None:
-            # a fact about an object outside of a partial problem would be an error
-            present = objects.of(())
-            facts = [fact for fact in facts if all(name in present for name in fact[1])]
+        if plan.object_names is not None:
+            # the check would refuse facts about objects that the problem lacks
+            known_objects = objects.of(())
+            facts = [fact for fact in facts if all(name in known_objects for name in fact[1])]
         state = WorldState(frozenset(facts), numbers)
         try:
             result = check_plan(domain, plan.problem, pending, state=state, running=running, objects=objects)
@@ -146,39 +159,42 @@ class PlanChecks:
         from cxbridge.executive.pddl.ast import TypedNames, names_of  # noqa: PLC0415
         from cxbridge.executive.pddl.types import ObjectTable  # noqa: PLC0415
 
-        changes = self._changes[INSTANCE]
-        if plan.objects is None or plan.objects[0] != changes:
+        change_count = self._change_counts[INSTANCE]
+        if plan.objects is None or plan.objects[0] != change_count:
             constants = set(names_of(plan.domain.constants))
             groups = [
-                TypedNames((name,), (kind,))
-                for name, kind in dict.fromkeys(objects_in(self._env))
-                if name not in constants and (plan.only is None or name in plan.only)
+                TypedNames((name,), (type_,))
+                for name, type_ in dict.fromkeys(objects_in(self._env))
+                if name not in constants and (plan.object_names is None or name in plan.object_names)
             ]
             problem = replace(plan.problem, objects=tuple(groups))
-            plan.objects = (changes, ObjectTable(plan.domain, problem))
+            plan.objects = (change_count, ObjectTable(plan.domain, problem))
         return plan.objects[1]
 
     def _record_failure(self, plan_id: str, failure: str) -> None:
-        for index, _, slots in list(self._env.facts(FACT)):
+        """Update the fact of a plan; empty: the plan is valid."""
+        for index, _, slots in list(self._env.facts(PLAN_VALID)):
             if slots["plan-id"] != plan_id or slots["message"] == failure:
                 continue
             if failure:
                 self._warn(f"plan '{plan_id}' holds no longer: {failure}")
             self._env.retract(index)
-            self._env.assert_fact(FACT, {**slots, "valid": FALSE if failure else TRUE, "message": failure})
+            valid = FALSE if failure else TRUE
+            self._env.assert_fact(PLAN_VALID, {**slots, "valid": valid, "message": failure})
 
 
-def _number(slots: Mapping[str, Value]) -> int:
+def _action_number(slots: Mapping[str, Value]) -> int:
     value = slots["id"]
     return value if isinstance(value, int) else 0
 
 
-def _planned(slots: Mapping[str, Value]) -> PlannedAction:
+def _planned_action(slots: Mapping[str, Value]) -> PlannedAction:
+    """Return the action of a fact ``plan-action``."""
     from cxbridge.executive.planning import PlannedAction  # noqa: PLC0415
 
     start, duration, values = slots["dispatch-time"], slots["duration"], slots["param-values"]
     assert isinstance(values, tuple)
-    timed = isinstance(start, float) and start >= 0.0
+    timed = isinstance(start, float) and start >= 0.0  # the core's default is -1.0
     return PlannedAction(
         str(slots["action-name"]),
         tuple(map(str, values)),

@@ -1,4 +1,7 @@
-"""The state of facts, numbers and objects in which conditions are evaluated, and the parts to blame."""
+"""The state of facts, numbers and objects in which conditions are evaluated.
+
+:func:`blamed_parts` returns the parts of a condition that make it false.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from typing import Final
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
-    Blamed,
+    BlamedPart,
     Bound,
     Constant,
     Formula,
@@ -42,14 +45,14 @@ _COMPUTE: Final[Mapping[str, Callable[[float, float], float]]] = {
     "*": operator.mul,
     "/": operator.truediv,
 }
-_ROUNDING: Final = 1e-9  # sums of decimal fractions differ from their literals by rounding
+_MAX_ROUNDING_ERROR: Final = 1e-9  # e.g. 0.1 + 0.2 differs from 0.3
 
 DURATION: Final = "duration"
 """The variable of the time that a durative action takes."""
 
 
 class KnownState:
-    """A completely known state of facts, function values and objects.
+    """A completely known state of facts, function values and objects: the ``State`` of :mod:`.pddl.ast`.
 
     :param predicates: the facts.
     :param functions: the function values.
@@ -74,7 +77,7 @@ class KnownState:
 
         :raises PddlError: if quantified variables cause too many cases.
         """
-        # a bound on work rather than on time: the same formula fails on every machine
+        # a limit of work rather than of time, so that a formula fails on every machine or on none
         self._evaluations += 1
         if self._evaluations > MAX_EVALUATIONS:
             raise PddlError(
@@ -87,7 +90,7 @@ class KnownState:
         return self._ground(predicate, terms, bound) in self._predicates
 
     def compares(self, operator: str, left: Term, right: Term, bound: Bound) -> bool:
-        """Return the result of a comparison, false if a function has no value."""
+        """Return the result of a comparison, which is false if a function has no value."""
         if operator == "=" and not (self._is_number(left) or self._is_number(right)):
             name = _object(left, bound)
             return name is not None and name == _object(right, bound)
@@ -130,7 +133,7 @@ def _object(term: Term, bound: Bound) -> str | None:
 
 
 def _compute(sign: str, operands: list[float | None]) -> float | None:
-    """Return the result of an operator; None if an operand has no value, or of a division by zero."""
+    """Return the result of an operator; None if an operand has no value, or for a division by zero."""
     numbers = [operand for operand in operands if operand is not None]
     if len(numbers) != len(operands) or not numbers:
         return None
@@ -145,28 +148,31 @@ def _compute(sign: str, operands: list[float | None]) -> float | None:
 def _compare(sign: str, first: float | None, second: float | None) -> bool:
     if first is None or second is None:
         return False
-    if sign in ("=", "<=", ">=") and abs(first - second) <= _ROUNDING:
+    if sign in ("=", "<=", ">=") and abs(first - second) <= _MAX_ROUNDING_ERROR:
         return True
     return _COMPARE[sign](first, second)
 
 
-def to_blame(
-    formula: Formula, state: State, bound: Bound, *, wanted: bool = True, whole: bool = False
-) -> Iterator[Blamed]:
-    """Yield the smallest parts that keep a condition from the required truth value.
+def blamed_parts(
+    formula: Formula, state: State, bound: Bound, *, required: bool = True, keeps_choices: bool = False
+) -> Iterator[BlamedPart]:
+    """Yield the smallest parts that keep a condition from a required truth value.
 
     A false conjunction is blamed on its false parts, a false disjunction on all its parts, and a false
     implication on its consequence.
 
-    :param whole: do not descend into disjunctions and negations.
+    :param required: the required truth value.
+    :param keeps_choices: whether disjunctions, ``exists`` and negations are blamed as a whole.
     """
-    if formula.holds(state, bound) == wanted:
+    if formula.holds(state, bound) == required:
         return
     is_choice = isinstance(formula, Or | Not) or (
         isinstance(formula, Quantified) and formula.quantifier == "exists"
     )
-    parts = () if whole and is_choice else tuple(formula.blamed_parts(state, bound, wanted=wanted))
+    parts = (
+        () if keeps_choices and is_choice else tuple(formula.deciding_parts(state, bound, required=required))
+    )
     if not parts:
-        yield Blamed(formula, bound, wanted)
+        yield BlamedPart(formula, bound, required)
     for part, inner, value in parts:
-        yield from to_blame(part, state, inner, wanted=value, whole=whole)
+        yield from blamed_parts(part, state, inner, required=value, keeps_choices=keeps_choices)

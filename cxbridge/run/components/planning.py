@@ -22,8 +22,8 @@ class PlanningPlugins(Component):
         if needs_memory(context.config, context.spec):
             context.memory.open()
         paths, config, store = context.paths, context.config, context.memory.store
-        on_disk = config.get_bool("/planner/write-problem", default=False)
-        files = ProblemFiles(paths.substitutions, paths.confdir, on_disk=on_disk)
+        writes_to_disk = config.get_bool("/planner/write-problem", default=False)
+        files = ProblemFiles(paths.substitutions, paths.confdir, writes_to_disk=writes_to_disk)
         self._generator = PddlRobotMemory(context.board, context.bus, config, store, files)
         try:
             service = None if context.make_planning is None else context.make_planning(context.name)

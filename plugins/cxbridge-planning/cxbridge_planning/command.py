@@ -14,7 +14,7 @@ from typing import Final
 
 from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.errors import PlanningError
-from cxbridge.executive.planning.needs import Need, needs_of
+from cxbridge.executive.planning.needs import Need, problem_needs
 from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge_planning.engine import FOLDER, EnginePlanner
 from cxbridge_planning.plan_files import PlanNames, load_plan
@@ -77,7 +77,7 @@ class CommandPlanner(EnginePlanner):
             # LPG rejects a problem with the name "problem"
             files["problem"].write_text(named(pddl.problem, _TASK))
             texts = {**{key: str(path) for key, path in files.items()}, "plan": str(Path(folder, _PLAN))}
-            if self._program.improving and self.improve > 0 and Need.COSTS in needs_of(domain, problem):
+            if self._program.improving and self.improve > 0 and Need.COSTS in problem_needs(domain, problem):
                 texts["improve"] = str(max(1, round(self.improve)))
                 self._call(self._program.improving, texts, folder)
                 if plan := self.plan_in(Path(folder), names):

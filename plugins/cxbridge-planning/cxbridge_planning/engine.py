@@ -14,7 +14,7 @@ from msgspec import Struct
 from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError
 from cxbridge.executive.planning.needs import Need
-from cxbridge.executive.planning.planner import RANK, PlannedAction, Planner
+from cxbridge.executive.planning.planner import DEFAULT_RANK, PlannedAction, Planner
 from cxbridge_planning.plan_files import PlanNames
 
 # The engines in the order of their measured success in docs/planning.md, the best first.
@@ -87,10 +87,10 @@ class EnginePlanner(Planner):
         elif Need.NUMBERS in needs:
             order = _NUMERIC
         elif self.name in _FIRST:
-            return RANK - 1  # before pyperplan, whose rank is RANK
+            return DEFAULT_RANK - 1  # before pyperplan, whose rank is DEFAULT_RANK
         else:
             order = _CLASSICAL
-        return RANK + 1 + (order.index(self.name) if self.name in order else len(order))
+        return DEFAULT_RANK + 1 + (order.index(self.name) if self.name in order else len(order))
 
 
 def _seconds(improve: str) -> float:

@@ -97,7 +97,7 @@ class _PlanSys2User(PlanningUser):
             self._assert_feedback(planner_call, "PLAN-FAILED")
             return
         call = self.service.call(request)
-        call_reporter = reporter.started(Symbol(planner_call.plan_id), request.problem)
+        call_reporter = reporter.report_start(Symbol(planner_call.plan_id), request.problem)
         if self.env.bus.clock.is_virtual:
             # planning takes no virtual time, and the thesis' executive, too, waits for the planner here
             result = call.wait()
@@ -134,7 +134,7 @@ class _PlanSys2User(PlanningUser):
     def _report_result(
         self, planner_call: _PlannerCall, result: PlanResult, reporter: PlannerCallReporter
     ) -> None:
-        reporter.ended(result)
+        reporter.report_end(result)
         if result.status.value != "PLANNED":
             self._log.error(
                 f"Could not find plan to reach goal '{planner_call.formula}' with id {planner_call.goal_id}: "
@@ -160,7 +160,7 @@ class _PlanSys2User(PlanningUser):
         self.service.close()
         for _, call, reporter in self._running_calls:
             if (result := call.wait()) is not None:
-                reporter.ended(result)
+                reporter.report_end(result)
         self._running_calls.clear()
 
 

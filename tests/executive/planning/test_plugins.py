@@ -257,7 +257,7 @@ def test_a_template_that_is_not_there(world):
 
 
 def test_the_problem_is_on_disk_when_asked_for(world):
-    world.start(on_disk=True)
+    world.start(writes_to_disk=True)
     world.ask(world.generator, "GenerateMessage", goal="(said EVE HI)")
     world.loop()
     assert "(:goal (said EVE HI))" in (world.folder / "problem.pddl").read_text()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.planning import PlanningError
-from cxbridge.executive.planning.templates import PlannerTemplate
+from cxbridge.executive.planning.templates import ProblemTemplate
 from cxbridge.executive.robmem.values import ObjectId
 from tests.support import SHARED, needs_shared
 
@@ -22,7 +22,7 @@ def fill(text, documents=None, **values):
         asked.append(queries)
         return documents or {}
 
-    return PlannerTemplate(text).fill(find, values), asked
+    return ProblemTemplate(text).fill(find, values), asked
 
 
 def test_a_section_is_there_once_a_document():
@@ -64,7 +64,7 @@ def test_a_section_again_and_in_another():
 
 
 def test_queries_of_old_templates():
-    template = PlannerTemplate("<<#D|{relation:'domain-fact', $or: [{a.b: 1}]}>><</D>>")
+    template = ProblemTemplate("<<#D|{relation:'domain-fact', $or: [{a.b: 1}]}>><</D>>")
     assert template.queries == {"D": {"relation": "domain-fact", "$or": [{"a.b": 1}]}}
 
 
@@ -74,8 +74,8 @@ def test_without_queries_nobody_is_asked():
 
 
 def test_two_queries_of_one_name_are_told():
-    assert PlannerTemplate('<<#D|{}>><</D>><<#D|{"a": 1}>><</D>>').warnings
-    assert not PlannerTemplate("<<#D|{}>><</D>><<#D|{}>><</D>>").warnings
+    assert ProblemTemplate('<<#D|{}>><</D>><<#D|{"a": 1}>><</D>>').warnings
+    assert not ProblemTemplate("<<#D|{}>><</D>><<#D|{}>><</D>>").warnings
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_two_queries_of_one_name_are_told():
 )
 def test_what_is_wrong_is_said_with_its_line(text, message, line):
     with pytest.raises(PlanningError, match=r"x\.tpl") as caught:
-        PlannerTemplate(text, "x.tpl")
+        ProblemTemplate(text, "x.tpl")
     assert message in caught.value.message
     assert caught.value.line == line
 
@@ -100,6 +100,6 @@ def test_what_is_wrong_is_said_with_its_line(text, message, line):
 @pytest.mark.parametrize("scenario", ["test-scenario-pddl", "visit-all", "rcll"])
 def test_templates_of_fawkes(scenario):
     path = SHARED / "fawkes-data/pddl" / scenario / "problem-template.pddl"
-    template = PlannerTemplate(path.read_text(), str(path))
+    template = ProblemTemplate(path.read_text(), str(path))
     assert template.queries
     assert template.fill(lambda queries: {name: [] for name in queries}, {"GOAL": "(and)"})

@@ -30,6 +30,6 @@ def test_a_constant_in_a_domain_of_facts(env, name: str):
     formulas, atoms = (
         [slots for _, _, slots in env.facts(each)] for each in ("pddl-formula", "pddl-predicate")
     )
-    made = Conditions(formulas, atoms).of("go")
+    made = Conditions(formulas, atoms).operator_condition("go")
     assert made is not None
     assert format_formula(made) == f"(and (in ?a) (not (in {name})))"

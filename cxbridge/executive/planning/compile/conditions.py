@@ -1,7 +1,7 @@
 """Ground conditions in disjunctive normal form: alternatives, each a conjunction of facts.
 
-Static parts are evaluated: equalities, quantifiers over the existing objects, and predicates that no action
-changes. The remaining facts are required to be true or false.
+The static parts of a condition are evaluated here: equalities, quantifiers over the existing objects, and
+predicates that no action changes. An alternative requires the remaining facts to be true or false.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ class Conjunction(NamedTuple):
     negative: frozenset[Fact] = frozenset()
 
     def joined(self, other: Conjunction) -> Conjunction | None:
-        """Return the union; None if it is contradictory."""
+        """Return the conjunction of both; None if a fact would have to be true and false."""
         positive, negative = self.positive | other.positive, self.negative | other.negative
         return None if positive & negative else Conjunction(positive, negative)
 
 
 Alternatives = tuple[Conjunction, ...]
-"""A disjunction: no alternative is false, an empty conjunction is true."""
+"""A disjunction. It is false without alternatives, and true with an empty conjunction."""
 
 FALSE: Final[Alternatives] = ()
 TRUE: Final[Alternatives] = (Conjunction(),)
@@ -114,9 +114,9 @@ class Evaluator:
 
 
 def object_of(term: Term, binding: Bound) -> str:
-    """Return the object of a term.
+    """Return the name of a term's object.
 
-    :raises PlanningError: for a function.
+    :raises PlanningError: if the term is the value of a function.
     """
     if isinstance(term, FunctionTerm):
         raise PlanningError(f"({term.function} ...) is a number, not an object")

@@ -1,7 +1,7 @@
-"""The effects of a ground action: one case per combination of its conditional effects.
+"""The effects of a ground action: a case for each combination of its conditional effects.
 
-An action with ``(when C E)`` has a case in which ``C`` holds and ``E`` happens, and a case in which ``C``
-does not hold. A STRIPS operator is made of each case.
+An action with ``(when C E)`` has a case in which ``C`` is true and ``E`` happens, and a case in which ``C``
+is false. Each case becomes a STRIPS operator.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from cxbridge.executive.planning.compile.conditions import (
 from cxbridge.executive.planning.errors import PlanningError
 
 MAX_CONDITIONS: Final = 8
-"""The maximum number of conditional effects. Each may double the number of cases."""
+"""The maximum number of distinct conditions in an action. Each may double the number of cases."""
 
 
 class Change(NamedTuple):
     """A fact that becomes true or false."""
 
     fact: Fact
-    to: bool
+    value: bool
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
-    """The changes of an action under a condition."""
+class EffectCase:
+    """The changes of a ground action under a condition, which includes the precondition of the action."""
 
     condition: Conjunction
     changes: frozenset[Change]
@@ -52,64 +52,70 @@ def changed_predicates(effect: Formula | None) -> Iterator[str]:
             yield from changed_predicates(part)
 
 
-def cases(
-    evaluator: Evaluator, condition: Conjunction, effect: Formula | None, binding: Bound
-) -> Iterator[Case]:
-    """Yield the cases of an action with a precondition.
+def effect_cases(
+    evaluator: Evaluator, precondition: Conjunction, effect: Formula | None, binding: Bound
+) -> Iterator[EffectCase]:
+    """Yield the cases of a ground action.
 
-    :raises PlanningError: if there are too many conditional effects, or an unsupported one.
+    :param precondition: an alternative of the action's precondition.
+    :raises PlanningError: if there are too many conditional effects, or an unsupported effect.
     """
-    always: set[Change] = set()
+    unconditional: set[Change] = set()
+    # changes by the alternatives in which their condition is true, and those in which it is false
     conditional: dict[tuple[Alternatives, Alternatives], set[Change]] = {}
-    for when, inner, change in _changes(evaluator, effect, None, binding):
-        holds = evaluator.alternatives(when, inner)
-        if holds == TRUE:
-            always.add(change)
-        elif holds != FALSE:
-            fails = evaluator.alternatives(when, inner, negated=True)
+    for condition, inner, change in _changes(evaluator, effect, None, binding):
+        if_true = evaluator.alternatives(condition, inner)
+        if if_true == TRUE:
+            unconditional.add(change)
+        elif if_true != FALSE:
+            if_false = evaluator.alternatives(condition, inner, negated=True)
             # effects with the same condition share their cases, which keeps the number of cases low
-            conditional.setdefault((holds, fails), set()).add(change)
+            conditional.setdefault((if_true, if_false), set()).add(change)
     if len(conditional) > MAX_CONDITIONS:
         raise PlanningError(
             f"an action has conditional effects with more than {MAX_CONDITIONS} conditions at once",
             hint="use another planner (fast-downward)",
         )
-    yield from _split(Case(condition, frozenset(always)), list(conditional.items()))
+    yield from _split_case(EffectCase(precondition, frozenset(unconditional)), list(conditional.items()))
 
 
-def _split(
-    case: Case, conditional: list[tuple[tuple[Alternatives, Alternatives], set[Change]]]
-) -> Iterator[Case]:
+def _split_case(
+    case: EffectCase, conditional: list[tuple[tuple[Alternatives, Alternatives], set[Change]]]
+) -> Iterator[EffectCase]:
+    """Yield a case with each consistent combination of further conditions."""
     if not conditional:
         yield case
         return
-    (holds, fails), changes = conditional[0]
-    for alternatives, effects in ((holds, changes), (fails, set[Change]())):
+    (if_true, if_false), conditional_changes = conditional[0]
+    for alternatives, changes in ((if_true, conditional_changes), (if_false, set[Change]())):
         for alternative in alternatives:
             condition = case.condition.joined(alternative)
             if condition is not None:
-                yield from _split(Case(condition, case.changes | effects), conditional[1:])
+                yield from _split_case(EffectCase(condition, case.changes | changes), conditional[1:])
 
 
 def _changes(
-    evaluator: Evaluator, effect: Formula | None, when: Formula | None, binding: Bound
+    evaluator: Evaluator, effect: Formula | None, outer: Formula | None, binding: Bound
 ) -> Iterator[tuple[Formula | None, Bound, Change]]:
-    """Yield the changes of an effect, each with its condition and the objects of its variables."""
+    """Yield the changes of an effect, each with its condition and the objects of its variables.
+
+    :param outer: the condition of the effect itself; None without a condition.
+    """
     match effect:
         case None | NumericChange():  # STRIPS has no numbers, and the planner ignores costs
             return
         case And(parts=parts):
             for part in parts:
-                yield from _changes(evaluator, part, when, binding)
+                yield from _changes(evaluator, part, outer, binding)
         case Quantified(quantifier="forall", variables=variables, part=part):
             for inner in evaluator.bindings(variables, binding):
-                yield from _changes(evaluator, part, when, inner)
+                yield from _changes(evaluator, part, outer, inner)
         case When(condition=condition, effect=part):
-            nested = condition if when is None else And((when, condition))
+            nested = condition if outer is None else And((outer, condition))
             yield from _changes(evaluator, part, nested, binding)
         case Atom():
-            yield when, binding, Change(fact_of(effect, binding), to=True)
+            yield outer, binding, Change(fact_of(effect, binding), value=True)
         case Not(part=Atom() as atom):
-            yield when, binding, Change(fact_of(atom, binding), to=False)
+            yield outer, binding, Change(fact_of(atom, binding), value=False)
         case _:
             raise PlanningError(f"an effect cannot hold {type(effect).__name__}")

@@ -1,13 +1,15 @@
 """Grounding of domain and problem to STRIPS, without features that simple planners lack.
 
-Reachable actions are ground, where deletions are ignored: each new fact is joined with earlier facts
-to the choices of objects that satisfy the plain atoms of an action. Then these features are compiled:
+Grounding makes a ground action for each choice of objects with which an action may become possible. It starts
+with the initial facts, and ignores deletions. Each new fact is joined with earlier facts (:mod:`.join`) to
+the choices of objects that satisfy the required atoms of an action; the effects of the ground action are new
+facts. Then these features of PDDL are compiled to STRIPS:
 
 ==================  ==========================================================================
-negative condition  a fact for the falsehood, which the effects keep consistent
-``or``, ``imply``   one operator per alternative
-quantifiers         all objects
-``when``            one operator per combination of the conditions
+negative condition  a second fact, the opposite, which is true when the fact is false; effects change both
+``or``, ``imply``   an operator for each alternative
+quantifiers         a part for each object
+``when``            an operator for each combination of the conditions
 ``=``               evaluated while grounding
 ==================  ==========================================================================
 """
@@ -22,8 +24,8 @@ from typing import Final
 from cxbridge.executive.pddl.ast import ActionSchema, Domain, Problem
 from cxbridge.executive.pddl.types import ObjectTable
 from cxbridge.executive.planning.compile.conditions import Conjunction, Evaluator, Fact, fact_of
-from cxbridge.executive.planning.compile.effects import Case, cases, changed_predicates
-from cxbridge.executive.planning.compile.join import FactIndex, Schema
+from cxbridge.executive.planning.compile.effects import EffectCase, changed_predicates, effect_cases
+from cxbridge.executive.planning.compile.join import FactIndex, GroundedSchema
 from cxbridge.executive.planning.compile.strips import Operator, StripsTask, without_irrelevant
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.planner import PlannedAction
@@ -39,12 +41,12 @@ _GOAL: Final = Fact("goal reached", ())
 class _GroundCase:
     """A case of a ground action, or of the goal (without action).
 
-    :param missing: the number of positive facts of the condition that are not reached yet.
+    :param missing_count: the number of positive facts of the condition that are not reached yet.
     """
 
     action: PlannedAction | None
-    case: Case
-    missing: int = 0
+    case: EffectCase
+    missing_count: int = 0
 
 
 def ground(domain: Domain, problem: Problem) -> StripsTask:
@@ -68,34 +70,41 @@ def reachable(domain: Domain, problem: Problem, max_operators: int) -> frozenset
 
 
 class _Grounder:
+    """The state of one grounding.
+
+    :ivar initial: the initial facts.
+    :ivar reached: the reachable facts of predicates that actions change.
+    """
+
     def __init__(self, domain: Domain, problem: Problem, max_operators: int) -> None:
         self._max_operators = max_operators
         self._goal = problem.goal
         # dictionaries in place of sets: a reproducible order of facts makes plans reproducible
         self.initial = dict.fromkeys(fact_of(atom, {}) for atom in problem.init)
         self.reached: dict[Fact, None] = {}
-        self._fluents = {
+        self._fluents = {  # the predicates that actions change
             predicate for action in domain.actions for predicate in changed_predicates(action.effect)
         }
         objects = ObjectTable(domain, problem)
         self._evaluator = Evaluator(objects, self._static_truth)
         self._actions = domain.actions
-        self._schemas = [Schema(action, objects) for action in domain.actions]
+        self._schemas = [GroundedSchema(action, objects) for action in domain.actions]
         self._index = FactIndex()
-        self._queue: deque[Fact] = deque()
-        self._propagated: set[Fact] = set()
-        self._bindings: set[tuple[int, tuple[str, ...]]] = set()
+        self._queue: deque[Fact] = deque()  # reached facts that are not joined yet
+        self._joined: set[Fact] = set()
+        self._bindings: set[tuple[int, tuple[str, ...]]] = set()  # index of the action, and its objects
         self._waiting: dict[Fact, list[_GroundCase]] = {}  # cases by missing fact
-        self._applicable: list[_GroundCase] = []
+        self._applicable: list[_GroundCase] = []  # cases without missing facts
         self._case_count = 0
 
     def _static_truth(self, fact: Fact) -> bool | None:
+        """Return the truth of a fact that no action changes; None for other facts."""
         return None if fact.predicate in self._fluents else fact in self.initial
 
     def explore(self) -> None:
         """Ground all actions whose conditions are reachable."""
         for conjunction in self._evaluator.alternatives(self._goal, {}):
-            self._add(_GroundCase(None, Case(conjunction, frozenset())))
+            self._add(_GroundCase(None, EffectCase(conjunction, frozenset())))
         for fact in self.initial:
             if fact.predicate not in self._fluents:
                 self._index.add(fact)
@@ -104,55 +113,60 @@ class _Grounder:
             if not any(atom.predicate in self._fluents for atom in schema.atoms):
                 self._ground_all(number, schema.matches(self._index))
         self._reach(fact for fact in self.initial if fact.predicate in self._fluents)
-        uses = self._uses()
+        atoms = self._atom_indices()
         while self._queue:
             fact = self._queue.popleft()
             self._index.add(fact)
-            for number, position in uses.get(fact.predicate, ()):
+            for number, position in atoms.get(fact.predicate, ()):
                 self._ground_all(number, self._schemas[number].matches(self._index, (position, fact)))
-            self._propagated.add(fact)
+            self._joined.add(fact)
             for ground_case in self._waiting.pop(fact, ()):
-                ground_case.missing -= 1
-                if not ground_case.missing:
+                ground_case.missing_count -= 1
+                if not ground_case.missing_count:
                     self._apply(ground_case)
 
-    def _uses(self) -> dict[str, list[tuple[int, int]]]:
-        """Return indices of schema and atom of the plain atoms, by predicate."""
-        uses: dict[str, list[tuple[int, int]]] = {}
+    def _atom_indices(self) -> dict[str, list[tuple[int, int]]]:
+        """Return the required atoms by predicate: the index of the schema, and of the atom in the schema."""
+        indices: dict[str, list[tuple[int, int]]] = {}
         for number, schema in enumerate(self._schemas):
             for position, atom in enumerate(schema.atoms):
-                uses.setdefault(atom.predicate, []).append((number, position))
-        return uses
+                indices.setdefault(atom.predicate, []).append((number, position))
+        return indices
 
     def _reach(self, facts: Iterable[Fact]) -> None:
+        """Queue the facts that are new."""
         for fact in facts:
             if fact not in self.reached:
                 self.reached[fact] = None
                 self._queue.append(fact)
 
     def _ground_all(self, number: int, choices: Iterable[tuple[str, ...]]) -> None:
+        """Ground the action with an index for several choices of objects."""
         action = self._actions[number]
         for choice in choices:
-            # two new facts of an action's condition find the same binding
+            # each of the facts in an action's condition finds the same binding
             if (number, choice) not in self._bindings:
                 self._bindings.add((number, choice))
                 self._ground(action, choice, dict(zip(self._schemas[number].parameters, choice, strict=True)))
 
     def _ground(self, action: ActionSchema, choice: tuple[str, ...], binding: dict[str, str]) -> None:
         for conjunction in self._evaluator.alternatives(action.condition, binding):
-            for case in cases(self._evaluator, conjunction, action.effect, binding):
+            for case in effect_cases(self._evaluator, conjunction, action.effect, binding):
                 self._add(_GroundCase(PlannedAction(action.name, choice), case))
 
     def _add(self, ground_case: _GroundCase) -> None:
-        """Add a case that waits for its positive facts. Negative facts never block here."""
+        """Add a case, which waits for its positive facts.
+
+        Negative facts do not count, because deletions are ignored.
+        """
         if self._case_count >= self._max_operators:
             raise PlanningError(
                 f"the problem has more than {self._max_operators} bound actions",
                 hint="use another planner (fast-downward), or leave out objects that do not matter",
             )
         self._case_count += 1
-        missing = ground_case.case.condition.positive - self._propagated
-        ground_case.missing = len(missing)
+        missing = ground_case.case.condition.positive - self._joined
+        ground_case.missing_count = len(missing)
         for fact in missing:
             self._waiting.setdefault(fact, []).append(ground_case)
         if not missing:
@@ -160,13 +174,13 @@ class _Grounder:
 
     def _apply(self, ground_case: _GroundCase) -> None:
         self._applicable.append(ground_case)
-        self._reach(change.fact for change in ground_case.case.changes if change.to)
+        self._reach(change.fact for change in ground_case.case.changes if change.value)
 
     def strips(self) -> StripsTask:
         """Return the task of the explored actions."""
         numbers: dict[Fact, int] = {}
 
-        def number(facts: Iterable[Fact]) -> frozenset[int]:
+        def fact_numbers(facts: Iterable[Fact]) -> frozenset[int]:
             return frozenset(numbers.setdefault(fact, len(numbers)) for fact in facts)
 
         initial = [fact for fact in self.initial if fact.predicate in self._fluents]
@@ -174,7 +188,7 @@ class _Grounder:
             change.fact
             for ground_case in self._applicable
             for change in ground_case.case.changes
-            if not change.to
+            if not change.value
         }
         permanent = set(initial) - deletable
         usable = [
@@ -190,29 +204,31 @@ class _Grounder:
             if fact in self.reached
         }
 
-        def with_opposites(facts: Iterable[Fact], opposed: Iterable[Fact]) -> frozenset[int]:
-            """Return the numbers of facts, and of the opposites of further facts."""
+        def literal_numbers(true_facts: Iterable[Fact], false_facts: Iterable[Fact]) -> frozenset[int]:
+            """Return the numbers of facts, and of the opposites of the facts that are false."""
             # sorted: sets of texts have another order in each process, and plans depend on the numbers
-            false = (opposites[fact] for fact in sorted(opposed) if fact in opposites)
-            return number((*sorted(facts), *false))
+            false = (opposites[fact] for fact in sorted(false_facts) if fact in opposites)
+            return fact_numbers((*sorted(true_facts), *false))
 
-        def conditions(condition: Conjunction) -> frozenset[int]:
-            return with_opposites(condition.positive, condition.negative)
+        def condition_numbers(condition: Conjunction) -> frozenset[int]:
+            return literal_numbers(condition.positive, condition.negative)
 
-        start = number((*initial, *(no for fact, no in opposites.items() if fact not in self.initial)))
-        goals = [conditions(goal.case.condition) for goal in usable if goal.action is None]
+        start = fact_numbers(
+            (*initial, *(opposite for fact, opposite in opposites.items() if fact not in self.initial))
+        )
+        goals = [condition_numbers(goal.case.condition) for goal in usable if goal.action is None]
         operators = []
         for ground_case in usable:
             if ground_case.action is not None:
                 changes = ground_case.case.changes
-                adds = {change.fact for change in changes if change.to}
-                deletes = {change.fact for change in changes if not change.to} - adds
-                preconditions = conditions(ground_case.case.condition)
-                effects = (with_opposites(adds, deletes), with_opposites(deletes, adds))
+                adds = {change.fact for change in changes if change.value}
+                deletes = {change.fact for change in changes if not change.value} - adds
+                preconditions = condition_numbers(ground_case.case.condition)
+                effects = (literal_numbers(adds, deletes), literal_numbers(deletes, adds))
                 operators.append(Operator(ground_case.action, preconditions, *effects))
         if len(goals) == 1:
             goal = goals[0]
         else:
-            goal = number((_GOAL,))
+            goal = fact_numbers((_GOAL,))
             operators += [Operator(None, alternative, goal, frozenset()) for alternative in goals]
         return without_irrelevant(StripsTask(tuple(numbers), start, goal, tuple(operators)))

@@ -1,4 +1,4 @@
-"""A join over the reached facts: the bindings of an action that satisfy its atoms."""
+"""A join, as in databases, over the reached facts: the objects for which an action's atoms are facts."""
 
 from __future__ import annotations
 
@@ -34,23 +34,23 @@ class FactIndex:
         return shortest
 
 
-class Schema:
+class GroundedSchema:
     """An action to ground: parameters and required atoms.
 
-    :ivar parameters: the names of the parameters with their permitted objects.
-    :ivar atoms: the atoms outside ``or``, ``not`` and other connectives except ``and``
+    :ivar parameters: the permitted objects by parameter.
+    :ivar atoms: the atoms that the condition always requires: those within no connective except ``and``.
     """
 
     def __init__(self, action: ActionSchema, objects: ObjectTable) -> None:
         self.parameters = {
             name: objects.of(group.types) for group in action.parameters for name in group.names
         }
-        self.atoms = list(_plain_atoms(action.condition))
+        self.atoms = list(_required_atoms(action.condition))
 
     def matches(self, index: FactIndex, trigger: tuple[int, Fact] | None = None) -> Iterator[tuple[str, ...]]:
-        """Yield the parameters' objects for each way to satisfy the atoms.
+        """Yield the objects of the parameters for each way to satisfy the atoms.
 
-        :param trigger: the index of an atom, and the fact that it must match.
+        :param trigger: the position of an atom, and the fact that the atom must match.
         """
         binding: dict[str, str] = {}
         atoms = list(self.atoms)
@@ -73,7 +73,7 @@ class Schema:
         if not atoms:
             yield binding
             return
-        # the atom with the fewest candidates first, as joins of databases do
+        # the atom with the fewest candidates first, which keeps the number of partial bindings low
         sized = [(index.candidates(atom, binding), number) for number, atom in enumerate(atoms)]
         candidates, number = min(sized, key=lambda pair: len(pair[0]))
         remaining = atoms[:number] + atoms[number + 1 :]
@@ -94,13 +94,14 @@ class Schema:
 
 
 def constant_name(term: Term) -> str:
+    """Return the name of a constant; empty for another term, which equals no object."""
     return term.name if isinstance(term, Constant) else ""
 
 
-def _plain_atoms(condition: Formula | None) -> Iterator[Atom]:
-    """Yield the atoms that are required in any case."""
+def _required_atoms(condition: Formula | None) -> Iterator[Atom]:
+    """Yield the atoms that a condition requires in any case."""
     if isinstance(condition, Atom):
         yield condition
     elif isinstance(condition, And):
         for part in condition.parts:
-            yield from _plain_atoms(part)
+            yield from _required_atoms(part)

@@ -1,6 +1,7 @@
-"""Explanation of missing plans: goal parts that no relaxed plan reaches.
+"""Explanations why a problem has no plan: the parts of the goal that no relaxed plan reaches.
 
-A relaxed plan ignores deletions, numbers and times. A goal part that it does not reach is unreachable.
+A relaxed plan is a plan of the relaxed domain, whose actions have no deletions, numbers and times. A part of
+the goal that the relaxed plan does not reach is unreachable by any plan.
 """
 
 from __future__ import annotations
@@ -32,13 +33,13 @@ from cxbridge.executive.planning.compile.grounding import reachable
 from cxbridge.executive.planning.compile.join import constant_name
 from cxbridge.executive.planning.errors import PlanningError
 
-_MAX_OPERATORS: Final = 20_000  # ground actions, above which the explanation would take too long
+_MAX_OPERATORS: Final = 20_000  # ground actions: with more, the explanation would take too long
 _MAX_REASONS: Final = 5  # lines of the explanation
 _MAX_NAMES: Final = 4  # names in a line
 
 
-def unreached(domain: Domain, problem: Problem) -> list[str]:
-    """Return a line for each unreachable goal part.
+def unreachable_goal_lines(domain: Domain, problem: Problem) -> list[str]:
+    """Return a line for each unreachable part of the goal.
 
     :raises PlanningError: if the problem is too large.
     """
@@ -55,15 +56,15 @@ def unreached(domain: Domain, problem: Problem) -> list[str]:
         for conjunction in alternatives(_relaxed(problem.goal), {})
     ]
     fewest = min(obstacles, key=len, default=[])
-    lines = [_line(relaxed, fact, to=to) for fact, to in fewest[:_MAX_REASONS]]
+    lines = [_obstacle_line(relaxed, fact, value=value) for fact, value in fewest[:_MAX_REASONS]]
     omitted = len(fewest) - _MAX_REASONS
     return [*lines, f"and {omitted} more"] if omitted > 0 else lines
 
 
-def why_none(domain: Domain, problem: Problem) -> str:
-    """Return the lines of :func:`unreached` as the end of a message; empty without a reason."""
+def no_plan_reason(domain: Domain, problem: Problem) -> str:
+    """Return why there is no plan, as the end of a message; empty if the reason is unknown."""
     try:
-        reasons = unreached(domain, problem)
+        reasons = unreachable_goal_lines(domain, problem)
     except PlanningError:
         return ""
     return f": {'; '.join(reasons)}" if reasons else ""
@@ -77,9 +78,10 @@ def _relaxed_action(action: ActionSchema) -> ActionSchema:
 
 
 def _relaxed(formula: Formula, changes: Collection[str] = ()) -> Formula:
-    """Return a formula without times and numbers.
+    """Return a formula without times and numbers, which counts as true where they would decide.
 
-    :param changes: predicates changed by the same action, which may satisfy its later conditions.
+    :param changes: predicates that the same action changes, and which may satisfy its conditions after the
+        start.
     """
 
     def relax(part: Formula) -> Formula:
@@ -91,7 +93,8 @@ def _relaxed(formula: Formula, changes: Collection[str] = ()) -> Formula:
             case TermComparison() if any(isinstance(term, FunctionTerm) for term in part.terms):
                 return And(())
             case Not(part=And(parts=())) | NumericChange():
-                return And(())  # parts first: the comparison in a negated comparison is And(()) by now
+                # map() changes inner parts first: a comparison within a negation is And(()) by now
+                return And(())
             case _:
                 return part
 
@@ -114,10 +117,10 @@ def _permanent_facts(domain: Domain, problem: Problem) -> frozenset[Fact]:
     return frozenset(fact for fact in facts if fact.predicate not in deletable)
 
 
-def _line(domain: Domain, fact: Fact, *, to: bool) -> str:
-    """Return why a fact does not become true or false."""
+def _obstacle_line(domain: Domain, fact: Fact, *, value: bool) -> str:
+    """Return why a fact never gets a truth value."""
     text = f"({' '.join((fact.predicate, *fact.arguments))})"
-    if not to:
+    if not value:
         return f"nothing deletes {text}"
     names = sorted({action.name for action in domain.actions if _achieves(action, fact)})
     if not names:
@@ -132,22 +135,22 @@ def _achieves(action: ActionSchema, fact: Fact) -> bool:
     """Return whether an effect of the action can make the fact true."""
     parameters = set(names_of(action.parameters))
     return any(
-        isinstance(part, Atom) and part.predicate == fact.predicate and _fits(part, fact, parameters)
-        for part in _positive(action.effect)
+        isinstance(part, Atom) and part.predicate == fact.predicate and _unifies(part, fact, parameters)
+        for part in _added_parts(action.effect)
     )
 
 
-def _positive(effect: Formula | None) -> Iterator[Formula]:
+def _added_parts(effect: Formula | None) -> Iterator[Formula]:
     """Yield the parts of an effect outside of negations."""
     if effect is None or isinstance(effect, Not):
         return
     yield effect
     for child in effect.children:
-        yield from _positive(child)
+        yield from _added_parts(child)
 
 
-def _fits(atom: Atom, fact: Fact, parameters: set[str]) -> bool:
-    """Return whether objects for the parameters turn an atom into the fact."""
+def _unifies(atom: Atom, fact: Fact, parameters: set[str]) -> bool:
+    """Return whether some objects for the parameters turn an atom into the fact."""
     bound: dict[str, str] = {}
     for term, value in zip(atom.arguments, fact.arguments, strict=True):
         if isinstance(term, Variable):

@@ -1,4 +1,7 @@
-"""STRIPS tasks: numbered facts, and operators with positive preconditions."""
+"""STRIPS tasks, the simplest form of planning problems, which pyperplan's searches solve.
+
+A task has numbered facts, and operators: ground actions with facts that they require, add and delete.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,10 @@ from cxbridge.executive.planning.planner import PlannedAction
 
 @dataclass(frozen=True, slots=True)
 class Operator:
-    """A variant of a ground action. Deletions precede additions.
+    """A variant of a ground action. An operator deletes facts before it adds facts.
 
     :param action: the ground action; None for an auxiliary operator that only reaches the goal.
+    :param preconditions: the numbers of the required facts.
     """
 
     action: PlannedAction | None
@@ -25,9 +29,10 @@ class Operator:
 class StripsTask:
     """A planning task.
 
-    :param facts: the facts by number; the falsehood of a fact is named ``not NAME``.
-    :param initial: the facts of the initial state.
-    :param goal: the required facts.
+    :param facts: the facts by number. A fact with the predicate ``not NAME`` means that the fact ``NAME`` is
+        false.
+    :param initial: the numbers of the facts of the initial state.
+    :param goal: the numbers of the required facts.
     """
 
     facts: tuple[Fact, ...]
@@ -38,7 +43,8 @@ class StripsTask:
 
 def without_irrelevant(task: StripsTask) -> StripsTask:
     """Return the task without operators and effects that cannot contribute to the goal."""
-    # backwards from the goal: preconditions of operators that add a relevant fact are relevant
+    # a search backwards from the goal: the preconditions of operators that add a relevant fact are relevant,
+    # too
     achievers: dict[int, list[Operator]] = {}
     for operator in task.operators:
         for fact in operator.adds:

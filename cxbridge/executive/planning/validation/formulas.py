@@ -1,7 +1,8 @@
 """Conditions and effects of a ground action at the moments of a plan.
 
-PDDL 2.1 gives each part of a durative action a time: ``at start``, ``at end`` or ``over all``. An effect at
-the end may have a condition at the start, so a moment knows the moment of its action's start.
+PDDL 2.1 gives each part of a durative action a time: ``at start``, ``at end`` or ``over all``. A moment is
+the start or the end of an action in the state of that time. As an effect at the end may have a condition at
+the start, the moment of an end refers to the moment of the start.
 """
 
 from __future__ import annotations
@@ -32,14 +33,14 @@ from cxbridge.executive.pddl.types import ObjectTable
 from cxbridge.executive.planning.compile.conditions import fact_of, object_of
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.needs import TOTAL_COST
-from cxbridge.executive.planning.validation.world import Changes, FactsRead, NumbersRead, WorldState
-from cxbridge.executive.problem.truth import KnownState, to_blame
+from cxbridge.executive.planning.validation.world import Changes, RecordingFacts, RecordingNumbers, WorldState
+from cxbridge.executive.problem.truth import KnownState, blamed_parts
 
 AT_START: Final = "at start"
 AT_END: Final = "at end"
 OVER_ALL: Final = "over all"
 
-_CHANGE: Final[Mapping[str, Callable[[float, float], float]]] = {
+_NUMERIC_OPERATORS: Final[Mapping[str, Callable[[float, float], float]]] = {
     "assign": lambda _value, amount: amount,
     "increase": operator.add,
     "decrease": operator.sub,
@@ -49,18 +50,21 @@ _CHANGE: Final[Mapping[str, Callable[[float, float], float]]] = {
 
 
 class _BoundEffect(NamedTuple):
-    """A literal or numeric effect with the objects of its variables."""
+    """A literal or numeric effect with the objects of its variables.
+
+    :param value: whether an atom becomes true or false.
+    """
 
     effect: Atom | NumericChange
     bound: Bound
-    to: bool = True
+    value: bool = True
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
     """A state that an action reads and changes.
 
-    :param duration: the duration of the action; None if irrelevant.
+    :param duration: the duration of the action; None for an action without duration.
     :param start: the moment of the action's start, for ``at start`` conditions of ``at end`` effects.
     """
 
@@ -69,73 +73,76 @@ class Moment:
     duration: float | None = None
     start: Moment | None = None
 
-    def truth(self) -> KnownState:
-        """Return the evaluation of formulas in this state."""
+    def known_state(self) -> KnownState:
+        """Return the state in the form in which conditions are evaluated."""
         return KnownState(self.state.facts, self.state.numbers, self.objects.of, self.duration)
 
     def read_by(self, formulas: list[Formula], bound: Bound) -> tuple[set[Ground], set[Ground]]:
         """Return the facts that conditions read as true, and all other facts and functions that they read."""
-        facts, numbers = FactsRead(self.state.facts), NumbersRead(self.state.numbers)
-        truth = KnownState(facts, numbers, self.objects.of, self.duration)
+        facts, numbers = RecordingFacts(self.state.facts), RecordingNumbers(self.state.numbers)
+        state = KnownState(facts, numbers, self.objects.of, self.duration)
         for formula in formulas:
-            formula.holds(truth, bound)
-        return facts.true, facts.false | numbers.read
+            formula.holds(state, bound)
+        return facts.true_reads, facts.false_reads | numbers.reads
 
 
-def parts_at(formula: Formula | None, moment: str) -> Iterator[Formula]:
-    """Yield the parts of a condition that must hold at a moment, e.g. :data:`AT_START`."""
-    # a part without time must hold at the start
+def parts_at(formula: Formula | None, time: str) -> Iterator[Formula]:
+    """Yield the parts of a condition that must be true at a time.
+
+    :param time: :data:`AT_START`, :data:`AT_END` or :data:`OVER_ALL`. A part without time belongs to the
+        start.
+    """
     match formula:
         case None:
             return
         case And(parts=parts):
             for part in parts:
-                yield from parts_at(part, moment)
+                yield from parts_at(part, time)
         case Timed(when=when, part=part):
-            if when == moment:
-                yield from parts_at(part, AT_START)
-        case Quantified(quantifier="forall", part=part) if _is_timed(part):
-            for inner in parts_at(part, moment):
+            if when == time:
+                yield from parts_at(part, AT_START)  # the inner part has no time
+        case Quantified(quantifier="forall", part=part) if _has_times(part):
+            for inner in parts_at(part, time):
                 yield Quantified(formula.quantifier, formula.variables, inner, formula.position)
-        case _ if moment == AT_START:
+        case _ if time == AT_START:
             yield formula
 
 
-def _is_timed(formula: Formula) -> bool:
+def _has_times(formula: Formula) -> bool:
+    """Return whether parts of a condition have times."""
     match formula:
         case Timed():
             return True
         case And(parts=parts):
-            return any(map(_is_timed, parts))
+            return any(map(_has_times, parts))
         case Quantified(part=part):
-            return _is_timed(part)
+            return _has_times(part)
         case _:
             return False
 
 
 def false_part(formula: Formula, bound: Bound, moment: Moment) -> str:
-    """Return the smallest false part of a formula, with its objects, as text; empty if it is true."""
-    truth = moment.truth()
-    blamed = next(to_blame(formula, truth, bound, whole=True), None)
+    """Return a text about the smallest false part of a formula; empty if the formula is true."""
+    state = moment.known_state()
+    blamed = next(blamed_parts(formula, state, bound, keeps_choices=True), None)
     if blamed is None:
         return ""
     part, inner = blamed.formula, blamed.bound
     if isinstance(part, Not):
-        return f"{_text(part.part, inner)} is true"
-    values = ", ".join(value for term in part.terms for value in _values(term, inner, truth))
-    return f"{_text(part, inner)} is false" + (f": {values}" if values else "")
+        return f"{_bound_text(part.part, inner)} is true"
+    functions = (term for term in part.terms if isinstance(term, FunctionTerm))
+    values = ", ".join(_value_text(term, inner, state) for term in functions)
+    return f"{_bound_text(part, inner)} is false" + (f": {values}" if values else "")
 
 
-def _values(term: Term, bound: Bound, truth: KnownState) -> list[str]:
-    """Return the value of a function as text; nothing for an object."""
-    if not isinstance(term, FunctionTerm):
-        return []
-    value = truth.number(term, bound)
+def _value_text(term: FunctionTerm, bound: Bound, state: KnownState) -> str:
+    value = state.number(term, bound)
     text = "has no value" if value is None else f"is {format_number(value)}"
-    return [f"{format_term(_bind_term(term, bound))} {text}"]
+    return f"{format_term(_bind_term(term, bound))} {text}"
 
 
-def _text(formula: Formula, bound: Bound) -> str:
+def _bound_text(formula: Formula, bound: Bound) -> str:
+    """Return the text of a formula with objects in place of variables."""
     return format_formula(formula.map_terms(lambda term: _bind_term(term, bound)))
 
 
@@ -149,20 +156,20 @@ def _bind_term(term: Term, bound: Bound) -> Term:
             return term
 
 
-def changes_of(effect: Formula | None, bound: Bound, moment: Moment, when: str) -> Changes:
+def effect_changes(effect: Formula | None, bound: Bound, moment: Moment, time: str) -> Changes:
     """Return the changes of an effect.
 
-    :param when: :data:`AT_START` or :data:`AT_END`, which includes effects without time.
+    :param time: :data:`AT_START` or :data:`AT_END`, which includes effects without time.
     :raises PlanningError: if a number has no value, or the effect is continuous.
     """
     changes = Changes()
-    truth = moment.truth()
-    for change in _effects(effect, bound, moment, AT_END, when):
+    state = moment.known_state()
+    for change in _effects(effect, bound, moment, AT_END, time):
         if isinstance(change.effect, NumericChange):
-            _change_number(change.effect, change.bound, truth, changes)
+            _change_number(change.effect, change.bound, state, changes)
         else:
-            (changes.adds if change.to else changes.deletes).add(fact_of(change.effect, change.bound))
-    changes.deletes.difference_update(changes.adds)
+            (changes.adds if change.value else changes.deletes).add(fact_of(change.effect, change.bound))
+    changes.deletes.difference_update(changes.adds)  # a fact that is deleted and added is true afterwards
     return changes
 
 
@@ -174,35 +181,40 @@ def numbers_after(
     :raises PlanningError: if a number has no value.
     """
     changes = Changes()
-    truth = KnownState((), numbers, lambda _types: (), duration)
+    state = KnownState((), numbers, lambda _types: (), duration)
     for part in () if effect is None else effect.walk():
         if isinstance(part, NumericChange):
-            _change_number(part, bound, truth, changes)
+            _change_number(part, bound, state, changes)
     return changes.numbers
 
 
-def _change_number(change: NumericChange, bound: Bound, truth: KnownState, changes: Changes) -> None:
+def _change_number(change: NumericChange, bound: Bound, state: KnownState, changes: Changes) -> None:
+    """Add a numeric effect to the changes.
+
+    :param state: the state before all changes.
+    """
     target = change.target
     assert isinstance(target, FunctionTerm)
     ground = (target.function, tuple(object_of(term, bound) for term in target.arguments))
-    amount = truth.number(change.amount, bound)
+    amount = state.number(change.amount, bound)
     # several changes of a number at the same time add up
-    value = changes.numbers.get(ground, truth.number(target, bound))
+    value = changes.numbers.get(ground, state.number(target, bound))
     # problems with a metric often omit (= (total-cost) 0), which planners accept
     if value is None and (target.function == TOTAL_COST or change.operator == "assign"):
         value = 0.0
     if amount is None or value is None or (change.operator == "scale-down" and not amount):
         missing = target if value is None else change.amount
         raise PlanningError(f"{format_term(_bind_term(missing, bound))} has no value")
-    changes.numbers[ground] = _CHANGE[change.operator](value, amount)
+    changes.numbers[ground] = _NUMERIC_OPERATORS[change.operator](value, amount)
 
 
 def _effects(
     effect: Formula | None, bound: Bound, moment: Moment, time: str, moment_time: str
 ) -> Iterator[_BoundEffect]:
-    """Yield the effects of a moment whose conditions are true.
+    """Yield the effects that happen at a moment: those with its time whose conditions are true.
 
     :param time: the time of parts without ``at start`` or ``at end``.
+    :param moment_time: the time of the moment.
     """
     match effect:
         case And(parts=parts):
@@ -211,14 +223,15 @@ def _effects(
         case Timed(when=when, part=part):
             yield from _effects(part, bound, moment, when, moment_time)
         case Quantified(quantifier="forall", variables=variables, part=part):
-            for inner in moment.truth().bindings(variables, bound):
+            for inner in moment.known_state().bindings(variables, bound):
                 yield from _effects(part, inner, moment, time, moment_time)
         case When(condition=condition, effect=part):
             effects = list(_effects(part, bound, moment, time, moment_time))
+            # the condition of an effect at the other time is not evaluated
             if effects and _condition_holds(condition, bound, moment):
                 yield from effects
         case Not(part=Atom() as atom) if time == moment_time:
-            yield _BoundEffect(atom, bound, to=False)
+            yield _BoundEffect(atom, bound, value=False)
         case Atom() | NumericChange() if time == moment_time:
             yield _BoundEffect(effect, bound)
         case _:
@@ -227,11 +240,11 @@ def _effects(
 
 def _condition_holds(condition: Formula, bound: Bound, moment: Moment) -> bool:
     """Return whether the condition of an effect is true. Its ``at start`` parts refer to the start."""
-    if not _is_timed(condition):
-        return condition.holds(moment.truth(), bound)
+    if not _has_times(condition):
+        return condition.holds(moment.known_state(), bound)
     if any(True for _ in parts_at(condition, OVER_ALL)):
         raise PlanningError("a conditional effect with a condition 'over all' cannot be checked")
     start = moment.start or moment
-    return all(part.holds(start.truth(), bound) for part in parts_at(condition, AT_START)) and all(
-        part.holds(moment.truth(), bound) for part in parts_at(condition, AT_END)
+    return all(part.holds(start.known_state(), bound) for part in parts_at(condition, AT_START)) and all(
+        part.holds(moment.known_state(), bound) for part in parts_at(condition, AT_END)
     )

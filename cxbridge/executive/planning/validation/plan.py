@@ -1,7 +1,7 @@
-"""Execution of a plan step by step: conditions, effects, and finally the goal.
+"""The check of a plan: its execution step by step, with conditions, effects, and finally the goal.
 
-A durative action has two moments, start and end. Simultaneous moments read the same state, and none may
-change a fact that another one reads or changes differently (PDDL 2.1: no moving targets).
+A durative action has two moments, start and end. Simultaneous moments read the same state, and no moment may
+change a fact that another moment reads or changes differently (PDDL 2.1: no moving targets).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from cxbridge.executive.planning.validation.formulas import (
     AT_START,
     OVER_ALL,
     Moment,
-    changes_of,
+    effect_changes,
     false_part,
     parts_at,
 )
@@ -46,11 +46,13 @@ TOLERANCE_S: Final = 0.001
 
 @dataclass(frozen=True, slots=True)
 class PlanMoment:
-    """A step of a plan at one time: the whole step, its start or its end.
+    """An executed moment of a plan: a whole step, its start or its end.
 
+    :param time: the time in seconds after the plan's start.
     :param step: the number of the step, from 1.
     :param part: ``start`` or ``end`` of a durative action; else empty.
-    :param needs: the facts that its conditions read as true.
+    :param needs: the facts that the step's conditions read as true.
+    :param after: the state after all simultaneous moments.
     """
 
     time: float
@@ -68,7 +70,8 @@ class PlanCheck:
     :param failure: why the plan is invalid; else empty.
     :param step: the number of the first impossible step, from 1; 0: the goal is not reached.
     :param unchecked: why the check is inconclusive; else empty.
-    :param moments: the moments before the failure.
+    :param begin: the state before the plan.
+    :param moments: the executed moments, in order, up to the failure.
     :param goal_needs: the facts that the goal reads as true.
     """
 
@@ -102,8 +105,10 @@ class _StepError(Exception):
 class _Step:
     """A step with its action.
 
-    :param running: whether the action started before the check.
-    :param begun: the moment of the start of a durative action, once it is executed.
+    :param bound: the objects of the action's parameters.
+    :param start: the start in seconds after the plan's start.
+    :param is_running: whether the action started before the check.
+    :param start_moment: the moment of the start of a durative action, once it is executed.
     """
 
     number: int
@@ -112,8 +117,8 @@ class _Step:
     bound: dict[str, str]
     start: float
     end: float
-    running: bool = False
-    begun: Moment | None = None
+    is_running: bool = False
+    start_moment: Moment | None = None
 
     @property
     def duration(self) -> float | None:
@@ -121,7 +126,7 @@ class _Step:
 
 
 class _Event(NamedTuple):
-    """A moment of a step: ``start`` or ``end`` of a durative action; without a part, the whole action."""
+    """A moment to execute: ``start`` or ``end`` of a durative action; without a part, the whole action."""
 
     time: float
     step: _Step
@@ -149,21 +154,28 @@ def check_plan(
 
 
 class _Checker:
+    """The state of one check.
+
+    :param state: the state before the plan.
+    """
+
     def __init__(self, domain: Domain, goal: Formula, state: WorldState, objects: ObjectTable) -> None:
         self._actions = {action.name: action for action in domain.actions}
         self._objects = objects
         self._goal = goal
         self._begin = self._state = state
         self._moments: list[PlanMoment] = []
-        self._unfinished: list[_Step] = []
+        self._unfinished: list[_Step] = []  # durative steps between start and end
 
     def check(self, actions: Sequence[PlannedAction], running: Sequence[PlannedAction]) -> PlanCheck:
         try:
             # running actions have the numbers 0, -1, ...: errors name them by their text alone
-            steps = [self._step(-number, action, running=True) for number, action in enumerate(running)]
-            steps += [self._step(number, action) for number, action in enumerate(actions, start=1)]
+            steps = [
+                self._make_step(-number, action, is_running=True) for number, action in enumerate(running)
+            ]
+            steps += [self._make_step(number, action) for number, action in enumerate(actions, start=1)]
             events = sorted(self._events(steps), key=lambda event: event.time)
-            for group in _simultaneous(events):
+            for group in _simultaneous_groups(events):
                 self._execute(group)
             return self._check_goal()
         except _StepError as error:
@@ -179,10 +191,12 @@ class _Checker:
         missing = false_part(self._goal, {}, moment)
         if missing:
             return self._result(failure=f"the goal is not reached: {missing}")
-        true, _ = moment.read_by([self._goal], {})
-        return replace(self._result(), goal_needs=frozenset(true))
+        needs, _ = moment.read_by([self._goal], {})
+        return replace(self._result(), goal_needs=frozenset(needs))
 
-    def _step(self, number: int, planned: PlannedAction, *, running: bool = False) -> _Step:
+    def _make_step(self, number: int, planned: PlannedAction, *, is_running: bool = False) -> _Step:
+        """Return a step, after checks of its name and objects."""
+
         def step_error(reason: str) -> _StepError:
             return _StepError(number, f"step {number}, {_action_text(planned)}: {reason}")
 
@@ -200,10 +214,10 @@ class _Checker:
                     kind = " or ".join(group.types) or "object"
                     raise step_error(f"{bound[name]} is no {kind}, which ?{name} wants")
         start, duration = planned.start or 0.0, planned.duration or 0.0
-        return _Step(number, planned, action, bound, start, start + duration, running=running)
+        return _Step(number, planned, action, bound, start, start + duration, is_running=is_running)
 
     def _events(self, steps: Sequence[_Step]) -> Iterator[_Event]:
-        """Yield the moments of the steps. Without times, the steps are consecutive."""
+        """Yield the moments of the steps. In a plan without times, the steps are consecutive."""
         is_timed = any(step.planned.start is not None for step in steps)
         clock = 0.0
         for step in steps:
@@ -219,10 +233,12 @@ class _Checker:
     def _execute(self, events: Sequence[_Event]) -> None:
         """Execute simultaneous moments."""
         before = self._state
-        executed = [(event, *self._act(event, before)) for event in events]
-        _refuse_interference([(event, needs | reads, changes) for event, needs, reads, changes in executed])
+        executed = [(event, *self._execute_event(event, before)) for event in events]
+        _refuse_interference(
+            [(event, needs | other_reads, changes) for event, needs, other_reads, changes in executed]
+        )
         for _, _, _, changes in executed:
-            # each step has computed its numbers from the same state: simultaneous changes add up
+            # all steps have computed their numbers from the same state: simultaneous changes add up
             numbers = {
                 ground: value + self._state.numbers.get(ground, 0.0) - before.numbers.get(ground, 0.0)
                 for ground, value in changes.numbers.items()
@@ -238,35 +254,37 @@ class _Checker:
         for step in self._unfinished:
             self._require(step, list(parts_at(step.action.condition, OVER_ALL)), self._state)
 
-    def _act(self, event: _Event, state: WorldState) -> tuple[set[Ground], set[Ground], Changes]:
+    def _execute_event(self, event: _Event, state: WorldState) -> tuple[set[Ground], set[Ground], Changes]:
         """Return the facts that a moment reads as true, further facts that it reads, and its changes."""
         step, action = event.step, event.step.action
-        moment = Moment(state, self._objects, step.duration, step.begun)
+        moment = Moment(state, self._objects, step.duration, step.start_moment)
         is_start = event.part == "start"
         # an action without duration has its conditions at the start and its effects at the end
         conditions = list(parts_at(action.condition, AT_END if event.part == "end" else AT_START))
-        needs, reads = set[Ground](), set[Ground]()
+        needs, other_reads = set[Ground](), set[Ground]()
         if is_start:
-            step.begun = moment
-        if not step.running or event.part == "end":  # conditions of a running action held at its start
+            step.start_moment = moment
+        if not step.is_running or event.part == "end":  # conditions of a running action held at its start
             self._require(step, conditions, state)
             if is_start and action.duration is not None and step.planned.duration is not None:
                 _check_duration(step, action.duration, moment)
-            needs, reads = moment.read_by(conditions, step.bound)
-            if is_start:  # conditions that must hold from here on make the preceding step necessary
-                lasting = list(parts_at(action.condition, OVER_ALL))
-                needs |= moment.read_by(lasting, step.bound)[0]
-        return needs, reads, changes_of(action.effect, step.bound, moment, AT_START if is_start else AT_END)
+            needs, other_reads = moment.read_by(conditions, step.bound)
+            if is_start:  # the start also needs the facts that must be true from now on
+                invariants = list(parts_at(action.condition, OVER_ALL))
+                needs |= moment.read_by(invariants, step.bound)[0]
+        changes = effect_changes(action.effect, step.bound, moment, AT_START if is_start else AT_END)
+        return needs, other_reads, changes
 
     def _require(self, step: _Step, conditions: Iterable[Formula], state: WorldState) -> None:
-        moment = Moment(state, self._objects, step.duration, step.begun)
+        """Raise ``_StepError`` if a condition of a step is false in a state."""
+        moment = Moment(state, self._objects, step.duration, step.start_moment)
         for condition in conditions:
             missing = false_part(condition, step.bound, moment)
             if missing:
                 raise _StepError(max(0, step.number), f"{_step_text(step)}: {missing}")
 
 
-def _simultaneous(events: Sequence[_Event]) -> Iterator[list[_Event]]:
+def _simultaneous_groups(events: Sequence[_Event]) -> Iterator[list[_Event]]:
     """Yield the moments, sorted by time, in groups of the same time."""
     group: list[_Event] = []
     for event in events:
@@ -303,7 +321,7 @@ def _check_duration(step: _Step, constraint: Formula, moment: Moment) -> None:
         limit = None
         match part:
             case TermComparison(operator=sign, left=Variable(name=name), right=right) if name == DURATION:
-                limit = moment.truth().number(right, step.bound)
+                limit = moment.known_state().number(right, step.bound)
         if limit is None:
             is_violated = bool(false_part(part, step.bound, moment))
             text = ""

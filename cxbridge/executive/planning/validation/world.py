@@ -1,4 +1,4 @@
-"""States of facts and numbers during a plan, with their changes and the reads of conditions."""
+"""The states of facts and numbers during a plan, their changes, and the reads of conditions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from cxbridge.executive.pddl.ast import Atom, Constant, FunctionTerm, Ground, Pr
 
 
 def ground_of(name: str, term: Atom | FunctionTerm) -> Ground:
-    """Return the ground form of an atom or function term."""
+    """Return the ground form of an atom or function term, whose arguments are constants.
+
+    :param name: the predicate or function.
+    """
     return name, tuple(argument.name for argument in term.arguments if isinstance(argument, Constant))
 
 
@@ -30,7 +33,7 @@ class WorldState:
 
     def after(self, changes: Changes) -> WorldState:
         """Return the state after changes. Deletions precede additions."""
-        if not changes:
+        if not changes:  # spares a copy of the facts
             return self
         numbers = {**self.numbers, **changes.numbers} if changes.numbers else self.numbers
         return WorldState((self.facts - changes.deletes) | changes.adds, numbers)
@@ -53,30 +56,37 @@ class Changes:
         return self.adds | self.deletes | self.numbers.keys()
 
 
-class FactsRead(Container[Ground]):
-    """The facts of a state, which record the facts that a condition reads."""
+class RecordingFacts(Container[Ground]):
+    """The facts of a state. Records the facts that a condition reads.
+
+    :ivar true_reads: the facts that were read as true.
+    :ivar false_reads: the facts that were read as false.
+    """
 
     def __init__(self, facts: Container[Ground]) -> None:
         self._facts = facts
-        self.true: set[Ground] = set()
-        self.false: set[Ground] = set()
+        self.true_reads: set[Ground] = set()
+        self.false_reads: set[Ground] = set()
 
     def __contains__(self, fact: object) -> bool:
         assert isinstance(fact, tuple)
         is_true = fact in self._facts
-        (self.true if is_true else self.false).add(fact)
+        (self.true_reads if is_true else self.false_reads).add(fact)
         return is_true
 
 
-class NumbersRead(Mapping[Ground, float]):
-    """The function values of a state, which record the functions that a condition reads."""
+class RecordingNumbers(Mapping[Ground, float]):
+    """The function values of a state. Records the functions that a condition reads.
+
+    :ivar reads: the functions that were read.
+    """
 
     def __init__(self, numbers: Mapping[Ground, float]) -> None:
         self._numbers = numbers
-        self.read: set[Ground] = set()
+        self.reads: set[Ground] = set()
 
     def __getitem__(self, key: Ground) -> float:
-        self.read.add(key)
+        self.reads.add(key)
         return self._numbers[key]
 
     def __iter__(self) -> Iterator[Ground]:

@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.planning import PlanningService, PlanRequest, PlanStatus, UnsupportedProblemError
-from cxbridge.executive.planning.needs import Need, needs_of
+from cxbridge.executive.planning.needs import Need, problem_needs
 from cxbridge.executive.planning.registry import AUTO, choose_planners, make_planner, planner_names
 from cxbridge_planning import unified
 
@@ -144,7 +144,7 @@ def test_needs_of_numbers(effect, condition, init, expected):
       (:action a :parameters () :precondition {condition} :effect {effect}))"""
     )
     problem = parse_problem(f"(define (problem p) (:domain d) (:init {init}) (:goal (p)))", domain)
-    assert needs_of(domain, problem).keys() == expected
+    assert problem_needs(domain, problem).keys() == expected
 
 
 @pytest.mark.parametrize("name", planner_names())

@@ -111,7 +111,7 @@ def test_a_program_that_hangs_is_killed(program, service, tmp_path):
     program("ff", f"echo $$ > '{tmp_path}/pid'; exec sleep 1000")
     call = service.call(PlanRequest(DOMAIN, ENDLESS, "ff"))
     eventually(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text().endswith("\n"))
-    call._end(PlanStatus.TIMEOUT)  # as its timer does
+    call._end_call(PlanStatus.TIMEOUT)  # as its timer does
     assert status(call) is PlanStatus.TIMEOUT
     pid = int((tmp_path / "pid").read_text())
     eventually(lambda: not is_running(pid))

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from cxbridge.executive.pddl import Domain, Problem, parse_domain, parse_problem
 from cxbridge.executive.planning import PlanningError, PlanningService, PlanRequest, PlanStatus
-from cxbridge.executive.planning.needs import needs_of
+from cxbridge.executive.planning.needs import problem_needs
 from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge.executive.planning.registry import make_planner
 from cxbridge_planning.texts import read_task
@@ -72,7 +72,7 @@ def test_names_keep_their_case(service, name):
 def test_fast_downward_understands_what_pyperplan_does(service):
     domain = parse_domain(FETCH)
     task = parse_problem(problem("(and (full c1) (at c1 p) (not (full c2)))", START), domain)
-    assert make_planner("fast-downward").refuses(needs_of(domain, task)) == ""
+    assert make_planner("fast-downward").refusal_reason(problem_needs(domain, task)) == ""
     assert World(domain, task).is_solution(solve(service, "fast-downward", domain, task))
 
 

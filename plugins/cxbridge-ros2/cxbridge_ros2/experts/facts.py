@@ -33,7 +33,7 @@ from cxbridge.executive.problem.facts import (
     PREDICATE,
     ground_in,
     numbers_in,
-    put_number,
+    set_number,
     slots_of,
 )
 from cxbridge_ros2.experts.knowledge import Knowledge
@@ -83,7 +83,7 @@ class FactKnowledge(Knowledge):
         self._assert(PREDICATE, slots_of(ground))
 
     def put_function(self, ground: Ground, value: float) -> None:
-        put_number(self._env, ground, value)
+        set_number(self._env, ground, value)
 
     def put_goal(self, formula: str) -> None:
         """Assert a goal in place of all current goals."""
@@ -168,7 +168,7 @@ def _make_actions(env: ClipsEnvironment, operators: list[Slots]) -> Iterator[Act
         yield ActionSchema(
             name,
             _make_parameters(parameters, [types.get(parameter, ROOT_TYPE) for parameter in parameters]),
-            conditions.of(name),
+            conditions.operator_condition(name),
             And(tuple(_make_effect(slots) for slots in effects if text_in(slots, "part-of") == name)),
         )
 

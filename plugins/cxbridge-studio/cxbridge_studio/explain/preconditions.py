@@ -12,9 +12,9 @@ from typing import Any, Final
 
 from cxbridge.clipstext.facts import parse_values
 from cxbridge.clipstext.values import constants_of, show_alone
-from cxbridge.executive.pddl.ast import Blamed, TermComparison, Variable
+from cxbridge.executive.pddl.ast import BlamedPart, TermComparison, Variable
 from cxbridge.executive.problem.conditions import Conditions
-from cxbridge.executive.problem.truth import KnownState, to_blame
+from cxbridge.executive.problem.truth import KnownState, blamed_parts
 from cxbridge.suggestions import MIN_LIKENESS, likeness
 
 # A function that returns the slots of a deftemplate's facts, as CLIPS prints the values.
@@ -64,7 +64,7 @@ class Preconditions:
 
         :param arguments: values by parameter.
         """
-        condition = self._conditions.of(operator)
+        condition = self._conditions.operator_condition(operator)
         if condition is None:
             return []
         formulas = condition.walk()
@@ -73,10 +73,10 @@ class Preconditions:
         }
         bound = {name: arguments.get(name, f"?{name}") for name in variables}
         state = KnownState({(name, tuple(values)) for name, *values in self._true_atoms}, {}, _no_objects)
-        blamed_atoms = to_blame(condition, state, bound)
+        blamed_atoms = blamed_parts(condition, state, bound)
         # Two branches of a condition may blame the same atom.
         texts = (
-            self._describe(_ground_formula(blamed), expected_truth=blamed.wanted) for blamed in blamed_atoms
+            self._describe(_ground_formula(blamed), expected_truth=blamed.required) for blamed in blamed_atoms
         )
         return list(dict.fromkeys(texts))
 
@@ -108,7 +108,7 @@ def _parse_predicate_slots(slots: Mapping[str, str]) -> Mapping[str, Any]:
     }
 
 
-def _ground_formula(blamed: Blamed) -> Atom:
+def _ground_formula(blamed: BlamedPart) -> Atom:
     """Return a blamed formula with the values of its variables."""
     # A comparison of terms is an atom of the predicate `=`.
     name = "=" if isinstance(blamed.formula, TermComparison) else getattr(blamed.formula, "predicate", "")

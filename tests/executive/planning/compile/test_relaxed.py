@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.planning import PlanningService, PlanRequest
-from cxbridge.executive.planning.compile.relaxed import unreached
+from cxbridge.executive.planning.compile.relaxed import unreachable_goal_lines
 
 DOMAIN = parse_domain("""(define (domain cups) (:requirements :adl :durative-actions :fluents)
   (:types cup place) (:predicates (at ?c - cup ?p - place) (way ?a ?b - place) (red ?c - cup) (lit)
@@ -46,7 +46,7 @@ TASK = """(define (problem p) (:domain cups) (:objects c d - cup kitchen table t
     ],
 )
 def test_parts_of_the_goal_that_no_relaxed_plan_reaches(goal, reasons):
-    found = unreached(DOMAIN, parse_problem(TASK.format(goal=goal), DOMAIN))
+    found = unreachable_goal_lines(DOMAIN, parse_problem(TASK.format(goal=goal), DOMAIN))
     assert found == reasons if reasons is not None else found
 
 
