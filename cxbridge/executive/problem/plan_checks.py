@@ -1,7 +1,7 @@
 """Checks of plans during their execution: the facts ``plan-valid`` of the feature ``planner``.
 
 A plan is checked again when facts that it may depend on have changed. The check executes the remaining
-actions from the present facts (:mod:`cxbridge.executive.planning.validation`). A fact ``plan-valid`` tells
+actions from the present facts (:mod:`cxbridge.executive.planning.validation`). A fact ``plan-valid`` shows
 the agent the result, so that it can plan again before an action fails.
 """
 
