@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from cxbridge.executive.pddl.grammar import GRAMMAR, STARTS, TABLES, Rule, Tables
+from cxbridge.executive.pddl.grammar import GRAMMAR, START_SYMBOLS, TABLES, Rule, Tables
 from cxbridge.skiller import templates
 
 
@@ -29,7 +29,7 @@ def make_tables() -> Tables:
             """Read nothing."""
 
     text = GRAMMAR.read_text(encoding="utf-8")
-    lark = Lark(text, parser="lalr", lexer=NoLexer, start=list(STARTS), strict=True)
+    lark = Lark(text, parser="lalr", lexer=NoLexer, start=list(START_SYMBOLS), strict=True)
     rules = tuple(map(_rule, lark.rules))
     starts, states = _states(lark)
     words = [each for each in lark.terminals if each.name not in lark.ignore_tokens]

@@ -1,10 +1,12 @@
 """The syntax tree of PDDL domains, problems and formulas, with the truth of conditions.
 
-Nodes are immutable and compare by content without positions. The tree may contain constructs that planners
-understand, but facts of the CLIPS Executive cannot express (quantifiers, conditional effects, numbers).
+Nodes are immutable, and are equal if their content is equal, wherever it is in the text. The tree may contain
+constructs that planners support, but facts of the CLIPS Executive cannot express (quantifiers, conditional
+effects, numbers).
 
-A class of formulas names its fields with formulas (``PARTS``) and terms (``TERMS``), and the first word of
-its text (``HEAD``). Walks, changes, checks and the printer handle all classes by these three attributes.
+Each class of formulas lists its fields that hold formulas (``PARTS``) and terms (``TERMS``), and the first
+word of its text (``HEAD``). The functions that walk, change, check and print formulas need only these three
+attributes.
 """
 
 from __future__ import annotations
@@ -27,24 +29,24 @@ class Position(NamedTuple):
     column: int = 1
 
 
-# a formula that is made from facts has no position and file, and equals the parsed formula
-_NOT_COMPARED: Final = ("position", "file", "text")
+# a formula that is made from facts has no position and file, but must equal the parsed formula
+_UNCOMPARED_FIELDS: Final = ("position", "file", "text")
 
 
 @cache
-def _compared_fields(node_class: type[PddlNode]) -> attrgetter[Any]:
-    return attrgetter(*(name for name in node_class.__struct_fields__ if name not in _NOT_COMPARED))
+def _content_getter(node_class: type[PddlNode]) -> attrgetter[Any]:
+    return attrgetter(*(name for name in node_class.__struct_fields__ if name not in _UNCOMPARED_FIELDS))
 
 
 class PddlNode(Struct, frozen=True):
-    """A node that compares by content, ignoring its position."""
+    """A node of the syntax tree, which equals another node with the same content at any position."""
 
     def __eq__(self, other: object) -> bool:
-        content = _compared_fields(type(self))
+        content = _content_getter(type(self))
         return type(self) is type(other) and bool(content(self) == content(other))
 
     def __hash__(self) -> int:
-        return hash(_compared_fields(type(self))(self))
+        return hash(_content_getter(type(self))(self))
 
 
 class TypedNames(PddlNode, frozen=True):
@@ -103,7 +105,7 @@ def number_of(text: str) -> float | None:
 
 ARITHMETIC: Final = frozenset({"+", "-", "*", "/"})
 TOTAL_TIME: Final = "total-time"
-"""The predefined function of metrics."""
+"""The function that PDDL predefines for metrics: the duration of a plan."""
 
 
 class FunctionTerm(PddlNode, frozen=True):
@@ -120,23 +122,24 @@ Term = Variable | Constant | FunctionTerm
 Ground = tuple[str, tuple[str, ...]]
 """The name of a predicate or function, and its objects."""
 
-Bound = Mapping[str, str]
+Binding = Mapping[str, str]
 """The objects of variables, by the names of the variables."""
 
-NOTHING_BOUND: Final[Bound] = MappingProxyType({})
+EMPTY_BINDING: Final[Binding] = MappingProxyType({})
+"""The binding of a formula without free variables."""
 
 
-# a protocol, because formulas are evaluated by packages above this one
+# a protocol, because the states are in packages that import this package
 class State(Protocol):
     """The facts at one moment, for the evaluation of conditions."""
 
-    def has(self, predicate: str, terms: tuple[Term, ...], bound: Bound) -> bool:
+    def has(self, predicate: str, terms: tuple[Term, ...], bound: Binding) -> bool:
         """Return whether the fact is true."""
 
-    def compares(self, operator: str, left: Term, right: Term, bound: Bound) -> bool:
+    def compares(self, operator: str, left: Term, right: Term, bound: Binding) -> bool:
         """Return the result of a comparison."""
 
-    def bindings(self, variables: TypedList, bound: Bound) -> Iterator[Bound]:
+    def bindings(self, variables: TypedList, bound: Binding) -> Iterator[Binding]:
         """Yield ``bound`` extended by each choice of objects for the variables."""
 
     def count_evaluation(self) -> None:
@@ -153,16 +156,16 @@ class BlamedPart(NamedTuple):
     """
 
     formula: Formula
-    bound: Bound
+    bound: Binding
     required: bool
 
 
 class FormulaNode(PddlNode, frozen=True):
     """A formula: a condition or an effect.
 
-    :cvar PARTS: the fields with formulas, single or in a tuple.
-    :cvar TERMS: the fields with terms.
-    :cvar HEAD: the first word of the text; empty if the first field has the word.
+    :cvar PARTS: the names of the fields that hold a formula or a tuple of formulas.
+    :cvar TERMS: the names of the fields that hold a term or a tuple of terms.
+    :cvar HEAD: the first word of the text; empty if the first field holds the word.
     """
 
     PARTS: ClassVar[tuple[str, ...]] = ()
@@ -177,12 +180,12 @@ class FormulaNode(PddlNode, frozen=True):
     @property
     def children(self) -> tuple[Formula, ...]:
         """The direct sub-formulas in textual order."""
-        return tuple(_values(self, self.PARTS))
+        return tuple(_field_values(self, self.PARTS))
 
     @property
     def terms(self) -> tuple[Term, ...]:
         """The terms of this formula, without those of its children."""
-        return tuple(_values(self, self.TERMS))
+        return tuple(_field_values(self, self.TERMS))
 
     def walk(self) -> Iterator[Formula]:
         """Yield this formula and all its descendants, parents first."""
@@ -191,7 +194,7 @@ class FormulaNode(PddlNode, frozen=True):
         for child in self.children:
             yield from child.walk()
 
-    def holds(self, state: State, bound: Bound = NOTHING_BOUND) -> bool:
+    def holds(self, state: State, bound: Binding = EMPTY_BINDING) -> bool:
         """Return whether the condition is true in a state.
 
         :param bound: the objects of its free variables.
@@ -200,17 +203,20 @@ class FormulaNode(PddlNode, frozen=True):
         state.count_evaluation()
         return self._holds(state, bound)
 
-    def _holds(self, state: State, bound: Bound) -> bool:  # noqa: ARG002 - for subclasses
-        return False  # effects and timed formulas are not conditions
+    def _holds(self, state: State, bound: Binding) -> bool:  # noqa: ARG002 - for subclasses
+        return False  # of effects and timed formulas, which are not conditions
 
     def deciding_parts(
         self,
         state: State,  # noqa: ARG002 - for quantifiers
-        bound: Bound,
+        bound: Binding,
         *,
         required: bool,
     ) -> Iterable[BlamedPart]:
-        """Return the parts that decide the truth value; none of an atom or comparison."""
+        """Return the parts that decide the truth value, each with the truth value that it would need.
+
+        :param required: the truth value that this formula would need.
+        """
         return (BlamedPart(part, bound, required) for part in self.children)
 
     def map(self, change: Callable[[Formula], Formula]) -> Formula:
@@ -230,7 +236,7 @@ class FormulaNode(PddlNode, frozen=True):
 
 def _with_values(node: Any, fields: tuple[str, ...], change: Callable[[Any], Any]) -> Any:
     """Return a node with ``change`` applied to some fields; the same node if nothing changes."""
-    # unchanged parts are shared: most changes concern few nodes of a large tree
+    # most changes concern few nodes of a large tree: copies share the unchanged nodes
     changes = {}
     for name in fields:
         before = getattr(node, name)
@@ -241,7 +247,7 @@ def _with_values(node: Any, fields: tuple[str, ...], change: Callable[[Any], Any
     return replace(node, **changes) if changes else node
 
 
-def _values(node: FormulaNode, fields: tuple[str, ...]) -> Iterator[Any]:
+def _field_values(node: FormulaNode, fields: tuple[str, ...]) -> Iterator[Any]:
     for name in fields:
         value = getattr(node, name)
         if isinstance(value, tuple):
@@ -251,18 +257,20 @@ def _values(node: FormulaNode, fields: tuple[str, ...]) -> Iterator[Any]:
 
 
 class Atom(FormulaNode, frozen=True):
+    """A predicate with its arguments, e.g. ``(at ?r home)``."""
+
     TERMS: ClassVar[tuple[str, ...]] = ("arguments",)
 
     predicate: str
     arguments: tuple[Term, ...]
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Bound) -> bool:
+    def _holds(self, state: State, bound: Binding) -> bool:
         return state.has(self.predicate, self.arguments, bound)
 
 
 class And(FormulaNode, frozen=True):
-    """A conjunction. An empty one is true."""
+    """A conjunction. An empty conjunction is true."""
 
     HEAD: ClassVar[str] = "and"
     PARTS: ClassVar[tuple[str, ...]] = ("parts",)
@@ -270,7 +278,7 @@ class And(FormulaNode, frozen=True):
     parts: tuple[Formula, ...]
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Bound) -> bool:
+    def _holds(self, state: State, bound: Binding) -> bool:
         return all(part.holds(state, bound) for part in self.parts)
 
 
@@ -281,7 +289,7 @@ class Or(FormulaNode, frozen=True):
     parts: tuple[Formula, ...]
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Bound) -> bool:
+    def _holds(self, state: State, bound: Binding) -> bool:
         return any(part.holds(state, bound) for part in self.parts)
 
 
@@ -292,10 +300,10 @@ class Not(FormulaNode, frozen=True):
     part: Formula
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Bound) -> bool:
+    def _holds(self, state: State, bound: Binding) -> bool:
         return not self.part.holds(state, bound)
 
-    def deciding_parts(self, _state: State, bound: Bound, *, required: bool) -> Iterable[BlamedPart]:
+    def deciding_parts(self, _state: State, bound: Binding, *, required: bool) -> Iterable[BlamedPart]:
         return (BlamedPart(self.part, bound, not required),)
 
 
@@ -307,10 +315,10 @@ class Imply(FormulaNode, frozen=True):
     consequence: Formula
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Bound) -> bool:
+    def _holds(self, state: State, bound: Binding) -> bool:
         return not self.condition.holds(state, bound) or self.consequence.holds(state, bound)
 
-    def deciding_parts(self, _state: State, bound: Bound, *, required: bool) -> Iterable[BlamedPart]:
+    def deciding_parts(self, _state: State, bound: Binding, *, required: bool) -> Iterable[BlamedPart]:
         yield BlamedPart(self.consequence, bound, required)
         if not required:
             yield BlamedPart(self.condition, bound, required=True)
@@ -326,7 +334,7 @@ class TermComparison(FormulaNode, frozen=True):
     right: Term
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Bound) -> bool:
+    def _holds(self, state: State, bound: Binding) -> bool:
         return state.compares(self.operator, self.left, self.right, bound)
 
 
@@ -350,11 +358,11 @@ class Quantified(FormulaNode, frozen=True):
     part: Formula
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Bound) -> bool:
+    def _holds(self, state: State, bound: Binding) -> bool:
         combine = any if self.quantifier == "exists" else all
         return combine(self.part.holds(state, inner) for inner in state.bindings(self.variables, bound))
 
-    def deciding_parts(self, state: State, bound: Bound, *, required: bool) -> Iterable[BlamedPart]:
+    def deciding_parts(self, state: State, bound: Binding, *, required: bool) -> Iterable[BlamedPart]:
         return (BlamedPart(self.part, inner, required) for inner in state.bindings(self.variables, bound))
 
 
@@ -400,12 +408,12 @@ class Function(PddlNode, frozen=True):
 class ActionSchema(PddlNode, frozen=True):
     """An action with parameters.
 
-    :param durative: whether it is a ``:durative-action``.
+    :param durative: whether the action is a ``:durative-action``.
     :param duration: the constraint on ``?duration``, e.g. ``(= ?duration 5)``.
-    :param condition: the precondition; None without one.
-    :param effect: the effect; None without one.
-    :param conditional_breakup: a section specific to Fawkes.
-    :param temporal_breakup: a section specific to Fawkes.
+    :param condition: the precondition; None if the action has none.
+    :param effect: the effect; None if the action has none.
+    :param conditional_breakup: the value of ``:conditional-breakup``, which only Fawkes has.
+    :param temporal_breakup: the value of ``:temporal-breakup``, which only Fawkes has.
     """
 
     name: str
@@ -439,7 +447,7 @@ class Domain(PddlNode, frozen=True):
 
     @property
     def requires_typing(self) -> bool:
-        """Whether the requirements permit types. No other requirement has a meaning here."""
+        """Whether the requirements permit types. cxbridge ignores all other requirements."""
         return not {"typing", "adl", "ucpop"}.isdisjoint(self.requirements)
 
     @property

@@ -1,6 +1,6 @@
-"""The nesting of brackets in a text, whether or not the text is valid PDDL.
+"""The words and bracketed groups of a text, whether or not the text is valid PDDL.
 
-Editors use it for unfinished texts, and error messages for the context of an error.
+Editors need them for unfinished texts, and error messages for the context of an error.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl.ast import Position
 from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
-from cxbridge.executive.pddl.grammar import END
-from cxbridge.executive.pddl.tokens import Text, Token
+from cxbridge.executive.pddl.grammar import END_TERMINAL
+from cxbridge.executive.pddl.tokens import SourceText, Token
 
 _SECTION_DEPTH: Final = 2  # (define (:section
 _WORD: Final = re.compile(r"\S+")
@@ -36,7 +36,7 @@ class Group(NamedTuple):
 
     @property
     def head(self) -> str:
-        """The first word; empty without one."""
+        """The first word; empty if the group is empty or starts with a group."""
         item = self.items[0] if self.items else None
         return item.text if isinstance(item, BracketWord) else ""
 
@@ -49,10 +49,10 @@ def read_items(text: str, file: str = "") -> tuple[Item, ...]:
 
     :raises PddlSyntaxError: if brackets do not match or are nested too deeply.
     """
-    return items_of(Text(text, file))
+    return parse_items(SourceText(text, file))
 
 
-def items_of(text: Text) -> tuple[Item, ...]:
+def parse_items(text: SourceText) -> tuple[Item, ...]:
     """Return the words and groups of tokens.
 
     :raises PddlSyntaxError: if brackets do not match.
@@ -65,7 +65,7 @@ def items_of(text: Text) -> tuple[Item, ...]:
             opened.append((items, position))
             items = []
         elif token.text != ")":
-            items += words_of(token, text)
+            items += token_words(token, text)
         elif opened:
             outer, start = opened.pop()
             outer.append(Group(tuple(items), start, position))
@@ -73,21 +73,21 @@ def items_of(text: Text) -> tuple[Item, ...]:
         else:
             raise syntax_error("there is a ')' too many", position, text.file)
     if opened:
-        raise _unclosed(text)
+        raise _unclosed_error(text)
     return tuple(items)
 
 
-def words_of(token: Token, text: Text) -> list[BracketWord]:
-    """Return the words of a token: two for ``at start``, none for the end of the text."""
+def token_words(token: Token, text: SourceText) -> list[BracketWord]:
+    """Return the words of a token. The token ``at start`` has two words, the end of the text none."""
     return [
         BracketWord(match[0], text.position(token.start + match.start()))
         for match in _WORD.finditer(token.text)
     ]
 
 
-def _unclosed(text: Text) -> PddlSyntaxError:
-    """Return the error at the probable place of a missing bracket."""
-    # a section within another one shows where a bracket is missing: at the innermost open group
+def _unclosed_error(text: SourceText) -> PddlSyntaxError:
+    """Return the error about a missing closing bracket, at its probable place."""
+    # a section within another section shows that the innermost open group lacks its bracket
     opened: list[Position] = []
     after_open = False
     for token in text.tokens:
@@ -97,7 +97,7 @@ def _unclosed(text: Text) -> PddlSyntaxError:
             opened.pop()
         elif after_open and token.text.startswith(":") and len(opened) > _SECTION_DEPTH:
             return syntax_error(f"a ')' is missing before '({token.text}'", opened[-1], text.file)
-        elif token.kind == END:
+        elif token.kind == END_TERMINAL:
             break
         after_open = token.text == "("
     return syntax_error("this '(' is never closed", opened[-1], text.file)

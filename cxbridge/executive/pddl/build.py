@@ -1,7 +1,8 @@
 """Construction of the syntax tree: a method for each rule of PDDL's grammar.
 
-The parser calls a method at the end of its rule, inner rules first. Two checks need more than the grammar: a
-section may occur once, and the facts of an initial state have objects only.
+The parser calls a method at the end of its rule, inner rules first. Methods also check two properties that
+the grammar cannot express: each section occurs once, and the facts of an initial state have objects as
+arguments.
 """
 
 from __future__ import annotations
@@ -35,17 +36,23 @@ from cxbridge.executive.pddl.ast import (
 )
 from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
 from cxbridge.executive.pddl.printer import format_formula, format_term
-from cxbridge.executive.pddl.tokens import Text, Token
-from cxbridge.executive.pddl.unsupported import OBJECT_FLUENTS, TIMED_INITIAL, refusal, unsupported_head
+from cxbridge.executive.pddl.tokens import SourceText, Token
+from cxbridge.executive.pddl.unsupported import (
+    OBJECT_FLUENTS,
+    TIMED_INITIAL_LITERALS,
+    unsupported_head,
+    unsupported_texts,
+)
 
 Children = list[Any]
 """The values of a rule's right side: tokens, and the results of the inner rules."""
 
 
 class Section(NamedTuple):
-    """A section of a domain, problem or action.
+    """A section of a domain or problem, or a part of an action.
 
-    :param field: the name of the field of the syntax tree.
+    :param field: the field of the syntax tree that gets the value.
+    :param start: the offset of the section in the text.
     """
 
     field: str
@@ -54,7 +61,7 @@ class Section(NamedTuple):
     start: int
 
 
-class _Types(NamedTuple):
+class _TypeNames(NamedTuple):
     """The types after a dash: several for ``either``."""
 
     names: tuple[str, ...]
@@ -67,17 +74,21 @@ class SyntaxBuilder:
     :param text: the tokenised text, for positions and errors.
     """
 
-    def __init__(self, text: Text) -> None:
-        self._at = text.position
+    def __init__(self, text: SourceText) -> None:
+        self._position = text.position
         self._file = text.file
         self.words_of_numbers: set[str] = set()
-        """Words at places of numbers: objects, or functions written without brackets."""
+        """Words in places of numbers: objects, or functions written without brackets."""
 
     def _error(self, message: str, start: int, hint: str | None = None) -> PddlSyntaxError:
-        return syntax_error(message, self._at(start), self._file, hint)
+        return syntax_error(message, self._position(start), self._file, hint)
 
-    def _fields(self, sections: list[Section], owner: str = "") -> dict[str, Any]:
-        """Return the sections by field. Each may occur once."""
+    def _section_values(self, sections: list[Section], owner: str = "") -> dict[str, Any]:
+        """Return the values of sections by field.
+
+        :param owner: the action of the sections, for errors; empty for a domain or problem.
+        :raises PddlSyntaxError: if a section occurs twice.
+        """
         fields: dict[str, Any] = {}
         for section in sections:
             if section.field in fields and owner:
@@ -92,7 +103,7 @@ class SyntaxBuilder:
     def domain(self, children: Children, _start: int) -> Domain:
         name, *sections = children
         actions = tuple(section for section in sections if isinstance(section, ActionSchema))
-        fields = self._fields([section for section in sections if isinstance(section, Section)])
+        fields = self._section_values([section for section in sections if isinstance(section, Section)])
         return Domain(name.text, **fields, actions=actions, file=self._file)
 
     def requirements(self, children: Children, start: int) -> Section:
@@ -100,10 +111,10 @@ class SyntaxBuilder:
         return Section("requirements", ":requirements", names, start)
 
     def types(self, children: Children, start: int) -> Section:
-        return Section("types", ":types", self._typed(children), start)
+        return Section("types", ":types", self._typed_list(children), start)
 
     def constants(self, children: Children, start: int) -> Section:
-        return Section("constants", ":constants", self._typed(children), start)
+        return Section("constants", ":constants", self._typed_list(children), start)
 
     def predicates(self, children: Children, start: int) -> Section:
         return Section("predicates", ":predicates", tuple(children), start)
@@ -115,7 +126,7 @@ class SyntaxBuilder:
             if isinstance(child, Predicate):
                 functions.append(Function(child.name, child.parameters, child.position))
             elif isinstance(child, Token):  # a function written without brackets
-                functions.append(Function(child.text, (), self._at(child.start)))
+                functions.append(Function(child.text, (), self._position(child.start)))
             elif tuple(map(str.lower, child.names)) != ("number",):
                 raise self._error(
                     "the value of a function can only be a number: object fluents are not supported",
@@ -126,9 +137,9 @@ class SyntaxBuilder:
 
     def declaration(self, children: Children, start: int) -> Predicate:
         name, *typed = children
-        return Predicate(name.text, self._typed(typed), self._at(start))
+        return Predicate(name.text, self._typed_list(typed), self._position(start))
 
-    def _typed(self, children: Children) -> TypedList:
+    def _typed_list(self, children: Children) -> TypedList:
         """Return the groups of a typed list, without groups that have no names."""
         groups: list[TypedNames] = []
         names: list[Token] = []
@@ -139,21 +150,21 @@ class SyntaxBuilder:
             if names:
                 texts = tuple(name.text.removeprefix("?") for name in names)
                 types = () if child is None else child.names
-                groups.append(TypedNames(texts, types, self._at(names[0].start)))
+                groups.append(TypedNames(texts, types, self._position(names[0].start)))
             names = []
         return tuple(groups)
 
-    def of_type(self, children: Children, start: int) -> _Types:
+    def of_type(self, children: Children, start: int) -> _TypeNames:
         type_ = children[1]
-        # no test for tuple, because a token is a tuple, too
-        return _Types((type_.text,) if isinstance(type_, Token) else type_, start)
+        # isinstance(type_, tuple) would be true for both: a token is a named tuple
+        return _TypeNames((type_.text,) if isinstance(type_, Token) else type_, start)
 
     def either(self, children: Children, _start: int) -> tuple[str, ...]:
         return tuple(word.text for word in children)
 
     def problem(self, children: Children, start: int) -> Problem:
         name, *sections = children
-        fields = self._fields([section for section in sections if isinstance(section, Section)])
+        fields = self._section_values([section for section in sections if isinstance(section, Section)])
         for field in ("domain", "goal"):
             if field not in fields:
                 raise self._error(f"there is no (:{field} ...)", start)
@@ -164,10 +175,10 @@ class SyntaxBuilder:
         return Section("domain", ":domain", children[0].text, start)
 
     def objects(self, children: Children, start: int) -> Section:
-        return Section("objects", ":objects", self._typed(children), start)
+        return Section("objects", ":objects", self._typed_list(children), start)
 
     def init(self, children: Children, start: int) -> Section:
-        """Return the fields of the initial state."""
+        """Return the initial state: several fields of the problem."""
         true: dict[Atom, None] = {}
         false: dict[Atom, None] = {}
         numbers: list[tuple[FunctionTerm, float]] = []
@@ -212,13 +223,13 @@ class SyntaxBuilder:
         for index, argument in enumerate(atom.arguments):
             if isinstance(argument, Constant):
                 continue
-            # (at 5 (open door)) is a timed initial literal, for which the grammar has no rule
+            # (at 5 (open door)) is a timed initial literal, which the grammar reads as an atom
             first = atom.arguments[0]
             has_time = index == 1 and isinstance(first, Constant) and number_of(first.name) is not None
             is_timed = has_time and atom.predicate.lower() == "at"
-            name = TIMED_INITIAL if is_timed else unsupported_head(atom.predicate)
+            name = TIMED_INITIAL_LITERALS if is_timed else unsupported_head(atom.predicate)
             if name:
-                message, hint = refusal(name)
+                message, hint = unsupported_texts(name)
                 raise syntax_error(message, atom.position, self._file, hint)
             raise syntax_error(f"{format_term(argument)} is not an object", argument.position, self._file)
 
@@ -235,14 +246,14 @@ class SyntaxBuilder:
 
     def action(self, children: Children, start: int, *, durative: bool = False) -> ActionSchema:
         name, *sections = children
-        fields = self._fields(sections, f"action {name.text}")
-        return ActionSchema(name.text, **fields, durative=durative, position=self._at(start))
+        fields = self._section_values(sections, f"action {name.text}")
+        return ActionSchema(name.text, **fields, durative=durative, position=self._position(start))
 
     def durative_action(self, children: Children, start: int) -> ActionSchema:
         return self.action(children, start, durative=True)
 
     def parameters(self, children: Children, start: int) -> Section:
-        return Section("parameters", ":parameters", self._typed(children), start)
+        return Section("parameters", ":parameters", self._typed_list(children), start)
 
     def precondition(self, children: Children, start: int) -> Section:
         return Section("condition", ":precondition", children[0], start)
@@ -263,20 +274,20 @@ class SyntaxBuilder:
         return Section("temporal_breakup", ":temporal-breakup", children[0], start)
 
     def atom(self, children: Children, start: int) -> Atom:
-        return Atom(children[0].text, tuple(children[1:]), self._at(start))
+        return Atom(children[0].text, tuple(children[1:]), self._position(start))
 
     def conjunction(self, children: Children, start: int) -> And:
-        """Return a conjunction. ``()`` is an empty one."""
-        return And(tuple(children), self._at(start))
+        """Return a conjunction. ``()`` is an empty conjunction."""
+        return And(tuple(children), self._position(start))
 
     def disjunction(self, children: Children, start: int) -> Or:
-        return Or(tuple(children), self._at(start))
+        return Or(tuple(children), self._position(start))
 
     def negation(self, children: Children, start: int) -> Not:
-        return Not(children[0], self._at(start))
+        return Not(children[0], self._position(start))
 
     def implication(self, children: Children, start: int) -> Imply:
-        return Imply(children[0], children[1], self._at(start))
+        return Imply(children[0], children[1], self._position(start))
 
     def exists(self, children: Children, start: int) -> Quantified:
         return self._quantified("exists", children, start)
@@ -286,41 +297,41 @@ class SyntaxBuilder:
 
     def _quantified(self, quantifier: str, children: Children, start: int) -> Quantified:
         *variables, part = children
-        return Quantified(quantifier, self._typed(variables), part, self._at(start))
+        return Quantified(quantifier, self._typed_list(variables), part, self._position(start))
 
     def comparison(self, children: Children, start: int) -> TermComparison:
         self._record_words_of_numbers(children[1:])
         sign, left, right = children
-        return TermComparison(sign.text, left, right, self._at(start))
+        return TermComparison(sign.text, left, right, self._position(start))
 
     def timed(self, children: Children, start: int) -> Timed:
         time = " ".join(children[0].text.lower().split())  # any white space may be within ``at start``
-        return Timed(time, children[1], self._at(start))
+        return Timed(time, children[1], self._position(start))
 
     def conditional_effect(self, children: Children, start: int) -> When:
-        return When(children[0], children[1], self._at(start))
+        return When(children[0], children[1], self._position(start))
 
     def change(self, children: Children, start: int) -> NumericChange:
         self._record_words_of_numbers(children[1:])
         sign, target, amount = children
-        return NumericChange(sign.text.lower(), target, amount, self._at(start))
+        return NumericChange(sign.text.lower(), target, amount, self._position(start))
 
     def _record_words_of_numbers(self, terms: Children) -> None:
-        """Record the words among terms that stand for numbers, for :mod:`.spelling`."""
+        """Record the words among the terms in places of numbers, for :mod:`.spelling`."""
         self.words_of_numbers.update(term.name for term in terms if isinstance(term, Constant))
 
     def variable(self, children: Children, start: int) -> Variable:
         name = children[0].text[1:]
         if not name:
             raise self._error("this variable has no name", start, "write it right after the '?'")
-        return Variable(name, self._at(start))
+        return Variable(name, self._position(start))
 
     def constant(self, children: Children, start: int) -> Constant:
-        return Constant(children[0].text, self._at(start))
+        return Constant(children[0].text, self._position(start))
 
     def function(self, children: Children, start: int) -> FunctionTerm:
         self._record_words_of_numbers(children[1:])
         name = children[0].text
         if name.lower() == TOTAL_TIME:  # predefined for metrics
             name = TOTAL_TIME
-        return FunctionTerm(name, tuple(children[1:]), self._at(start))
+        return FunctionTerm(name, tuple(children[1:]), self._position(start))

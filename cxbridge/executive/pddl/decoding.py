@@ -8,8 +8,8 @@ from typing import Final
 
 from cxbridge.errors import PddlError
 
-MAX_BYTES: Final = 64 << 20
-"""The maximum size of a file. The largest known public one has 4 MB."""
+MAX_FILE_BYTES: Final = 64 << 20
+"""The maximum size of a file. The largest known public file has 4 MB."""
 
 _COMMENT: Final = re.compile(rb";[^\n]*")
 
@@ -22,7 +22,7 @@ def read_text(path: str | Path, kind: str) -> str:
     """
     try:
         with Path(path).open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+            data = file.read(MAX_FILE_BYTES + 1)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise PddlError(f"cannot read the {kind}: {reason}", file=path) from None
@@ -34,8 +34,8 @@ def decode_text(data: bytes, path: str | Path) -> str:
 
     :raises PddlError: if the file is too large or not UTF-8.
     """
-    if len(data) > MAX_BYTES:
-        raise PddlError(f"the file has more than {MAX_BYTES >> 20} MB", file=path)
+    if len(data) > MAX_FILE_BYTES:
+        raise PddlError(f"the file has more than {MAX_FILE_BYTES >> 20} MB", file=path)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -1,4 +1,4 @@
-"""Errors in PDDL texts."""
+"""Errors in PDDL texts, with file, line and column."""
 
 from __future__ import annotations
 

@@ -10,15 +10,15 @@ from itertools import pairwise
 from typing import Final
 
 from cxbridge.executive.pddl.ast import Position
-from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, items_of, words_of
+from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, parse_items, token_words
 from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
-from cxbridge.executive.pddl.grammar import END, load_tables
+from cxbridge.executive.pddl.grammar import END_TERMINAL, load_tables
 from cxbridge.executive.pddl.reader import UnexpectedToken
-from cxbridge.executive.pddl.tokens import Text
-from cxbridge.executive.pddl.unsupported import refusal, unsupported_head, unsupported_section
+from cxbridge.executive.pddl.tokens import SourceText
+from cxbridge.executive.pddl.unsupported import unsupported_head, unsupported_section, unsupported_texts
 
 # the kind of a text by start symbol of the grammar
-_NOUNS: Final = {"domain": "domain", "problem": "problem", "condition": "formula"}
+_TEXT_NOUNS: Final = {"domain": "domain", "problem": "problem", "condition": "formula"}
 _TYPED_SECTIONS: Final = {":types": "a type", ":constants": "a constant", ":objects": "an object"}
 _DECLARATIONS: Final = {":predicates": "predicate", ":functions": "function"}
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
@@ -33,39 +33,44 @@ _OPERAND_NOUNS: Final = {
     ("=", "<", ">", "<=", ">=", "increase", "decrease", "assign", "scale-up", "scale-down"), "arguments"
 )
 _NAME_HINT: Final = "a name has letters, digits, '-' and '_', and starts with a letter or digit"
-_HEAD_AND_PART: Final = 2  # the number of items in `(HEAD PART)`
-_OPERANDS: Final = 2
+_PAIR_LENGTH: Final = 2  # the number of items in `(HEAD PART)`
+_OPERAND_COUNT: Final = 2
 
 
-def explain(text: Text, symbol: str, unexpected: UnexpectedToken) -> PddlSyntaxError:
-    """Return the error about an unexpected token.
+def unexpected_token_error(text: SourceText, symbol: str, unexpected: UnexpectedToken) -> PddlSyntaxError:
+    """Return the error about an unexpected token, in terms of what its author was writing.
 
-    :param symbol: the parsed start symbol.
+    :param symbol: the start symbol of the text.
     """
     try:
-        items = items_of(text)
-    except PddlSyntaxError as error:  # a missing bracket explains the token, too
-        return error
-    return _Explainer(text, symbol, items, unexpected).error()
+        items = parse_items(text)
+    except PddlSyntaxError as syntax_error_in_context:  # a missing bracket explains the token, too
+        return syntax_error_in_context
+    return _Explainer(text, symbol, items, unexpected).syntax_error_in_context()
 
 
 class _Explainer:
     """The context of one unexpected token.
 
-    Methods with a path return the error for a token within these groups, outermost first.
+    Each method explains the error in one kind of context. A parameter ``path`` or ``inner`` has the groups
+    around the token, outermost first.
     """
 
-    def __init__(self, text: Text, symbol: str, items: tuple[Item, ...], unexpected: UnexpectedToken) -> None:
+    def __init__(
+        self, text: SourceText, symbol: str, items: tuple[Item, ...], unexpected: UnexpectedToken
+    ) -> None:
         self._file = text.file
         self._symbol = symbol
         self._items = items
         self._expected = unexpected.expected
-        self._place = text.position(unexpected.token.start)
-        self._path = _groups_around(items, self._place)
-        words = words_of(unexpected.token, text)
+        self._position = text.position(unexpected.token.start)
+        self._path = _groups_around(items, self._position)
+        words = token_words(unexpected.token, text)
         self._word = words[0].text if unexpected.token.text not in ("(", ")") and words else ""
-        self._group = next((sibling for sibling in self._siblings() if sibling.position == self._place), None)
-        self._is_end = unexpected.token.kind == END
+        self._group = next(
+            (sibling for sibling in self._siblings() if sibling.position == self._position), None
+        )
+        self._is_end = unexpected.token.kind == END_TERMINAL
 
     def _siblings(self) -> tuple[Item, ...]:
         return self._path[-1].items if self._path else self._items
@@ -74,9 +79,9 @@ class _Explainer:
         self, message: str, position: Position | None = None, hint: str | None = None
     ) -> PddlSyntaxError:
         """Return an error, by default at the unexpected token."""
-        return syntax_error(message, position or self._place, self._file, hint)
+        return syntax_error(message, position or self._position, self._file, hint)
 
-    def error(self) -> PddlSyntaxError:
+    def syntax_error_in_context(self) -> PddlSyntaxError:
         return self._unsupported_error() or (
             self._formula_error(self._path)
             if self._symbol == "condition" and self._path
@@ -86,19 +91,20 @@ class _Explainer:
     def _unsupported_error(self) -> PddlSyntaxError | None:
         """Explain a section or formula that cxbridge does not support."""
         groups = [*self._path, *([self._group] if isinstance(self._group, Group) else [])]
-        for depth, group in enumerate(groups):
-            name = unsupported_section(group.head) or (depth > 0 and unsupported_head(group.head))
+        parts = [
+            (unsupported_section(group.head) or (depth > 0 and unsupported_head(group.head)), group.position)
+            for depth, group in enumerate(groups)  # the outermost group is (define ...)
+        ]
+        parts.append((unsupported_section(self._word), self._position))  # :derived without its bracket
+        for name, position in parts:
             if name:
-                message, hint = refusal(name)
-                return self._error(message, group.position, hint)
-        name = unsupported_section(self._word)  # :derived without its bracket
-        if name:
-            message, hint = refusal(name)
-            return self._error(message, None, hint)
+                message, hint = unsupported_texts(name)
+                return self._error(message, position, hint)
         return None
 
     def _file_error(self) -> PddlSyntaxError:
-        noun = _NOUNS[self._symbol]
+        """Explain an error in the outer structure of a domain or problem, or in one of its sections."""
+        noun = _TEXT_NOUNS[self._symbol]
         define = self._items[0] if self._items else None
         form = "(PREDICATE ...)" if noun == "formula" else f"(define ({noun} NAME) ...)"
         if define is None:
@@ -115,40 +121,31 @@ class _Explainer:
 
     def _header_error(self, noun: str, define: Group) -> PddlSyntaxError | None:
         header = define.items[1] if len(define.items) > 1 else define
-        if (
-            not isinstance(header, Group)
-            or header.head.lower() != noun
-            or len(header.items) != _HEAD_AND_PART
-        ):
+        if not isinstance(header, Group) or header.head.lower() != noun or len(header.items) != _PAIR_LENGTH:
             return self._error(f"({noun} NAME) is expected after 'define'", header.position)
         if header in self._path:
             return self._error(f"the name of the {noun} is expected", header.items[1].position)
         return None
 
-    def _missing_section_error(self) -> PddlSyntaxError:
-        if isinstance(self._group, Group):
-            return self._unknown_section_error(self._group)
-        return self._error("a section such as (:action ...) is expected")
-
-    def _unknown_section_error(self, section: Group) -> PddlSyntaxError:
+    def _section_expected_error(self, item: Item | None) -> PddlSyntaxError:
+        """Return the error about an item in place of a section; None for the end of the text."""
+        if not isinstance(item, Group) or not item.head.startswith(":"):
+            position = None if item is None else item.position
+            return self._error("a section such as (:action ...) is expected", position)
         sections = ", ".join(sorted(word for word in self._expected_words() if word.startswith(":")))
-        if not section.head.startswith(":"):
-            return self._error("a section such as (:action ...) is expected", section.position)
-        return self._error(
-            f"unknown section {section.head}", section.position, f"the sections are {sections}"
-        )
+        return self._error(f"unknown section {item.head}", item.position, f"the sections are {sections}")
 
     def _expected_words(self) -> list[str]:
         return [word for word, kind in load_tables().keywords.items() if kind in self._expected]
 
     def _section_error(self) -> PddlSyntaxError:
         if len(self._path) == 1:
-            return self._missing_section_error()
+            return self._section_expected_error(self._group)
         section, *inner = self._path[1:]
         head = section.head.lower()
-        is_head = bool(section.items) and section.items[0].position == self._place
+        is_head = bool(section.items) and section.items[0].position == self._position
         if is_head or not head.startswith(":"):
-            return self._unknown_section_error(section)
+            return self._section_expected_error(section)
         if head in _TYPED_SECTIONS:
             return self._typed_error(_TYPED_SECTIONS[head], inner)
         if head in _DECLARATIONS:
@@ -159,18 +156,19 @@ class _Explainer:
 
     def _declaration_error(self, kind: str, inner: list[Group]) -> PddlSyntaxError:
         # after the name of a declaration, the token is in its typed list of parameters
-        if inner and inner[0].items and inner[0].items[0].position != self._place:
+        if inner and inner[0].items and inner[0].items[0].position != self._position:
             return self._typed_error("a parameter", inner[1:])
         return self._error(f"a {kind} is expected", None, "write it in brackets: (NAME ?x - TYPE)")
 
     def _small_section_error(self, section: Group, head: str, inner: list[Group]) -> PddlSyntaxError:
+        """Explain an error in a section that is neither a typed list, nor declarations, nor an action."""
         if head == ":requirements":
             return self._error("a requirement is expected", None, "such as :strips or :typing")
         if head == ":goal" and inner:
             return self._formula_error(inner)
         if head == ":goal":
-            item = next((item for item in section.items if item.position == self._place), None)
-            if isinstance(item, BracketWord) and len(section.items) == _HEAD_AND_PART:
+            item = next((item for item in section.items if item.position == self._position), None)
+            if isinstance(item, BracketWord) and len(section.items) == _PAIR_LENGTH:
                 return self._missing_formula_error()
             return self._error(f"({section.head} ...) takes one formula", section.position)
         if head == ":init":
@@ -180,6 +178,10 @@ class _Explainer:
         return self._error(f"({section.head} {form}) is expected", section.position)
 
     def _typed_error(self, kind: str, inner: list[Group]) -> PddlSyntaxError:
+        """Explain an error in a typed list.
+
+        :param kind: the noun of the list's names, with its article.
+        """
         if inner:
             hint = "write a name, or (either TYPE TYPE)"
             return self._error("a type is expected", inner[0].position, hint)
@@ -198,7 +200,7 @@ class _Explainer:
     def _preceding_item(self) -> Item | None:
         """Return the preceding item in the same brackets."""
         return max(
-            (sibling for sibling in self._siblings() if sibling.position < self._place),
+            (sibling for sibling in self._siblings() if sibling.position < self._position),
             key=lambda sibling: sibling.position,
             default=None,
         )
@@ -207,7 +209,7 @@ class _Explainer:
         words = [item.text for item in section.items[1:2] if isinstance(item, BracketWord)]
         if not words or words[0].startswith(":"):
             return self._error("this action has no name", section.position)
-        preceding = [item for item in section.items if item.position < self._place]
+        preceding = [item for item in section.items if item.position < self._position]
         key = next((item.text for item in reversed(preceding) if isinstance(item, BracketWord)), "")
         if inner:
             is_typed = key.lower() == ":parameters"
@@ -216,7 +218,7 @@ class _Explainer:
         if not keywords:
             return self._missing_value_error(key, words[0])
         text = f"({self._group.head} ...)" if isinstance(self._group, Group) else self._word
-        # a section within an action: the action was not closed
+        # a section within an action: the action lacks its closing bracket
         hint = (
             "a ')' may be missing before it" if text.startswith("(:") else f"expected: {', '.join(keywords)}"
         )
@@ -246,10 +248,11 @@ class _Explainer:
         )
 
     def _variables_error(self, path: list[Group]) -> PddlSyntaxError | None:
+        """Explain an error in the variables of a quantifier."""
         for depth, (outer, group) in enumerate(pairwise(path), start=2):
             if (
                 outer.head.lower() in _QUANTIFIERS
-                and len(outer.items) > _HEAD_AND_PART
+                and len(outer.items) > _PAIR_LENGTH
                 and group is outer.items[1]
             ):
                 return (
@@ -264,7 +267,7 @@ class _Explainer:
         group = path[-1]
         head = group.head.lower()
         # the grammar has when in effects only
-        if head == "when" and group.items[0].position == self._place:
+        if head == "when" and group.items[0].position == self._position:
             return self._error("'when' may only be in an effect", group.position, "use (imply ...)")
         return self._missing_head_error(path) if not head or head.startswith("?") else None
 
@@ -276,7 +279,7 @@ class _Explainer:
             if head == "not" and number != 1:
                 hint = "write (not (and ...)) for several"
                 return self._error("'not' takes one formula", group.position, hint)
-            if head in _OPERAND_NOUNS and number != _OPERANDS:
+            if head in _OPERAND_NOUNS and number != _OPERAND_COUNT:
                 message = f"'{group.head}' takes two {_OPERAND_NOUNS[head]}, but has {number}"
                 return self._error(message, group.position)
         return None
@@ -303,12 +306,12 @@ class _Explainer:
         return self._error("a formula must start with a word", group.position, "such as 'and' or a predicate")
 
 
-def _groups_around(items: tuple[Item, ...], place: Position) -> list[Group]:
+def _groups_around(items: tuple[Item, ...], position: Position) -> list[Group]:
     """Return the groups that enclose a position, outermost first."""
     path: list[Group] = []
     while True:
-        preceding = [item for item in items if isinstance(item, Group) and item.position < place]
-        enclosing = next((group for group in reversed(preceding) if place <= group.end), None)
+        preceding = [item for item in items if isinstance(item, Group) and item.position < position]
+        enclosing = next((group for group in reversed(preceding) if position <= group.end), None)
         if enclosing is None:
             return path
         path.append(enclosing)

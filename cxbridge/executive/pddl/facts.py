@@ -1,4 +1,4 @@
-"""Conversion of formulas and domains to facts, with the same ids and order as Fawkes' feature.
+"""Conversion of formulas and domains to facts, as in Fawkes' feature ``pddl-parser``: same ids, same order.
 
 An id is the concatenation of the parent's id and a counter: the second part of ``pour1`` is ``pour12``. Such
 ids may collide (ten parts, operators that end in a digit), but agents match on them.
@@ -45,9 +45,9 @@ from cxbridge.executive.pddl.printer import format_formula
 SlotValue = str | tuple[str, ...]
 Warn = Callable[[PddlError], None]
 
-EQUALITY = "EQUALITY"
+EQUALITY_PREDICATE = "EQUALITY"
 """The predicate of ``=``."""
-CONSTANT_NAME = "c"
+CONSTANT_PARAMETER_NAME = "c"
 """The name of a constant parameter."""
 
 
@@ -78,7 +78,7 @@ def domain_facts(
 
     Constants, functions, durations and requirements have no facts.
 
-    :param fawkes_compat: silently drop the same parts as Fawkes, see docs/evidence/planning.md.
+    :param fawkes_compat: drop the same parts as Fawkes, see docs/evidence/planning.md.
     :param warn: receives an error about each dropped part.
     :raises PddlError: if facts cannot represent a condition or effect.
     """
@@ -90,7 +90,7 @@ def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[Fact
 
     :raises PddlError: if facts cannot represent the formula (quantifiers, numbers).
     """
-    return list(_FactMaker(file, compat=False, warn=None).condition(formula, parent, 1, root=True))
+    return list(_FactMaker(file, compat=False, warn=None).condition(formula, parent, 1, is_root=True))
 
 
 def _variables(terms: Iterable[Term]) -> Iterator[Variable]:
@@ -105,13 +105,13 @@ def _variables(terms: Iterable[Term]) -> Iterator[Variable]:
 class _FactMaker:
     def __init__(self, file: str, *, compat: bool, warn: Warn | None) -> None:
         self._file = file
-        self._compat = compat
+        self._fawkes_compat = compat
         self._warn = warn
 
     def _error(self, message: str, position: Position, hint: str | None = None) -> PddlError:
         return semantic_error(message, position, self._file, hint)
 
-    def _drop(self, message: str, position: Position) -> None:
+    def _warn_of_dropped_part(self, message: str, position: Position) -> None:
         if self._warn is not None:
             self._warn(self._error(message, position))
 
@@ -122,13 +122,13 @@ class _FactMaker:
             if super_type:
                 slots["super-type"] = super_type
             facts.append(FactToAssert("domain-object-type", slots))
-        facts += [self._predicate(predicate) for predicate in domain.predicates]
+        facts += [self._predicate_fact(predicate) for predicate in domain.predicates]
         for action in domain.actions:
-            facts += self._action(action)
+            facts += self._action_facts(action)
         return facts
 
-    def _predicate(self, predicate: Predicate) -> FactToAssert:
-        names, types = self._parameters(predicate.parameters)
+    def _predicate_fact(self, predicate: Predicate) -> FactToAssert:
+        names, types = self._predicate_parameters(predicate.parameters)
         return FactToAssert(
             "domain-predicate",
             {
@@ -138,57 +138,64 @@ class _FactMaker:
             },
         )
 
-    def _parameters(self, parameters: TypedList) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    def _predicate_parameters(self, parameters: TypedList) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Return names and types of a predicate's parameters."""
-        # Fawkes repeats the names for each type of an either, which adds arguments to the predicate
-        if self._compat:
+        # Fawkes repeats the names for each type of an ``either``, which adds arguments to the predicate
+        if self._fawkes_compat:
             pairs = list(pairs_of(parameters))
             return tuple(name for name, _ in pairs), tuple(type_ for _, type_ in pairs)
-        # a fact has one type per parameter, so an either becomes the root type
+        # a fact has one type for each parameter, so an ``either`` becomes the root type
         types = []
         for group in parameters:
             type_ = group.types[0] if len(group.types) == 1 else ROOT_TYPE if group.types else ""
             types += [type_] * len(group.names)
         return names_of(parameters), tuple(types)
 
-    def _action(self, action: ActionSchema) -> Iterator[FactToAssert]:
+    def _action_facts(self, action: ActionSchema) -> Iterator[FactToAssert]:
         pairs = list(pairs_of(action.parameters))
         for name, type_ in pairs:
             slots: dict[str, SlotValue] = {"name": name, "operator": action.name}
             if type_:
                 slots["type"] = type_
-            elif self._compat:
-                self._drop(f"parameter ?{name} of {action.name} has no type: no fact", action.position)
+            elif self._fawkes_compat:
+                self._warn_of_dropped_part(
+                    f"parameter ?{name} of {action.name} has no type: no fact", action.position
+                )
                 continue
             yield FactToAssert("domain-operator-parameter", slots)
-        names = tuple(name for name, _ in pairs) if self._compat else names_of(action.parameters)
+        names = tuple(name for name, _ in pairs) if self._fawkes_compat else names_of(action.parameters)
         yield FactToAssert("domain-operator", {"name": action.name, "param-names": names})
         if action.condition is not None:
-            yield from self.condition(action.condition, action.name, 1, root=True)
+            yield from self.condition(action.condition, action.name, 1, is_root=True)
         if action.effect is not None:
-            yield from self._effect(action.effect, action.name, positive=True)
+            yield from self._effect_facts(action.effect, action.name, is_positive=True)
 
     def condition(
-        self, formula: Formula, parent: str, counter: int, *, root: bool = False
+        self, formula: Formula, parent: str, counter: int, *, is_root: bool = False
     ) -> Iterator[FactToAssert]:
-        """Yield the facts of a part of the parent."""
+        """Yield the facts of a formula.
+
+        :param parent: the id of the formula or operator that the formula is part of.
+        :param counter: the position of the formula in its parent, from 1.
+        :param is_root: whether the formula is the whole condition.
+        """
         id_ = f"{parent}{counter}"
         match formula:
             case Timed(part=part):
                 # Fawkes does not wrap a timed atom at the root
                 yield from self.condition(part, parent, counter)
             case And(parts=parts):
-                yield from self._connective("conjunction", parts, parent, id_)
+                yield from self._connective_facts("conjunction", parts, parent, id_)
             case Or(parts=parts):
-                yield from self._connective("disjunction", parts, parent, id_)
+                yield from self._connective_facts("disjunction", parts, parent, id_)
             case Not(part=part):
-                yield from self._connective("negation", (part,), parent, id_)
+                yield from self._connective_facts("negation", (part,), parent, id_)
             case Imply(condition=first, consequence=second):
-                yield from self._connective("disjunction", (Not(first), second), parent, id_)
+                yield from self._connective_facts("disjunction", (Not(first), second), parent, id_)
             case Atom(predicate=predicate, arguments=terms):
-                yield from self._atom(predicate, terms, parent, id_, formula.position, root=root)
+                yield from self._atom_facts(predicate, terms, parent, id_, formula.position, is_root=is_root)
             case TermComparison():
-                yield from self._comparison(formula, parent, id_, root=root)
+                yield from self._comparison_facts(formula, parent, id_, is_root=is_root)
             case Quantified(quantifier=quantifier):
                 raise self._error(
                     f"'{quantifier}' in a condition cannot be made into facts",
@@ -198,28 +205,28 @@ class _FactMaker:
             case When() | NumericChange():
                 raise self._error("an effect cannot be a condition", formula.position)
 
-    def _comparison(
-        self, formula: TermComparison, parent: str, id_: str, *, root: bool
+    def _comparison_facts(
+        self, formula: TermComparison, parent: str, id_: str, *, is_root: bool
     ) -> Iterator[FactToAssert]:
         terms, position = formula.terms, formula.position
-        if self._compat or not any(isinstance(term, FunctionTerm) for term in terms):
-            predicate = EQUALITY if formula.operator == "=" else formula.operator
-            yield from self._atom(predicate, terms, parent, id_, position, root=root)
+        if self._fawkes_compat or not any(isinstance(term, FunctionTerm) for term in terms):
+            predicate = EQUALITY_PREDICATE if formula.operator == "=" else formula.operator
+            yield from self._atom_facts(predicate, terms, parent, id_, position, is_root=is_root)
             return
         variables = tuple({term.name: term for term in _variables(terms)}.values())
-        rows = list(self._atom(formula.operator, variables, parent, id_, position, root=root))
+        rows = list(self._atom_facts(formula.operator, variables, parent, id_, position, is_root=is_root))
         yield from rows
         slots = {"predicate-id": rows[-1].slots["id"], "text": format_formula(formula)}
         yield FactToAssert("domain-comparison", slots)
 
-    def _connective(
+    def _connective_facts(
         self, kind: str, parts: tuple[Formula, ...], parent: str, id_: str
     ) -> Iterator[FactToAssert]:
         yield FactToAssert("pddl-formula", {"id": id_, "part-of": parent, "type": kind})
         for index, part in enumerate(parts, start=1):
             yield from self.condition(part, id_, index)
 
-    def _atom(
+    def _atom_facts(
         self,
         predicate: str,
         terms: tuple[Term, ...],
@@ -227,20 +234,20 @@ class _FactMaker:
         id_: str,
         position: Position,
         *,
-        root: bool,
+        is_root: bool,
     ) -> Iterator[FactToAssert]:
-        if root:  # as in Fawkes, a condition of one atom is wrapped into a conjunction
+        if is_root:  # as in Fawkes, a condition that is a single atom becomes a conjunction
             yield FactToAssert("pddl-formula", {"id": id_, "part-of": parent, "type": "conjunction"})
             parent, id_ = id_, f"{id_}1"
-        names, constants = self._arguments(terms, position)
+        names, constants = self._parameter_slots(terms, position)
         yield FactToAssert("pddl-formula", {"id": id_, "part-of": parent, "type": "atom"})
         slots: dict[str, SlotValue] = {"id": f"{id_}-atom", "part-of": id_, "predicate": predicate}
         yield FactToAssert("pddl-predicate", {**slots, "param-names": names, "param-constants": constants})
 
-    def _arguments(
+    def _parameter_slots(
         self, terms: tuple[Term, ...], position: Position
     ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Return the slots ``param-names`` and ``param-constants``."""
+        """Return the slots ``param-names`` and ``param-constants`` of an atom's fact."""
         names, constants = [], []
         for term in terms:
             if isinstance(term, Variable):
@@ -253,28 +260,30 @@ class _FactMaker:
                     "Fawkes knows predicates of objects only: leave numbers to the planner",
                 )
             else:
-                names.append(CONSTANT_NAME)
+                names.append(CONSTANT_PARAMETER_NAME)
                 constants.append(term.name)
         return tuple(names), tuple(constants)
 
-    def _effect(self, formula: Formula, action: str, *, positive: bool) -> Iterator[FactToAssert]:
+    def _effect_facts(self, formula: Formula, action: str, *, is_positive: bool) -> Iterator[FactToAssert]:
         match formula:
             case And(parts=parts):
                 for part in parts:
-                    yield from self._effect(part, action, positive=positive)
+                    yield from self._effect_facts(part, action, is_positive=is_positive)
             case Not(part=part):
-                yield from self._effect(part, action, positive=not positive)
+                yield from self._effect_facts(part, action, is_positive=not is_positive)
             case Timed(part=part):
-                yield from self._effect(part, action, positive=positive)
+                yield from self._effect_facts(part, action, is_positive=is_positive)
             case Atom(predicate=predicate, arguments=terms):
-                names, constants = self._arguments(terms, formula.position)
+                names, constants = self._parameter_slots(terms, formula.position)
                 slots: dict[str, SlotValue] = {"part-of": action, "predicate": predicate}
                 slots |= {"param-names": names, "param-constants": constants}
-                yield FactToAssert("domain-effect", {**slots, "type": "POSITIVE" if positive else "NEGATIVE"})
+                yield FactToAssert(
+                    "domain-effect", {**slots, "type": "POSITIVE" if is_positive else "NEGATIVE"}
+                )
             case NumericChange(operator=operator):
                 # PddlNumbers computes numeric effects from the domain
-                if self._compat:
-                    self._drop(f"'{operator}' has no fact in Fawkes", formula.position)
+                if self._fawkes_compat:
+                    self._warn_of_dropped_part(f"'{operator}' has no fact in Fawkes", formula.position)
             case Quantified(quantifier=quantifier):
                 raise self._error(
                     f"'{quantifier}' in an effect cannot be made into facts",
@@ -289,6 +298,6 @@ class _FactMaker:
         names: dict[type, str] = {When: "a conditional effect (when)", Or: "'or'", Imply: "'imply'"}
         kind = names.get(type(formula), "a comparison")
         message = f"{kind} in an effect cannot be made into facts"
-        if not self._compat:
+        if not self._fawkes_compat:
             raise self._error(message, formula.position, "make two actions of it")
-        self._drop(message, formula.position)
+        self._warn_of_dropped_part(message, formula.position)

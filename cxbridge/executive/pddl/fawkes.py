@@ -1,7 +1,8 @@
-"""Valid PDDL that Fawkes' parser refuses or ignores, see docs/evidence/planning.md.
+"""Valid PDDL that Fawkes' parser refuses or ignores, for the setting ``strict: fawkes``.
 
-In Fawkes, sections and parts of actions have a fixed order, keywords are case-sensitive and match prefixes
-without backtracking (so ``<`` hides ``<=``), and the words of a time are separated by exactly one blank.
+In Fawkes, sections and parts of actions have a fixed order. Keywords are case-sensitive, and match the start
+of a word (so ``<`` hides ``<=``). The words of a time, such as ``at start``, are separated by exactly one
+blank. See docs/evidence/planning.md.
 """
 
 from __future__ import annotations
@@ -11,17 +12,17 @@ from itertools import pairwise
 from typing import Final
 
 from cxbridge.executive.pddl.ast import Position
-from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, items_of
+from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, parse_items
 from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
-from cxbridge.executive.pddl.grammar import END
-from cxbridge.executive.pddl.tokens import Text, Token
+from cxbridge.executive.pddl.grammar import END_TERMINAL
+from cxbridge.executive.pddl.tokens import SourceText, Token
 
 _SECTIONS: Final = (":requirements", ":types", ":constants", ":predicates", ":functions")
 # Required sections with their minimum number of entries.
-_REQUIRED: Final = {":requirements": 0, ":predicates": 1}
+_REQUIRED_SECTIONS: Final = {":requirements": 0, ":predicates": 1}
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
 # The parts of actions in the required order.
-_KEYS: Final = {
+_ACTION_PARTS: Final = {
     ":parameters": "parameters",
     ":duration": "duration",
     ":precondition": "condition",
@@ -30,17 +31,19 @@ _KEYS: Final = {
     ":conditional-breakup": "conditional breakup",
     ":temporal-breakup": "temporal breakup",
 }
-_REQUIRED_KEYS: Final = ("parameters", "condition", "effect")
+_REQUIRED_PARTS: Final = ("parameters", "condition", "effect")
+# Keywords that Fawkes takes for the start of a longer word.
 _PREFIXES: Final = ("exists", "forall")
 _EFFECT_PREFIXES: Final = ("when", "increase", "decrease")
-_UNKNOWN: Final = frozenset({"<=", ">=", "imply", "assign", "scale-up", "scale-down"})
+# The first words of formulas that Fawkes' grammar lacks.
+_UNKNOWN_HEADS: Final = frozenset({"<=", ">=", "imply", "assign", "scale-up", "scale-down"})
 _CONNECTIVES: Final = frozenset({"and", "or", "not", "when"})
 _TIMES: Final = {("at", "start"), ("at", "end"), ("over", "all")}
 _SECTION_DEPTH: Final = 2  # (define (:section ...
 _FIRST_KEY: Final = 2  # (:action NAME :key value ...
 
 
-def remove_text_after_actions(text: Text) -> None:
+def remove_text_after_actions(text: SourceText) -> None:
     """Remove the text after the last action of the domain, because Fawkes ignores it."""
     tokens, depth, has_action = text.tokens, 0, False
     for index, token in enumerate(tokens):
@@ -48,40 +51,40 @@ def remove_text_after_actions(text: Text) -> None:
         if has_action and depth == 1 and (token.text != "(" or tokens[index + 1].text not in _ACTIONS):
             # close the domain, which ends with its last action
             end = Token("RPAR", ")", token.start)
-            text.tokens = [*tokens[:index], end, Token(END, "", token.start)]
+            text.tokens = [*tokens[:index], end, Token(END_TERMINAL, "", token.start)]
             return
         has_action = has_action or bool(is_action and depth == _SECTION_DEPTH)
         depth += {"(": 1, ")": -1}.get(token.text, 0)
 
 
-def check_domain(text: Text) -> None:
-    """Check that Fawkes can read a valid domain.
+def check_domain(text: SourceText) -> None:
+    """Check that Fawkes accepts a valid domain.
 
-    :raises PddlSyntaxError: if it cannot.
+    :raises PddlSyntaxError: if Fawkes refuses the domain.
     """
-    check_case(text)
-    (define,) = _groups(items_of(text))
-    sections = [section for section in _groups(define.items) if section.head.startswith(":")]
+    check_keyword_case(text)
+    (define,) = _filter_groups(parse_items(text))
+    sections = [section for section in _filter_groups(define.items) if section.head.startswith(":")]
     for previous, section in pairwise(sections):
-        if _order(section.head) < _order(previous.head):
-            raise _refusal(text, section.position, f"{section.head} comes too late")
-    for head, entries in _REQUIRED.items():
+        if _section_rank(section.head) < _section_rank(previous.head):
+            raise _refusal_error(text, section.position, f"{section.head} comes too late")
+    for head, entries in _REQUIRED_SECTIONS.items():
         if not any(section.head == head and len(section.items) > entries for section in sections):
-            raise _refusal(text, define.position, f"there are no {head[1:]}")
+            raise _refusal_error(text, define.position, f"there are no {head[1:]}")
     actions = [section for section in sections if section.head in _ACTIONS]
     if not actions:
-        raise _refusal(text, define.position, "there are no actions")
+        raise _refusal_error(text, define.position, "there are no actions")
     for action in actions:
         _check_action(text, action)
 
 
-def _order(head: str) -> int:
+def _section_rank(head: str) -> int:
     """Return the place of a section in the required order; actions come last."""
     return _SECTIONS.index(head) if head in _SECTIONS else len(_SECTIONS)
 
 
-def _check_action(text: Text, action: Group) -> None:
-    order = list(_KEYS)
+def _check_action(text: SourceText, action: Group) -> None:
+    order = list(_ACTION_PARTS)
     latest = 0
     present = set()
     items = iter(action.items[_FIRST_KEY:])
@@ -90,28 +93,28 @@ def _check_action(text: Text, action: Group) -> None:
             continue
         number = order.index(key.text)
         if number < latest:
-            raise _refusal(text, key.position, f"{key.text} comes too late")
+            raise _refusal_error(text, key.position, f"{key.text} comes too late")
         latest = number
-        present.add(_KEYS[key.text])
+        present.add(_ACTION_PARTS[key.text])
         if key.text != ":parameters":
             check_formula(text, value, is_effect=key.text == ":effect")
-    for part in _REQUIRED_KEYS:
+    for part in _REQUIRED_PARTS:
         if part not in present:
             name = action.items[1]
             assert isinstance(name, BracketWord)
-            raise _refusal(text, action.position, f"action {name.text} has no {part}")
+            raise _refusal_error(text, action.position, f"action {name.text} has no {part}")
 
 
-def check_formula(text: Text, formula: Item, *, is_effect: bool = False) -> None:
-    """Check that Fawkes can read a valid formula.
+def check_formula(text: SourceText, formula: Item, *, is_effect: bool = False) -> None:
+    """Check that Fawkes accepts a valid formula.
 
-    :raises PddlSyntaxError: if it cannot.
+    :raises PddlSyntaxError: if Fawkes refuses the formula.
     """
     if not isinstance(formula, Group):
         return
-    reason = _reason(formula, is_effect=is_effect)
+    reason = _refusal_reason(formula, is_effect=is_effect)
     if reason:
-        raise _refusal(text, formula.position, reason)
+        raise _refusal_error(text, formula.position, reason)
     head, parts = formula.head, formula.items[1:]
     if head in _PREFIXES or _is_timed(formula):
         parts = parts[1:]
@@ -122,7 +125,7 @@ def check_formula(text: Text, formula: Item, *, is_effect: bool = False) -> None
         check_formula(text, part, is_effect=is_effect and not (head == "when" and number == 0))
 
 
-def _reason(formula: Group, *, is_effect: bool) -> str:
+def _refusal_reason(formula: Group, *, is_effect: bool) -> str:
     """Return why Fawkes refuses a formula; empty if it accepts the formula."""
     head = formula.head
     prefixes = _PREFIXES + (_EFFECT_PREFIXES if is_effect else ())
@@ -130,7 +133,7 @@ def _reason(formula: Group, *, is_effect: bool) -> str:
         return "a formula must start with a word"
     if head not in prefixes and head.startswith(prefixes):
         return f"it takes '{head}' for a keyword"
-    if head in _UNKNOWN:
+    if head in _UNKNOWN_HEADS:
         return f"it does not know '{head}'"
     if len(formula.items) == 1 and head in _CONNECTIVES:
         return f"Unknown predicate: {head}"
@@ -142,27 +145,27 @@ def _reason(formula: Group, *, is_effect: bool) -> str:
 
 
 def _is_timed(formula: Group) -> bool:
-    # (at start ?x), with a term in place of a formula, is an atom of the predicate ``at``
+    # (at start ?x) is an atom of the predicate ``at``: after the words of a time, all items are formulas
     words = [item.text for item in formula.items[:2] if isinstance(item, BracketWord)]
     return tuple(words) in _TIMES and all(isinstance(item, Group) for item in formula.items[2:])
 
 
-def check_case(text: Text) -> None:
+def check_keyword_case(text: SourceText) -> None:
     """Check that keywords are in lower case.
 
-    :raises PddlSyntaxError: if a keyword is not.
+    :raises PddlSyntaxError: if a keyword has an upper-case letter.
     """
     for previous, token in pairwise(text.tokens):
         word = token.text
         is_keyword = word.startswith(":") or (previous.text == "(" and token.kind not in ("NAME", "VARIABLE"))
         if is_keyword and word != word.lower():
             reason = f"'{word}' must be written '{word.lower()}'"
-            raise _refusal(text, text.position(token.start), reason)
+            raise _refusal_error(text, text.position(token.start), reason)
 
 
-def _groups(items: Sequence[Item]) -> list[Group]:
+def _filter_groups(items: Sequence[Item]) -> list[Group]:
     return [item for item in items if isinstance(item, Group)]
 
 
-def _refusal(text: Text, position: Position, reason: str) -> PddlSyntaxError:
+def _refusal_error(text: SourceText, position: Position, reason: str) -> PddlSyntaxError:
     return syntax_error(f"Fawkes' parser refuses this: {reason}", position, text.file)

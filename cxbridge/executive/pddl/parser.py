@@ -1,4 +1,10 @@
-"""The parser of domains, problems and formulas."""
+"""Parsing and checking of domains, problems and formulas.
+
+The steps: tokens (:mod:`.tokens`), syntax tree (:mod:`.reader`, :mod:`.build`), explanation of a syntax error
+(:mod:`.explain`), declared spellings of names (:mod:`.spelling`), checks of names and types
+(:mod:`.semantics`).
+:mod:`.fawkes` has further checks, for texts that Fawkes must accept.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +16,14 @@ from msgspec.structs import replace
 
 from cxbridge.executive.pddl import fawkes
 from cxbridge.executive.pddl.ast import Domain, Formula, Problem
-from cxbridge.executive.pddl.brackets import items_of
+from cxbridge.executive.pddl.brackets import parse_items
 from cxbridge.executive.pddl.build import SyntaxBuilder
 from cxbridge.executive.pddl.decoding import read_text
-from cxbridge.executive.pddl.explain import explain
+from cxbridge.executive.pddl.explain import unexpected_token_error
 from cxbridge.executive.pddl.reader import Reader, UnexpectedToken
 from cxbridge.executive.pddl.semantics import DomainChecker, Warn, check_problem
 from cxbridge.executive.pddl.spelling import spell_domain, spell_problem
-from cxbridge.executive.pddl.tokens import Text
+from cxbridge.executive.pddl.tokens import SourceText
 
 
 def load_domain(path: str | Path, *, fawkes_compat: bool = False, warn: Warn | None = None) -> Domain:
@@ -47,11 +53,11 @@ def parse_domain(
     :raises PddlSyntaxError: if the text is not a PDDL domain.
     :raises PddlSemanticError: if a name is undeclared, or a type or number of arguments is wrong.
     """
-    source = Text(text, str(file))
+    source = SourceText(text, str(file))
     if fawkes_compat:
         fawkes.remove_text_after_actions(source)
     domain: Domain
-    domain, words_of_numbers = _read(source, "domain")
+    domain, words_of_numbers = _parse(source, "domain")
     if fawkes_compat:
         fawkes.check_domain(source)
     else:
@@ -68,9 +74,9 @@ def parse_problem(text: str, domain: Domain, file: str | Path = "", *, warn: War
     :raises PddlSyntaxError: if the text is not a PDDL problem.
     :raises PddlSemanticError: if a name is undeclared, or a type or number of arguments is wrong.
     """
-    source = Text(text, str(file))
+    source = SourceText(text, str(file))
     problem: Problem
-    problem, words_of_numbers = _read(source, "problem")
+    problem, words_of_numbers = _parse(source, "problem")
     problem = spell_problem(problem, domain, source.kinds, words_of_numbers)
     check_problem(domain, problem, warn)
     return replace(problem, text=text)
@@ -81,21 +87,24 @@ def parse_formula(text: str, file: str | Path = "", *, fawkes_compat: bool = Fal
 
     :raises PddlSyntaxError: unless the text is exactly one condition.
     """
-    source = Text(text, str(file))
-    formula: Formula = _read(source, "condition")[0]
+    source = SourceText(text, str(file))
+    formula: Formula = _parse(source, "condition")[0]
     if fawkes_compat:
-        fawkes.check_case(source)
-        fawkes.check_formula(source, items_of(source)[0])
+        fawkes.check_keyword_case(source)
+        fawkes.check_formula(source, parse_items(source)[0])
     return formula
 
 
-def _read(source: Text, symbol: str) -> tuple[Any, set[str]]:
-    """Return the value of a start symbol, and its words at places of numbers."""
+def _parse(source: SourceText, symbol: str) -> tuple[Any, set[str]]:
+    """Return the syntax tree of a text, and its words in places of numbers.
+
+    :param symbol: the start symbol of the grammar.
+    """
     builder = SyntaxBuilder(source)
     try:
         return _reader().read(source.tokens, symbol, builder), builder.words_of_numbers
     except UnexpectedToken as error:
-        raise explain(source, symbol, error) from None
+        raise unexpected_token_error(source, symbol, error) from None
 
 
 @cache

@@ -22,31 +22,31 @@ def format_formula(formula: Formula) -> str:
     """Return a formula as PDDL in one line."""
     variables = [f"({format_typed(formula.variables, '?')})"] if isinstance(formula, Quantified) else []
     terms = map(format_term, formula.terms)
-    return _list(formula.head, *variables, *terms, *map(format_formula, formula.children))
+    return _bracketed(formula.head, *variables, *terms, *map(format_formula, formula.children))
 
 
 def format_domain(domain: Domain) -> str:
     """Return a domain as PDDL text."""
     requirements = (f":{name}" for name in domain.requirements)
-    sections = [_list(":requirements", *requirements)]
+    sections = [_bracketed(":requirements", *requirements)]
     if domain.types:
         sections.append(f"(:types {format_typed(domain.types)})")
     if domain.constants:
         sections.append(f"(:constants {format_typed(domain.constants)})")
     # Fawkes' parser requires the sections :requirements and :predicates
-    sections.append(_declarations(":predicates", domain.predicates))
+    sections.append(_format_declarations(":predicates", domain.predicates))
     if domain.functions:
-        sections.append(_declarations(":functions", domain.functions))
-    sections += map(_action, domain.actions)
+        sections.append(_format_declarations(":functions", domain.functions))
+    sections += map(_format_action, domain.actions)
     return "\n  ".join([f"(define (domain {domain.name})", *sections]) + "\n)\n"
 
 
-def _declarations(section: str, declarations: Iterable[Predicate | Function]) -> str:
-    texts = (_list(declared.name, format_typed(declared.parameters, "?")) for declared in declarations)
-    return _list(section, *texts)
+def _format_declarations(section: str, declarations: Iterable[Predicate | Function]) -> str:
+    texts = (_bracketed(declared.name, format_typed(declared.parameters, "?")) for declared in declarations)
+    return _bracketed(section, *texts)
 
 
-def _action(action: ActionSchema) -> str:
+def _format_action(action: ActionSchema) -> str:
     lines = [
         f"(:{'durative-' if action.durative else ''}action {action.name}",
         f"    :parameters ({format_typed(action.parameters, '?')})",
@@ -62,7 +62,7 @@ def _action(action: ActionSchema) -> str:
     return "\n".join(lines) + ")"
 
 
-def _list(*words: str) -> str:
+def _bracketed(*words: str) -> str:
     """Return words in brackets, without empty words."""
     return f"({' '.join(filter(None, words))})"
 
@@ -80,7 +80,7 @@ def format_typed(typed: TypedList, prefix: str = "") -> str:
 def format_term(term: Term) -> str:
     """Return a term as PDDL."""
     if isinstance(term, FunctionTerm):
-        return _list(term.function, *map(format_term, term.arguments))
+        return _bracketed(term.function, *map(format_term, term.arguments))
     return f"?{term.name}" if isinstance(term, Variable) else term.name
 
 

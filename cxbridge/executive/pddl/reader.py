@@ -1,7 +1,7 @@
 """The LR parser for the tables of PDDL's grammar.
 
-It shifts tokens onto three parallel stacks (states, values, start positions), and reduces the values of a
-rule's right side to the value that the builder makes of them.
+The parser pushes tokens onto three parallel stacks (states, values, start positions). At the end of a grammar
+rule, it replaces the values of the rule's right side by the value that the builder makes of them.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from cxbridge.executive.pddl.grammar import END, Rule, load_tables
+from cxbridge.executive.pddl.grammar import END_TERMINAL, Rule, load_tables
 from cxbridge.executive.pddl.tokens import Token
 
 Build = Callable[[Any, list[Any], int], Any]
@@ -17,7 +17,7 @@ Build = Callable[[Any, list[Any], int], Any]
 
 
 class UnexpectedToken(Exception):  # noqa: N818  it never leaves this package
-    """A token at a wrong place.
+    """A token that the grammar does not permit here.
 
     :param expected: the permitted terminals.
     """
@@ -38,7 +38,7 @@ class Reader:
         tables = load_tables()
         self._states = tables.states
         self._starts = tables.starts
-        self._rules = [(rule.size, rule.result, _reduce(rule, builder)) for rule in tables.rules]
+        self._rules = [(rule.size, rule.result, _make_reduction(rule, builder)) for rule in tables.rules]
 
     def read(self, tokens: list[Token], symbol: str, builder: object) -> Any:
         """Return the value of a start symbol that matches all tokens.
@@ -64,7 +64,7 @@ class Reader:
                 states.append(state)
             if step is None:
                 # the state after a complete start symbol has no steps at all
-                if kind == END and not table[state]:
+                if kind == END_TERMINAL and not table[state]:
                     break
                 raise UnexpectedToken(token, frozenset(table[state]))
             state = step
@@ -74,26 +74,32 @@ class Reader:
         return values[0]
 
 
-def _reduce(rule: Rule, builder: type) -> Build:
+def _make_reduction(rule: Rule, builder: type) -> Build:
     """Return the function that makes a rule's value from all values on its right side."""
-    kept, spread = rule.kept, set(rule.spread)
-    if rule.result.startswith("__"):  # lark's list of a repeated part
-        return _append if spread else _all_values
-    if not rule.build and len(kept) == 1:
-        (index,) = kept
+    value_indices, list_indices = rule.value_indices, set(rule.list_indices)
+    if rule.result.startswith("__"):  # lark's rule for the list of a repeated part, such as ``condition*``
+        return _append if list_indices else _all_values
+    if not rule.build and len(value_indices) == 1:
+        (index,) = value_indices
         return lambda _builder, values, _start: values[index]
     build: Build = getattr(builder, rule.build) if rule.build else _all_values
-    # functions for the common cases, without a test of each value: all rules of a text run through them
-    if not spread:
-        return lambda builder, values, start: build(builder, [values[index] for index in kept], start)
-    *single, last = kept
-    if spread == {last}:
+    # the common cases have functions without a test of each value, because each rule of a text calls them
+    if not list_indices:
         return lambda builder, values, start: build(
-            builder, [*(values[index] for index in single), *values[last]], start
+            builder, [values[index] for index in value_indices], start
+        )
+    *single_indices, last_index = value_indices
+    if list_indices == {last_index}:
+        return lambda builder, values, start: build(
+            builder, [*(values[index] for index in single_indices), *values[last_index]], start
         )
     return lambda builder, values, start: build(
         builder,
-        [value for index in kept for value in (values[index] if index in spread else (values[index],))],
+        [
+            value
+            for index in value_indices
+            for value in (values[index] if index in list_indices else (values[index],))
+        ],
         start,
     )
 

@@ -1,8 +1,7 @@
 """Semantic checks of domains and problems: declarations, types, numbers of arguments.
 
-Error texts are those of Fawkes' parser. Fawkes checks only boolean formulas, quantifiers and plain
-predicates. These checks include timed formulas, conditional effects and numbers, unless ``fawkes_compat`` is
-set.
+Error texts are those of Fawkes' parser. Fawkes checks only boolean formulas, quantifiers and atoms. The
+checks here include timed formulas, conditional effects and numbers, unless ``fawkes_compat`` is set.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ from cxbridge.executive.pddl.ast import (
 )
 from cxbridge.executive.pddl.errors import PddlSemanticError, semantic_error
 from cxbridge.executive.pddl.types import TypeHierarchy
-from cxbridge.executive.pddl.unsupported import CONTINUOUS, refusal, unsupported_head
+from cxbridge.executive.pddl.unsupported import CONTINUOUS_EFFECTS, unsupported_head, unsupported_texts
 
 # Formulas whose parts Fawkes does not check.
 _UNCHECKED_BY_FAWKES: Final = (Timed, Imply, When, TermComparison, NumericChange)
@@ -50,7 +49,7 @@ Warn = Callable[[PddlError], None]
 """Receives mistakes that do not prevent reading."""
 
 Scope = dict[str, tuple[str, ...]]
-"""Visible variables with their types; no type: any object."""
+"""The types of visible variables; a variable without types accepts any object."""
 
 
 class DomainChecker:
@@ -68,14 +67,16 @@ class DomainChecker:
         warn: Warn | None = None,
     ) -> None:
         self._domain = domain
-        self._compat = fawkes_compat
+        self._fawkes_compat = fawkes_compat
         self._warn = warn
-        self._typed = domain.requires_typing or (not fawkes_compat and domain.is_typed)
+        self._has_types = domain.requires_typing or (not fawkes_compat and domain.is_typed)
         self._hierarchy = TypeHierarchy(domain.types)
-        self._section = "(:constants ...)"  # the place to declare an unknown name, for hints
+        self._declaring_section = (
+            "(:constants ...)"  # the section in which an unknown name can be declared, for hints
+        )
         self._constants: Scope = {}
         for group in domain.constants:
-            for name in group.names:  # a constant may be declared again with another type, and has both
+            for name in group.names:  # a constant that is declared with two types has both types
                 self._constants[name] = self._constants.get(name, ()) + group.types
         self._predicates = {predicate.name: predicate for predicate in domain.predicates}
         self._functions = {function.name: function for function in domain.functions}
@@ -85,31 +86,29 @@ class DomainChecker:
 
         :raises PddlSemanticError: for the first mistake.
         """
-        if self._compat:
-            self._refuse_types()
-        else:
-            self._warn_of_types()
+        self._check_requirement()
+        if not self._fawkes_compat:
             self._refuse_duplicates()
-            self._refuse_circles()
+            self._refuse_cyclic_types()
             for typed in self._domain.typed_lists[1:]:
-                self._parameter_types(typed)
+                self._check_types(typed)
         for action in self._domain.actions:
-            self._action(action)
+            self._check_action(action)
 
     def check_objects(self, objects: TypedList) -> None:
         """Check the types of a problem's objects. Later errors refer to the problem.
 
         :raises PddlSemanticError: if a type is not declared.
         """
-        self._section = "(:objects ...) of the problem"
-        self._parameter_types(objects)
+        self._declaring_section = "(:objects ...) of the problem"
+        self._check_types(objects)
 
     def check_formula(self, formula: Formula) -> None:
         """Check a formula without parameters, such as a goal.
 
         :raises PddlSemanticError: for the first mistake.
         """
-        self._formula(formula, {})
+        self._check_formula(formula, {})
 
     def check_number(self, term: Term) -> None:
         """Check the term of a metric.
@@ -117,7 +116,7 @@ class DomainChecker:
         :raises PddlSemanticError: for the first mistake.
         """
         if not (isinstance(term, FunctionTerm) and term.function in (TOTAL_TIME, *ARITHMETIC)):
-            self._number(term, {})
+            self._check_number(term, {})
             return
         for argument in term.arguments:
             self.check_number(argument)
@@ -131,12 +130,14 @@ class DomainChecker:
             ("action", domain.actions),
         ]
         for kind, declarations in declared:
-            self._refuse_duplicate(kind, [(each.name, each.position) for each in declarations])
+            self._refuse_duplicate_names(
+                kind, [(declaration.name, declaration.position) for declaration in declarations]
+            )
         for action in domain.actions:
             names = [(name, group.position) for group in action.parameters for name in group.names]
-            self._refuse_duplicate(f"parameter of action {action.name}", names)
+            self._refuse_duplicate_names(f"parameter of action {action.name}", names)
 
-    def _refuse_duplicate(self, kind: str, names: list[tuple[str, Position]]) -> None:
+    def _refuse_duplicate_names(self, kind: str, names: list[tuple[str, Position]]) -> None:
         declared: dict[str, Position] = {}
         for name, position in names:
             if name in declared:
@@ -150,59 +151,56 @@ class DomainChecker:
     def _error(self, message: str, position: Position, hint: str | None = None) -> PddlSemanticError:
         return semantic_error(message, position, self._domain.file, hint)
 
-    def _first_type(self) -> Position | None:
-        """Return the place of the first type, if the requirements do not permit types."""
+    def _first_type_position(self) -> Position | None:
+        """Return the position of the first type, if the requirements do not permit types."""
         if self._domain.requires_typing:
             return None
         typed = (group.position for groups in self._domain.typed_lists for group in groups if group.types)
         return min(typed, default=None)
 
-    def _refuse_types(self) -> None:
-        position = self._first_type()
-        if position is not None:
-            message = "Requirement typing disabled, unexpected type found."
-            raise self._error(message, position, "add :typing to (:requirements ...)")
+    def _check_requirement(self) -> None:
+        """Refuse types without the requirement ``:typing`` as Fawkes does, or else warn of them."""
+        position, hint = self._first_type_position(), "add :typing to (:requirements ...)"
+        if position is None:
+            return
+        if self._fawkes_compat:
+            raise self._error("Requirement typing disabled, unexpected type found.", position, hint)
+        if self._warn is not None:
+            self._warn(self._error("there are types, but the requirements have no :typing", position, hint))
 
-    def _warn_of_types(self) -> None:
-        """Warn of types without the requirement ``:typing``. They count nevertheless."""
-        position = self._first_type()
-        if position is not None and self._warn is not None:
-            message = "there are types, but the requirements have no :typing"
-            self._warn(self._error(message, position, "add :typing to (:requirements ...)"))
-
-    def _refuse_circles(self) -> None:
-        """Refuse cyclic types."""
-        # object is the root, whatever a domain declares of it
+    def _refuse_cyclic_types(self) -> None:
+        """Refuse types that are supertypes of themselves."""
+        # `object` is the root of all types, even if a domain declares a supertype of it
         parents = {
             name: types - {ROOT_TYPE} for name, types in self._hierarchy.parents.items() if name != ROOT_TYPE
         }
         try:
             TopologicalSorter(parents).prepare()
         except CycleError as error:
-            circle = set(error.args[1])
+            cycle = set(error.args[1])
             for group in self._domain.types:
-                for name in sorted(circle.intersection(group.names)):
+                for name in sorted(cycle.intersection(group.names)):
                     message = f"the type {name} is a type of itself"
                     raise self._error(message, group.position, "types must not be in a circle") from None
 
-    def _action(self, action: ActionSchema) -> None:
-        if self._typed:
-            self._parameter_types(action.parameters)
+    def _check_action(self, action: ActionSchema) -> None:
+        if self._has_types:
+            self._check_types(action.parameters)
         scope = {name: group.types for group in action.parameters for name in group.names}
-        if action.duration is not None and not self._compat:
-            self._formula(action.duration, {**scope, "duration": ()})
+        if action.duration is not None and not self._fawkes_compat:
+            self._check_formula(action.duration, {**scope, "duration": ()})
         if action.durative:  # a parameter named ?duration hides the predefined variable
             scope = {"duration": (), **scope}
         for formula in (action.condition, action.effect):
             if formula is not None:
-                self._formula(formula, scope)
+                self._check_formula(formula, scope)
 
-    def _parameter_types(self, parameters: TypedList) -> None:
+    def _check_types(self, parameters: TypedList) -> None:
         declared = {type_ for pair in pairs_of(self._domain.types) for type_ in pair if type_}
-        if not self._compat:  # Fawkes' parser knows declared types only
+        if not self._fawkes_compat:  # Fawkes' parser knows declared types only
             declared.add(ROOT_TYPE)
         for group in parameters:
-            if not group.types and self._compat:
+            if not group.types and self._fawkes_compat:
                 raise self._error("Missing type.", group.position)
             for type_ in group.types:
                 if type_ not in declared:
@@ -212,23 +210,23 @@ class DomainChecker:
                         "declare it in (:types ...)",
                     )
 
-    def _formula(self, formula: Formula, scope: Scope) -> None:
-        if self._compat and isinstance(formula, _UNCHECKED_BY_FAWKES):
+    def _check_formula(self, formula: Formula, scope: Scope) -> None:
+        if self._fawkes_compat and isinstance(formula, _UNCHECKED_BY_FAWKES):
             return
         if isinstance(formula, Atom):
-            self._atom(formula, scope)
+            self._check_atom(formula, scope)
             return
         if isinstance(formula, Quantified):
-            if not self._compat:
-                self._parameter_types(formula.variables)
+            if not self._fawkes_compat:
+                self._check_types(formula.variables)
             bound = {name: group.types for group in formula.variables for name in group.names}
             scope = {**scope, **bound}
         for term in formula.terms:
-            self._number(term, scope)
+            self._check_number(term, scope)
         for part in formula.children:
-            self._formula(part, scope)
+            self._check_formula(part, scope)
 
-    def _atom(self, atom: Atom, scope: Scope) -> None:
+    def _check_atom(self, atom: Atom, scope: Scope) -> None:
         predicate = self._predicates.get(atom.predicate)
         if predicate is None:
             self._refuse_unsupported(unsupported_head(atom.predicate), atom.position)
@@ -244,34 +242,35 @@ class DomainChecker:
                 f"({atom.predicate}) is declared in line {predicate.position.line}",
             )
         for index, (argument, types) in enumerate(zip(atom.arguments, expected, strict=True)):
-            actual = self._types_of(argument, scope)
-            if self._typed and not self._fits(argument, actual, types):
+            actual = self._term_types(argument, scope)
+            if self._has_types and not self._accepts(argument, actual, types):
                 error = self._error(
-                    f"Type missmatch: Argument {index} of {atom.predicate} expects {_either(types)}"
-                    f" but got {_either(actual)}",
+                    f"Type missmatch: Argument {index} of {atom.predicate} expects {_types_text(types)}"
+                    f" but got {_types_text(actual)}",
                     argument.position,
                 )
-                if actual or self._compat:
+                if actual or self._fawkes_compat:
                     raise error
-                # a parameter without type accepts any object, and the predicate is false for unsuitable ones
+                # a parameter without type accepts any object; for objects of a wrong type the predicate is
+                # false
                 if self._warn is not None:
                     self._warn(error)
 
     def _refuse_unsupported(self, name: str, position: Position) -> None:
         """Refuse an unsupported part of PDDL by its name."""
-        if name and not self._compat:
-            message, hint = refusal(name)
+        if name and not self._fawkes_compat:
+            message, hint = unsupported_texts(name)
             raise self._error(message, position, hint)
 
-    def _types_of(self, term: Term, scope: Scope) -> tuple[str, ...]:
-        """Return the types of a declared variable or constant; none: any object."""
+    def _term_types(self, term: Term, scope: Scope) -> tuple[str, ...]:
+        """Return the types of a declared variable or constant; no types: the term may be any object."""
         if isinstance(term, FunctionTerm):
             raise self._error("Unexpected nested predicate.", term.position)
         declared = scope if isinstance(term, Variable) else self._constants
         if term.name in declared:
             return declared[term.name]
         if term.name == _CONTINUOUS_TIME:
-            self._refuse_unsupported(CONTINUOUS, term.position)
+            self._refuse_unsupported(CONTINUOUS_EFFECTS, term.position)
         if isinstance(term, Variable):
             raise self._error(
                 f"Unknown Parameter ?{term.name}", term.position, "declare it in :parameters of the action"
@@ -279,21 +278,21 @@ class DomainChecker:
         raise self._error(
             f"Unknown constant {term.name}",
             term.position,
-            f"declare it in {self._section}, or write ?{term.name} for the parameter"
+            f"declare it in {self._declaring_section}, or write ?{term.name} for the parameter"
             if term.name in scope
-            else f"declare it in {self._section}",
+            else f"declare it in {self._declaring_section}",
         )
 
-    def _fits(self, term: Term, actual: tuple[str, ...], expected: tuple[str, ...]) -> bool:
+    def _accepts(self, term: Term, actual: tuple[str, ...], expected: tuple[str, ...]) -> bool:
         """Return whether a predicate with the expected types accepts a term with its actual types."""
         if not expected or not actual:
             return not expected or ROOT_TYPE in expected
-        fits = [not self._hierarchy.with_ancestors(type_).isdisjoint(expected) for type_ in actual]
-        # a constant has all its types at once, a variable one of them
-        return any(fits) if isinstance(term, Constant) else all(fits)
+        accepted = [not self._hierarchy.supertypes(type_).isdisjoint(expected) for type_ in actual]
+        # a constant has all its types at once; a variable's object has at least one of its types
+        return any(accepted) if isinstance(term, Constant) else all(accepted)
 
-    def _number(self, term: Term, scope: Scope) -> None:
-        """Check a side of a comparison, or of a numeric effect."""
+    def _check_number(self, term: Term, scope: Scope) -> None:
+        """Check a term of a comparison or numeric effect."""
         if isinstance(term, FunctionTerm):
             function = self._functions.get(term.function)
             if function is None and term.function not in ARITHMETIC:
@@ -310,12 +309,12 @@ class DomainChecker:
                         term.position,
                     )
             for argument in term.arguments:
-                self._number(argument, scope)
+                self._check_number(argument, scope)
         elif not (isinstance(term, Constant) and number_of(term.name) is not None):
-            self._types_of(term, scope)
+            self._term_types(term, scope)
 
 
-def _either(types: tuple[str, ...]) -> str:
+def _types_text(types: tuple[str, ...]) -> str:
     if len(types) == 1:
         return types[0]
     return f"(either {' '.join(types)})" if types else ROOT_TYPE

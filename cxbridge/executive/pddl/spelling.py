@@ -1,7 +1,8 @@
-"""Names in the spelling of their declarations. PDDL ignores case, CLIPS does not.
+"""Names in the spelling of their declarations, because PDDL ignores case and CLIPS does not.
 
-A name may differ from its declaration in case, and a function without arguments may lack brackets. Both get
-the declared form here, so that names compare as text.
+A name may differ from its declaration in case. A function without arguments may be written without brackets,
+as a word in place of a number. These functions give both the declared form, so that names can be compared as
+text.
 """
 
 from __future__ import annotations
@@ -31,32 +32,40 @@ from cxbridge.executive.pddl.ast import (
     names_of,
 )
 
-Table = Mapping[str, str]
+Spellings = Mapping[str, str]
 """Declared forms by lower-case name."""
 
 
 def spell_domain(domain: Domain, words: Iterable[str], words_of_numbers: set[str]) -> Domain:
-    """Return the domain with declared spellings."""
-    # a domain with one spelling of each name needs no copy of its tree
+    """Return the domain with declared spellings.
+
+    :param words: the words of the domain's text.
+    :param words_of_numbers: the words in places of numbers.
+    """
+    # a copy of the syntax tree takes time: most domains spell each name in one way, and need no copy
     functions = {function.name.lower() for function in domain.functions if not function.parameters}
     if not _has_two_spellings(words) and functions.isdisjoint(map(str.lower, words_of_numbers)):
         return domain
-    return _Spelling(domain, domain.constants).domain(domain)
+    return _Speller(domain, domain.constants).domain(domain)
 
 
 def spell_problem(
     problem: Problem, domain: Domain, words: Iterable[str], words_of_numbers: set[str]
 ) -> Problem:
-    """Return the problem with the spellings of its declarations and the domain's."""
+    """Return the problem with the spellings of the declarations in problem and domain.
+
+    :param words: as in :func:`spell_domain`.
+    :param words_of_numbers: as in :func:`spell_domain`.
+    """
     functions = {
         TOTAL_TIME,
         *(function.name.lower() for function in domain.functions if not function.parameters),
     }
-    if not _has_two_spellings((*words, *_names_in(domain))) and functions.isdisjoint(
+    if not _has_two_spellings((*words, *_domain_names(domain))) and functions.isdisjoint(
         map(str.lower, words_of_numbers)
     ):
         return problem
-    return _Spelling(domain, domain.constants + problem.objects).problem(problem)
+    return _Speller(domain, domain.constants + problem.objects).problem(problem)
 
 
 def _has_two_spellings(words: Iterable[str]) -> bool:
@@ -65,20 +74,20 @@ def _has_two_spellings(words: Iterable[str]) -> bool:
     return len({word.lower() for word in distinct}) != len(distinct)
 
 
-def _names_in(domain: Domain) -> Iterable[str]:
+def _domain_names(domain: Domain) -> Iterable[str]:
     yield from (domain.name, ROOT_TYPE)
     yield from names_of(domain.types + domain.constants)
     yield from (predicate.name for predicate in domain.predicates)
     yield from (function.name for function in domain.functions)
 
 
-class _Spelling:
+class _Speller:
     def __init__(self, domain: Domain, objects: TypedList) -> None:
         self._name = domain.name
-        self._types = _table((ROOT_TYPE, *names_of(domain.types)))
-        self._objects = _table(names_of(objects))
-        self._predicates = _table(predicate.name for predicate in domain.predicates)
-        self._functions = _table((*(function.name for function in domain.functions), TOTAL_TIME))
+        self._types = _spelling_table((ROOT_TYPE, *names_of(domain.types)))
+        self._objects = _spelling_table(names_of(objects))
+        self._predicates = _spelling_table(predicate.name for predicate in domain.predicates)
+        self._functions = _spelling_table((*(function.name for function in domain.functions), TOTAL_TIME))
         self._numbers = {function.name for function in domain.functions if not function.parameters} | {
             TOTAL_TIME
         }
@@ -86,91 +95,99 @@ class _Spelling:
     def domain(self, domain: Domain) -> Domain:
         return replace(
             domain,
-            types=self._typed(domain.types, self._types),
-            constants=self._typed(domain.constants, self._objects),
+            types=self._spell_typed_list(domain.types, self._types),
+            constants=self._spell_typed_list(domain.constants, self._objects),
             predicates=tuple(
-                self._declaration(predicate, self._predicates) for predicate in domain.predicates
+                self._spell_declaration(predicate, self._predicates) for predicate in domain.predicates
             ),
-            functions=tuple(self._declaration(function, self._functions) for function in domain.functions),
-            actions=tuple(map(self._action, domain.actions)),
+            functions=tuple(
+                self._spell_declaration(function, self._functions) for function in domain.functions
+            ),
+            actions=tuple(map(self._spell_action, domain.actions)),
         )
 
     def problem(self, problem: Problem) -> Problem:
         metric = problem.metric
         if metric is not None:
-            metric = (metric[0], self._number(self._term(metric[1], {})))
+            metric = (metric[0], self._spell_number(self._spell_nested_term(metric[1], {})))
         return replace(
             problem,
-            domain=_spelt(problem.domain, _table((self._name,))),
-            objects=self._typed(problem.objects, self._objects),
-            # two atoms may differ in case only
-            init=tuple(dict.fromkeys(self._formula(atom, {}) for atom in problem.init)),
-            init_false=tuple(self._formula(atom, {}) for atom in problem.init_false),
-            numbers=tuple((self._term(call, {}), value) for call, value in problem.numbers),
-            goal=self._formula(problem.goal, {}),
+            domain=_declared_form(problem.domain, _spelling_table((self._name,))),
+            objects=self._spell_typed_list(problem.objects, self._objects),
+            # atoms that differ in case only become equal here
+            init=tuple(dict.fromkeys(self._spell_formula(atom, {}) for atom in problem.init)),
+            init_false=tuple(self._spell_formula(atom, {}) for atom in problem.init_false),
+            numbers=tuple((self._spell_nested_term(call, {}), value) for call, value in problem.numbers),
+            goal=self._spell_formula(problem.goal, {}),
             metric=metric,
         )
 
-    def _typed(self, typed: TypedList, names: Table) -> TypedList:
+    def _spell_typed_list(self, typed: TypedList, names: Spellings) -> TypedList:
         return tuple(
             replace(
                 group,
-                names=tuple(_spelt(name, names) for name in group.names),
-                types=tuple(_spelt(type_, self._types) for type_ in group.types),
+                names=tuple(_declared_form(name, names) for name in group.names),
+                types=tuple(_declared_form(type_, self._types) for type_ in group.types),
             )
             for group in typed
         )
 
-    def _declaration(self, declared: Any, names: Table) -> Any:
+    def _spell_declaration(self, declared: Any, names: Spellings) -> Any:
         name, parameters = declared.name, declared.parameters
-        return replace(declared, name=_spelt(name, names), parameters=self._typed(parameters, {}))
+        return replace(
+            declared, name=_declared_form(name, names), parameters=self._spell_typed_list(parameters, {})
+        )
 
-    def _action(self, action: ActionSchema) -> ActionSchema:
+    def _spell_action(self, action: ActionSchema) -> ActionSchema:
         formulas = {name: getattr(action, name) for name in _FORMULAS}
         quantified = [name for formula in formulas.values() for name in _quantified_names(formula)]
-        variables = _table((*names_of(action.parameters), *quantified, "duration"))
-        changed = {name: formula and self._formula(formula, variables) for name, formula in formulas.items()}
-        return replace(action, parameters=self._typed(action.parameters, variables), **changed)
+        variables = _spelling_table((*names_of(action.parameters), *quantified, "duration"))
+        spelt_formulas = {
+            name: formula and self._spell_formula(formula, variables) for name, formula in formulas.items()
+        }
+        return replace(
+            action, parameters=self._spell_typed_list(action.parameters, variables), **spelt_formulas
+        )
 
-    def _formula(self, formula: Formula, variables: Table) -> Any:
+    def _spell_formula(self, formula: Formula, variables: Spellings) -> Any:
         def spell(part: Formula) -> Any:
             match part:
                 case Atom(predicate=name):
-                    return _renamed(part, "predicate", _spelt(name, self._predicates))
+                    return _renamed(part, "predicate", _declared_form(name, self._predicates))
                 case Quantified():
-                    return replace(part, variables=self._typed(part.variables, variables))
+                    return replace(part, variables=self._spell_typed_list(part.variables, variables))
                 case TermComparison(left=left, right=right):
-                    return replace(part, left=self._number(left), right=self._number(right))
+                    return replace(part, left=self._spell_number(left), right=self._spell_number(right))
                 case NumericChange(target=target, amount=amount):
-                    return replace(part, target=self._number(target), amount=self._number(amount))
+                    return replace(part, target=self._spell_number(target), amount=self._spell_number(amount))
                 case _:
                     return part
 
-        variables = variables or _table(_quantified_names(formula))
+        variables = variables or _spelling_table(_quantified_names(formula))
         return formula.map_terms(lambda term: self._spell_term(term, variables)).map(spell)
 
-    def _term(self, term: Any, variables: Table) -> Any:
+    def _spell_nested_term(self, term: Any, variables: Spellings) -> Any:
         if isinstance(term, FunctionTerm):
-            arguments = tuple(self._term(argument, variables) for argument in term.arguments)
+            arguments = tuple(self._spell_nested_term(argument, variables) for argument in term.arguments)
             term = replace(term, arguments=arguments)
         return self._spell_term(term, variables)
 
-    def _spell_term(self, term: Term, variables: Table) -> Any:
+    def _spell_term(self, term: Term, variables: Spellings) -> Any:
         match term:
             case Variable(name=name):
-                return _renamed(term, "name", _spelt(name, variables))
+                return _renamed(term, "name", _declared_form(name, variables))
             case Constant(name=name):
-                return _renamed(term, "name", _spelt(name, self._objects))
+                return _renamed(term, "name", _declared_form(name, self._objects))
             case FunctionTerm(function=name, arguments=terms):
                 if name in ARITHMETIC:
-                    return replace(term, arguments=tuple(map(self._number, terms)))
-                return _renamed(term, "function", _spelt(name, self._functions))
+                    return replace(term, arguments=tuple(map(self._spell_number, terms)))
+                return _renamed(term, "function", _declared_form(name, self._functions))
 
-    def _number(self, term: Term) -> Term:
+    def _spell_number(self, term: Term) -> Term:
         """Return the term as a function term if it is a function without brackets."""
         if not isinstance(term, Constant) or term.name in self._objects.values():
             return term
-        name = _spelt(term.name, self._functions)
+        name = _declared_form(term.name, self._functions)
         return FunctionTerm(name, (), term.position) if name in self._numbers else term
 
 
@@ -188,12 +205,12 @@ def _renamed(node: Any, field: str, name: str) -> Any:
     return node if getattr(node, field) == name else replace(node, **{field: name})
 
 
-def _table(names: Iterable[str]) -> dict[str, str]:
-    table: dict[str, str] = {}
+def _spelling_table(names: Iterable[str]) -> dict[str, str]:
+    spellings: dict[str, str] = {}
     for name in names:
-        table.setdefault(name.lower(), name)
-    return table
+        spellings.setdefault(name.lower(), name)
+    return spellings
 
 
-def _spelt(name: str, table: Table) -> str:
-    return table.get(name.lower(), name)
+def _declared_form(name: str, spellings: Spellings) -> str:
+    return spellings.get(name.lower(), name)

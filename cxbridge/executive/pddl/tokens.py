@@ -1,7 +1,8 @@
 """The tokens of PDDL: brackets and words, with their terminals in the grammar.
 
-Words are cut at blanks and brackets first, and then classified: a keyword is a name wherever it cannot be a
-keyword, which the grammar decides. Only ``at start`` and the dash of a type are cut out before.
+The text is cut into words at blanks and brackets. The spelling of a word then decides its terminal. A keyword
+is a name wherever the grammar permits no keyword. Two terminals do not end at blanks, and are cut before
+words: ``at start``, and the dash of a type in ``?x -robot``.
 """
 
 from __future__ import annotations
@@ -14,15 +15,15 @@ from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl.ast import Position
 from cxbridge.executive.pddl.errors import syntax_error
-from cxbridge.executive.pddl.grammar import END, load_tables
+from cxbridge.executive.pddl.grammar import END_TERMINAL, load_tables
 
 MAX_DEPTH: Final = 100
-"""The maximum nesting of brackets, because functions on formulas are recursive."""
+"""The maximum nesting of brackets: functions on formulas are recursive, and Python's stack is limited."""
 
-MAX_WORD: Final = 1000
+MAX_WORD_LENGTH: Final = 1000
 """The maximum length of a word."""
 
-_DEEPER: Final = {"(": 1, ")": -1}
+_DEPTH_CHANGES: Final = {"(": 1, ")": -1}
 
 
 class Token(NamedTuple):
@@ -37,17 +38,19 @@ class Token(NamedTuple):
     start: int
 
 
-class Text:
-    """A tokenised text.
+class SourceText:
+    """A text with its tokens.
 
     :param file: the file name for errors.
-    :raises PddlSyntaxError: if brackets exceed :data:`MAX_DEPTH`, or a word :data:`MAX_WORD`.
+    :ivar tokens: the tokens, with the terminal ``END_TERMINAL`` at the end.
+    :ivar kinds: the terminals of the words in the text.
+    :raises PddlSyntaxError: if brackets exceed :data:`MAX_DEPTH`, or a word :data:`MAX_WORD_LENGTH`.
     """
 
     def __init__(self, text: str, file: str = "") -> None:
         self.file = file
         self.length = len(text)
-        self.kinds = _Kinds()
+        self.kinds = _WordKinds()
         self._line_starts = [0, *(match.end() for match in re.finditer("\n", text))]
         self.tokens = self._tokens(text)
 
@@ -57,44 +60,44 @@ class Text:
         return Position(line, start - self._line_starts[line - 1] + 1)
 
     def _tokens(self, text: str) -> list[Token]:
-        comment, pattern = _patterns()
-        if ";" in text:  # blanks of the same length keep the positions
+        comment, pattern = _token_patterns()
+        if ";" in text:  # blanks in place of comments keep the positions
             text = comment.sub(lambda match: " " * len(match[0]), text)
-        kinds, make = self.kinds, tuple.__new__  # takes half the time of a call of Token
+        kinds, make_tuple = self.kinds, tuple.__new__  # half as slow as a call of Token
         tokens: list[Token] = [
-            make(Token, (match.lastgroup or kinds[match[0]], match[0], match.start()))
+            make_tuple(Token, (match.lastgroup or kinds[match[0]], match[0], match.start()))
             for match in pattern.finditer(text)
         ]
-        depths = accumulate(map(_DEEPER.get, [token[1] for token in tokens], repeat(0)))
-        if max(depths, default=0) > MAX_DEPTH or max(map(len, kinds), default=0) > MAX_WORD:
-            self._refuse(tokens)
-        tokens.append(Token(END, "", len(text)))
+        depths = accumulate(map(_DEPTH_CHANGES.get, [token[1] for token in tokens], repeat(0)))
+        if max(depths, default=0) > MAX_DEPTH or max(map(len, kinds), default=0) > MAX_WORD_LENGTH:
+            self._refuse_excess(tokens)
+        tokens.append(Token(END_TERMINAL, "", len(text)))
         return tokens
 
-    def _refuse(self, tokens: list[Token]) -> None:
+    def _refuse_excess(self, tokens: list[Token]) -> None:
         """Raise the error about the first token that is nested too deeply or too long."""
         depth = 0
         for _, word, start in tokens:
-            depth += _DEEPER.get(word, 0)
+            depth += _DEPTH_CHANGES.get(word, 0)
             message = f"brackets are nested more than {MAX_DEPTH} deep" if depth > MAX_DEPTH else ""
-            if len(word) > MAX_WORD:
-                message = f"a word has more than {MAX_WORD} characters"
+            if len(word) > MAX_WORD_LENGTH:
+                message = f"a word has more than {MAX_WORD_LENGTH} characters"
             if message:
                 raise syntax_error(message, self.position(start), self.file)
 
 
-class _Kinds(dict[str, str]):
+class _WordKinds(dict[str, str]):
     """The terminals of a text's words, computed once per word."""
 
     def __missing__(self, word: str) -> str:
-        kind = self[word] = _kind(word)
+        kind = self[word] = _word_kind(word)
         return kind
 
 
 @lru_cache(maxsize=4096)
-def _kind(word: str) -> str:
+def _word_kind(word: str) -> str:
     # cached across texts: a domain and its problems share most words
-    keywords, words = _words()
+    keywords, words = _word_tables()
     kind = keywords.get(word.lower())
     if kind is None:
         match = words.fullmatch(word)
@@ -104,7 +107,7 @@ def _kind(word: str) -> str:
 
 
 @cache
-def _words() -> tuple[dict[str, str], re.Pattern[str]]:
+def _word_tables() -> tuple[dict[str, str], re.Pattern[str]]:
     """Return terminals by keyword, and a pattern of other words with terminals as group names."""
     tables = load_tables()
     patterns = (f"(?P<{name}>{pattern})" for name, pattern in tables.words.items())
@@ -112,7 +115,7 @@ def _words() -> tuple[dict[str, str], re.Pattern[str]]:
 
 
 @cache
-def _patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
+def _token_patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
     """Return the patterns of comments and of tokens."""
     tables = load_tables()
     cuts = "|".join(f"(?P<{name}>{pattern})" for name, pattern in tables.cuts.items())

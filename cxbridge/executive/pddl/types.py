@@ -8,22 +8,23 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator
 from itertools import product
 
-from cxbridge.executive.pddl.ast import ROOT_TYPE, Bound, Domain, Problem, TypedList, pairs_of
+from cxbridge.executive.pddl.ast import ROOT_TYPE, Binding, Domain, Problem, TypedList, pairs_of
 
 ObjectsOf = Callable[[tuple[str, ...]], Collection[str]]
 """Returns the objects of any of some types; without types all objects."""
 
 
 class TypeHierarchy:
-    """The declared types with their supertypes. Cycles are permitted here, and refused by the checks."""
+    """The declared types with their supertypes. Cycles are permitted; :mod:`.semantics` refuses them."""
 
     def __init__(self, types: TypedList) -> None:
         self.parents: dict[str, set[str]] = {}
-        """The direct supertypes of each declared type: several if the type is declared several times."""
+        """The direct supertypes of each declared type; several supertypes if the type is declared several
+        times."""
         for name, parent in pairs_of(types):
             self.parents.setdefault(name, set()).add(parent or ROOT_TYPE)
 
-    def with_ancestors(self, type_: str) -> set[str]:
+    def supertypes(self, type_: str) -> set[str]:
         """Return a type and all its supertypes, including ``object``."""
         ancestors = {ROOT_TYPE}
         queue = [type_]
@@ -43,7 +44,7 @@ class ObjectTable:
         # dictionaries in place of sets: the order of declaration makes plans reproducible
         self._objects: dict[str, dict[str, None]] = {}
         for name, declared in (*pairs_of(domain.constants), *pairs_of(problem.objects)):
-            for type_ in hierarchy.with_ancestors(declared or ROOT_TYPE):
+            for type_ in hierarchy.supertypes(declared or ROOT_TYPE):
                 self._objects.setdefault(type_, {})[name] = None
 
     def of(self, types: tuple[str, ...]) -> dict[str, None]:
@@ -54,7 +55,7 @@ class ObjectTable:
         return objects
 
 
-def bindings_of(variables: TypedList, bound: Bound, objects_of: ObjectsOf) -> Iterator[Bound]:
+def extended_bindings(variables: TypedList, bound: Binding, objects_of: ObjectsOf) -> Iterator[Binding]:
     """Yield ``bound`` extended by each choice of objects for the variables."""
     names = [name for group in variables for name in group.names]
     domains = [objects_of(group.types) for group in variables for _ in group.names]

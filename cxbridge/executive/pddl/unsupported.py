@@ -1,4 +1,4 @@
-"""Unsupported parts of PDDL, with their names in manuals and papers."""
+"""Parts of PDDL that cxbridge does not support, with their names in manuals, for error messages."""
 
 from __future__ import annotations
 
@@ -42,21 +42,21 @@ _HEADS: Final = {
     "hold-during": _CONSTRAINTS,
     "hold-after": _CONSTRAINTS,
 }
-TIMED_INITIAL: Final = "timed initial literals"
+TIMED_INITIAL_LITERALS: Final = "timed initial literals"
 OBJECT_FLUENTS: Final = "object fluents"
-CONTINUOUS: Final = "continuous effects (#t)"
+CONTINUOUS_EFFECTS: Final = "continuous effects (#t)"
 
 
 def unsupported_section(keyword: str) -> str:
-    """Return the purpose of a section or part of an action; empty if unknown."""
+    """Return the name of an unsupported section or part of an action; empty if the keyword is another."""
     return _SECTIONS.get(keyword.lower(), "")
 
 
 def unsupported_head(word: str) -> str:
-    """Return the purpose of a formula's first word; empty if unknown."""
+    """Return the name of an unsupported formula by its first word; empty if the word is another."""
     return _HEADS.get(word.lower(), "")
 
 
-def refusal(name: str) -> tuple[str, str]:
+def unsupported_texts(name: str) -> tuple[str, str]:
     """Return message and hint about an unsupported part."""
     return f"{name} are not supported", "docs/planning.md#pddl lists the supported parts of PDDL"

@@ -21,7 +21,7 @@ from cxbridge.executive.pddl.ast import (
     TermComparison,
     Variable,
 )
-from cxbridge.executive.pddl.facts import EQUALITY
+from cxbridge.executive.pddl.facts import EQUALITY_PREDICATE
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
@@ -82,7 +82,7 @@ def atom_of(slots: Slots) -> Formula:
         for name, constant in zip(names, constants_of(names, constants), strict=True)
     ]
     predicate = text_in(slots, "predicate")
-    if predicate == EQUALITY and len(terms) == _EQUALITY_TERM_COUNT:
+    if predicate == EQUALITY_PREDICATE and len(terms) == _EQUALITY_TERM_COUNT:
         return TermComparison("=", terms[0], terms[1])
     return Atom(predicate, tuple(terms))
 

@@ -12,8 +12,8 @@ from typing import Final
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
+    Binding,
     BlamedPart,
-    Bound,
     Constant,
     Formula,
     FunctionTerm,
@@ -27,7 +27,7 @@ from cxbridge.executive.pddl.ast import (
     Variable,
     number_of,
 )
-from cxbridge.executive.pddl.types import ObjectsOf, bindings_of
+from cxbridge.executive.pddl.types import ObjectsOf, extended_bindings
 
 MAX_EVALUATIONS: Final = 200_000
 """The maximum number of evaluated parts of a formula, about a second of work."""
@@ -85,11 +85,11 @@ class KnownState:
                 hint="use fewer variables in 'exists' and 'forall', or types with fewer objects",
             )
 
-    def has(self, predicate: str, terms: tuple[Term, ...], bound: Bound) -> bool:
+    def has(self, predicate: str, terms: tuple[Term, ...], bound: Binding) -> bool:
         """Return whether a fact is true."""
         return self._ground(predicate, terms, bound) in self._predicates
 
-    def compares(self, operator: str, left: Term, right: Term, bound: Bound) -> bool:
+    def compares(self, operator: str, left: Term, right: Term, bound: Binding) -> bool:
         """Return the result of a comparison, which is false if a function has no value."""
         if operator == "=" and not (self._is_number(left) or self._is_number(right)):
             name = _object(left, bound)
@@ -101,14 +101,14 @@ class KnownState:
             self._duration is not None and isinstance(term, Variable) and term.name == DURATION
         )
 
-    def _ground(self, name: str, terms: Iterable[Term], bound: Bound) -> Ground:
+    def _ground(self, name: str, terms: Iterable[Term], bound: Binding) -> Ground:
         return name, tuple(str(_object(term, bound)) for term in terms)
 
-    def bindings(self, variables: TypedList, bound: Bound) -> Iterator[Bound]:
+    def bindings(self, variables: TypedList, bound: Binding) -> Iterator[Binding]:
         """Yield ``bound`` extended by each choice of objects for the variables."""
-        return bindings_of(variables, bound, self._objects_of)
+        return extended_bindings(variables, bound, self._objects_of)
 
-    def number(self, term: Term, bound: Bound) -> float | None:
+    def number(self, term: Term, bound: Binding) -> float | None:
         """Return the number of a term; None for an object or a function without value."""
         match term:
             case Variable(name=name):
@@ -121,7 +121,7 @@ class KnownState:
                 return _compute(name, [self.number(operand, bound) for operand in terms])
 
 
-def _object(term: Term, bound: Bound) -> str | None:
+def _object(term: Term, bound: Binding) -> str | None:
     """Return the object of a term; None for a number or an unbound variable."""
     match term:
         case Variable(name=name):
@@ -154,7 +154,7 @@ def _compare(sign: str, first: float | None, second: float | None) -> bool:
 
 
 def blamed_parts(
-    formula: Formula, state: State, bound: Bound, *, required: bool = True, keeps_choices: bool = False
+    formula: Formula, state: State, bound: Binding, *, required: bool = True, keeps_choices: bool = False
 ) -> Iterator[BlamedPart]:
     """Yield the smallest parts that keep a condition from a required truth value.
 

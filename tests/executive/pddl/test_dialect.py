@@ -9,7 +9,7 @@ import pytest
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import format_problem, load_domain, parse_domain, parse_formula, parse_problem
 from cxbridge.executive.pddl.ast import Atom, Constant, FunctionTerm
-from cxbridge.executive.pddl.tokens import MAX_WORD
+from cxbridge.executive.pddl.tokens import MAX_WORD_LENGTH
 
 DOMAIN = """\
 (define (domain garden)
@@ -195,7 +195,7 @@ def test_a_predicate_may_have_the_name_of_a_part_that_is_not_supported() -> None
 
 
 def test_a_long_word_is_one_error() -> None:
-    with pytest.raises(PddlError, match=f"more than {MAX_WORD} characters") as caught:
+    with pytest.raises(PddlError, match=f"more than {MAX_WORD_LENGTH} characters") as caught:
         parse_domain(DOMAIN.replace("corner", "c" * 10_000), "garden.pddl")
     assert caught.value.line == 4
-    assert parse_formula(f"({'p' * MAX_WORD})")
+    assert parse_formula(f"({'p' * MAX_WORD_LENGTH})")

@@ -30,7 +30,7 @@ from cxbridge.executive.pddl.ast import (
 )
 from cxbridge.executive.pddl.build import SyntaxBuilder
 from cxbridge.executive.pddl.reader import Reader
-from cxbridge.executive.pddl.tokens import Text
+from cxbridge.executive.pddl.tokens import SourceText
 
 patient = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
@@ -108,5 +108,5 @@ def test_conditions_come_back(formula: Formula) -> None:
 @given(DOMAINS)
 def test_domains_come_back(domain: Domain) -> None:
     # Not checked: a generated domain parses, but seldom makes sense.
-    text = Text(format_domain(domain))
+    text = SourceText(format_domain(domain))
     assert Reader(SyntaxBuilder).read(text.tokens, "domain", SyntaxBuilder(text)) == domain

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,
-    Bound,
+    Binding,
     Formula,
     FunctionTerm,
     Imply,
@@ -24,7 +24,7 @@ from cxbridge.executive.pddl.ast import (
     TypedList,
     Variable,
 )
-from cxbridge.executive.pddl.types import ObjectTable, bindings_of
+from cxbridge.executive.pddl.types import ObjectTable, extended_bindings
 from cxbridge.executive.planning.errors import PlanningError
 
 MAX_ALTERNATIVES: Final = 4096
@@ -69,7 +69,7 @@ class Evaluator:
         self._static_truth = static_truth
 
     def alternatives(  # noqa: PLR0911  a case for each kind of formula
-        self, formula: Formula | None, binding: Bound, *, negated: bool = False
+        self, formula: Formula | None, binding: Binding, *, negated: bool = False
     ) -> Alternatives:
         """Return the alternatives of a condition, or of its negation.
 
@@ -100,11 +100,11 @@ class Evaluator:
                 return _conjoin(alternatives) if (quantifier == "forall") != negated else _union(alternatives)
         raise PlanningError(f"a condition cannot hold {type(formula).__name__}")
 
-    def bindings(self, variables: TypedList, binding: Bound) -> Iterator[Bound]:
+    def bindings(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
         """Yield the binding extended by each choice of objects for the variables."""
-        return bindings_of(variables, binding, self._objects.of)
+        return extended_bindings(variables, binding, self._objects.of)
 
-    def _atom(self, atom: Atom, binding: Bound, *, negated: bool) -> Alternatives:
+    def _atom(self, atom: Atom, binding: Binding, *, negated: bool) -> Alternatives:
         fact = fact_of(atom, binding)
         truth = self._static_truth(fact)
         if truth is not None:
@@ -113,7 +113,7 @@ class Evaluator:
         return (Conjunction(negative=facts) if negated else Conjunction(positive=facts),)
 
 
-def object_of(term: Term, binding: Bound) -> str:
+def object_of(term: Term, binding: Binding) -> str:
     """Return the name of a term's object.
 
     :raises PlanningError: if the term is the value of a function.
@@ -123,7 +123,7 @@ def object_of(term: Term, binding: Bound) -> str:
     return binding[term.name] if isinstance(term, Variable) else term.name
 
 
-def fact_of(atom: Atom, binding: Bound) -> Fact:
+def fact_of(atom: Atom, binding: Binding) -> Fact:
     return Fact(atom.predicate, tuple(object_of(argument, binding) for argument in atom.arguments))
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from cxbridge.executive.pddl.ast import And, Atom, Bound, Formula, Not, NumericChange, Quantified, When
+from cxbridge.executive.pddl.ast import And, Atom, Binding, Formula, Not, NumericChange, Quantified, When
 from cxbridge.executive.planning.compile.conditions import (
     FALSE,
     TRUE,
@@ -53,7 +53,7 @@ def changed_predicates(effect: Formula | None) -> Iterator[str]:
 
 
 def effect_cases(
-    evaluator: Evaluator, precondition: Conjunction, effect: Formula | None, binding: Bound
+    evaluator: Evaluator, precondition: Conjunction, effect: Formula | None, binding: Binding
 ) -> Iterator[EffectCase]:
     """Yield the cases of a ground action.
 
@@ -95,8 +95,8 @@ def _split_case(
 
 
 def _changes(
-    evaluator: Evaluator, effect: Formula | None, outer: Formula | None, binding: Bound
-) -> Iterator[tuple[Formula | None, Bound, Change]]:
+    evaluator: Evaluator, effect: Formula | None, outer: Formula | None, binding: Binding
+) -> Iterator[tuple[Formula | None, Binding, Change]]:
     """Yield the changes of an effect, each with its condition and the objects of its variables.
 
     :param outer: the condition of the effect itself; None without a condition.

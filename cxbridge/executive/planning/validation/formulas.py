@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,
-    Bound,
+    Binding,
     Constant,
     Formula,
     FunctionTerm,
@@ -56,7 +56,7 @@ class _BoundEffect(NamedTuple):
     """
 
     effect: Atom | NumericChange
-    bound: Bound
+    bound: Binding
     value: bool = True
 
 
@@ -77,7 +77,7 @@ class Moment:
         """Return the state in the form in which conditions are evaluated."""
         return KnownState(self.state.facts, self.state.numbers, self.objects.of, self.duration)
 
-    def read_by(self, formulas: list[Formula], bound: Bound) -> tuple[set[Ground], set[Ground]]:
+    def read_by(self, formulas: list[Formula], bound: Binding) -> tuple[set[Ground], set[Ground]]:
         """Return the facts that conditions read as true, and all other facts and functions that they read."""
         facts, numbers = RecordingFacts(self.state.facts), RecordingNumbers(self.state.numbers)
         state = KnownState(facts, numbers, self.objects.of, self.duration)
@@ -121,7 +121,7 @@ def _has_times(formula: Formula) -> bool:
             return False
 
 
-def false_part(formula: Formula, bound: Bound, moment: Moment) -> str:
+def false_part(formula: Formula, bound: Binding, moment: Moment) -> str:
     """Return a text about the smallest false part of a formula; empty if the formula is true."""
     state = moment.known_state()
     blamed = next(blamed_parts(formula, state, bound, keeps_choices=True), None)
@@ -135,18 +135,18 @@ def false_part(formula: Formula, bound: Bound, moment: Moment) -> str:
     return f"{_bound_text(part, inner)} is false" + (f": {values}" if values else "")
 
 
-def _value_text(term: FunctionTerm, bound: Bound, state: KnownState) -> str:
+def _value_text(term: FunctionTerm, bound: Binding, state: KnownState) -> str:
     value = state.number(term, bound)
     text = "has no value" if value is None else f"is {format_number(value)}"
     return f"{format_term(_bind_term(term, bound))} {text}"
 
 
-def _bound_text(formula: Formula, bound: Bound) -> str:
+def _bound_text(formula: Formula, bound: Binding) -> str:
     """Return the text of a formula with objects in place of variables."""
     return format_formula(formula.map_terms(lambda term: _bind_term(term, bound)))
 
 
-def _bind_term(term: Term, bound: Bound) -> Term:
+def _bind_term(term: Term, bound: Binding) -> Term:
     match term:
         case Variable(name=name) if name in bound:
             return Constant(bound[name])
@@ -156,7 +156,7 @@ def _bind_term(term: Term, bound: Bound) -> Term:
             return term
 
 
-def effect_changes(effect: Formula | None, bound: Bound, moment: Moment, time: str) -> Changes:
+def effect_changes(effect: Formula | None, bound: Binding, moment: Moment, time: str) -> Changes:
     """Return the changes of an effect.
 
     :param time: :data:`AT_START` or :data:`AT_END`, which includes effects without time.
@@ -174,7 +174,7 @@ def effect_changes(effect: Formula | None, bound: Bound, moment: Moment, time: s
 
 
 def numbers_after(
-    effect: Formula | None, bound: Bound, numbers: Mapping[Ground, float], duration: float
+    effect: Formula | None, bound: Binding, numbers: Mapping[Ground, float], duration: float
 ) -> dict[Ground, float]:
     """Return the numbers that an action changes at start and end, with their new values.
 
@@ -188,7 +188,7 @@ def numbers_after(
     return changes.numbers
 
 
-def _change_number(change: NumericChange, bound: Bound, state: KnownState, changes: Changes) -> None:
+def _change_number(change: NumericChange, bound: Binding, state: KnownState, changes: Changes) -> None:
     """Add a numeric effect to the changes.
 
     :param state: the state before all changes.
@@ -209,7 +209,7 @@ def _change_number(change: NumericChange, bound: Bound, state: KnownState, chang
 
 
 def _effects(
-    effect: Formula | None, bound: Bound, moment: Moment, time: str, moment_time: str
+    effect: Formula | None, bound: Binding, moment: Moment, time: str, moment_time: str
 ) -> Iterator[_BoundEffect]:
     """Yield the effects that happen at a moment: those with its time whose conditions are true.
 
@@ -238,7 +238,7 @@ def _effects(
             return
 
 
-def _condition_holds(condition: Formula, bound: Bound, moment: Moment) -> bool:
+def _condition_holds(condition: Formula, bound: Binding, moment: Moment) -> bool:
     """Return whether the condition of an effect is true. Its ``at start`` parts refer to the start."""
     if not _has_times(condition):
         return condition.holds(moment.known_state(), bound)
