@@ -13,7 +13,7 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine
 from cxbridge.file_access import replacing, write_file
 from cxbridge.trace.convert import convert
-from cxbridge.trace.formats.files import open_alone
+from cxbridge.trace.formats.files import open_exclusively
 from cxbridge.trace.formats.registry import copy_formats
 from tests.support import module_files, short_path
 from tests.trace.runs import MemoryRun, family
@@ -135,7 +135,7 @@ def test_files_are_named_by_the_scenario(tmp_path: Path, monkeypatch: pytest.Mon
 
 def test_a_recording_that_is_being_written_is_not_replaced(tmp_path: Path):
     output = tmp_path / "out.mcap"
-    with open_alone(output) as file:
+    with open_exclusively(output) as file:
         with pytest.raises(TraceError, match="another process is writing"):
             convert(MemoryRun(events()), output, "mcap")
         file.write(b"its own")

@@ -14,9 +14,9 @@ from cxbridge.mainloop import Hook
 from cxbridge.resources import VERSION
 from cxbridge.run.components.component import Component
 from cxbridge.run.options import RunOptions
-from cxbridge.trace.formats.files import keep_previous
+from cxbridge.trace.formats.files import rename_previous
 from cxbridge.trace.recorder import Recorder
-from cxbridge.trace.sourcing import emit_configuration, interface_source
+from cxbridge.trace.sourcing import emit_configuration, read_interface_source
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
@@ -78,7 +78,7 @@ def start_recording(
     if options.trace is not None:
         from cxbridge.trace.formats.mcap.writer import McapWriter  # noqa: PLC0415 - slow to import
 
-        definition = partial(interface_source, run.registry)
+        definition = partial(read_interface_source, run.registry)
         writers.append(
             McapWriter(with_folder(options.trace), definition=definition, files=options.trace_files)
         )
@@ -102,7 +102,7 @@ def start_recording(
         }
     )
     # the configuration is written first, although other sources were read before the recorder existed
-    early = [] if run.early is None else run.early.take()
+    early = [] if run.early is None else run.early.stop()
     if options.trace_files:
         emit_configuration(run.bus, run.config)
     for event in early:
@@ -114,7 +114,7 @@ def _keep_previous(bus: EventBus, files: Iterable[Path | None]) -> None:
     """Rename existing recordings."""
     # after a crash and a restart, the previous recording may show the cause of the crash
     for file in files:
-        if file is not None and (renamed := keep_previous(file)) is not None:
+        if file is not None and (renamed := rename_previous(file)) is not None:
             bus.logger("Recorder").info(f"The recording before is kept as {renamed}")
 
 

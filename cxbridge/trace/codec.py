@@ -1,8 +1,10 @@
 """Encoding and decoding of events as JSON: messages in mcap files and lines of ``trace cat --json``.
 
-Kinds of events and their fields are listed in docs/formats.md. ``time_us`` is in microseconds since the
-epoch. msgspec does the work. Its output differs from that of :mod:`json`, which wrote the first recordings,
-for numbers with an exponent and for NaN and infinity; these are still written in the form of :mod:`json`.
+docs/formats.md lists the kinds of events and their fields. ``time_us`` is in microseconds since the epoch.
+
+msgspec encodes and decodes. msgspec writes numbers with an exponent, NaN and infinity differently from
+:mod:`json`, which wrote the first recordings, and refuses texts with a lone surrogate. Such values are
+therefore prepared: the output is that of :mod:`json`.
 """
 
 from __future__ import annotations
@@ -30,29 +32,34 @@ class EventFormatError(ValueError):
 def encode(event: Event) -> bytes:
     """Return the event's fields as JSON on one line."""
     event_type = type(event)
-    open_fields = _open_fields[event_type] if event_type in _open_fields else _find_open_fields(event_type)
+    checked_fields = (
+        _checked_fields[event_type] if event_type in _checked_fields else _find_checked_fields(event_type)
+    )
     try:
-        # most events have only texts and whole numbers, whose values need no check
-        for name in open_fields:
+        # most events have only texts and integers, which need no check: this is the fast path
+        for name in checked_fields:
             value = getattr(event, name)
-            if not _is_ready(value.values() if type(value) is dict else (value,)):
+            if not _has_same_json(value.values() if type(value) is dict else (value,)):
                 return _encode(
-                    replace(event, **{name: _prepared(getattr(event, name)) for name in open_fields})
+                    replace(event, **{name: _prepare_field(getattr(event, name)) for name in checked_fields})
                 )
         return _encode(event)
-    except UnicodeEncodeError:
-        plain = {name: getattr(event, name) for name in field_names(event_type)}
+    except UnicodeEncodeError:  # a lone surrogate in a text
+        values = {name: getattr(event, name) for name in field_names(event_type)}
         return _encode(
-            {name: value if isinstance(value, Enum) else _writable(value) for name, value in plain.items()}
+            {
+                name: value if isinstance(value, Enum) else _prepare_value(value)
+                for name, value in values.items()
+            }
         )
 
 
-def _prepared(value: Any) -> Any:
-    """Return the value of a field in types that msgspec writes like :mod:`json`."""
+def _prepare_field(value: Any) -> Any:
+    """Return the value of a field such that msgspec writes it like :mod:`json`."""
     if type(value) is not dict:
-        return _writable(value)
+        return _prepare_value(value)
     return {
-        name: element if type(element) in _PLAIN_TYPES else _writable(element)
+        name: element if type(element) in _PLAIN_TYPES else _prepare_value(element)
         for name, element in value.items()
     }
 
@@ -62,38 +69,40 @@ def encode_with_kind(event: Event) -> bytes:
     return b'{"kind":"%s",%s' % (event.KIND.name.encode(), encode(event)[1:])
 
 
-def dump(plain: Mapping[str, Any]) -> str:
+def dump_json(values: Mapping[str, Any]) -> str:
     """Return values as a JSON object on one line."""
-    return _encode(_writable(plain)).decode()
+    return _encode(_prepare_value(values)).decode()
 
 
-def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of an interface with enum items by name."""
+def values_with_enum_names(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of an interface with the names of enum items."""
     return {
-        name: [_item(element) for element in value] if isinstance(value, list | tuple) else _item(value)
+        name: [_name_of_item(element) for element in value]
+        if isinstance(value, list | tuple)
+        else _name_of_item(value)
         for name, value in values.items()
     }
 
 
-def _item(value: Any) -> Any:
+def _name_of_item(value: Any) -> Any:
     return value.name if isinstance(value, Enum) else value
 
 
-def decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
+def make_decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
     """Return a function that decodes events of a type.
 
     :returns: the function, which raises EventFormatError for other data.
     """
-    fast = msgspec.json.Decoder(event_type).decode
-    refused = (msgspec.MsgspecError, ValueError, RecursionError)
-    whole_numbers = [name for name, hint in get_type_hints(event_type).items() if hint in (int, int | None)]
+    decode_by_msgspec = msgspec.json.Decoder(event_type).decode
+    refusals = (msgspec.MsgspecError, ValueError, RecursionError)
+    integer_fields = [name for name, hint in get_type_hints(event_type).items() if hint in (int, int | None)]
 
     def decode(data: bytes) -> Event:
         try:
-            event = fast(data)
-        except refused:
-            event = _convert(event_type, data)
-        for name in whole_numbers:
+            event = decode_by_msgspec(data)
+        except refusals:
+            event = _decode_by_json(event_type, data)
+        for name in integer_fields:
             number = getattr(event, name)
             if number is not None and not -_INTEGER_LIMIT < number < _INTEGER_LIMIT:
                 raise EventFormatError(
@@ -104,7 +113,7 @@ def decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
     return decode
 
 
-def _convert(event_type: type[Event], data: bytes) -> Event:
+def _decode_by_json(event_type: type[Event], data: bytes) -> Event:
     """Decode a text that msgspec refuses, such as NaN or a lone surrogate, by :mod:`json`."""
     try:
         return msgspec.convert(json.loads(data), event_type)
@@ -112,7 +121,7 @@ def _convert(event_type: type[Event], data: bytes) -> Event:
         raise EventFormatError(f"no event of kind {event_type.KIND.name}: {error}") from error
 
 
-def schema_of(event_type: type[Event]) -> dict[str, Any]:
+def event_json_schema(event_type: type[Event]) -> dict[str, Any]:
     """Return the JSON schema of a type of events."""
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -138,42 +147,42 @@ def _json_types(event_type: type[Event]) -> dict[str, str]:
     return types
 
 
-def _find_open_fields(event_type: type[Event]) -> tuple[str, ...]:
-    """Return the fields whose values msgspec may write differently or refuse, and cache them."""
+def _find_checked_fields(event_type: type[Event]) -> tuple[str, ...]:
+    """Return the fields whose values msgspec may write differently from :mod:`json`, and cache them."""
     kinds = _json_types(event_type)
     names = tuple(name for name, kind in kinds.items() if kind in ("number", "object"))
-    _open_fields[event_type] = names
+    _checked_fields[event_type] = names
     return names
 
 
-def _is_ready(values: Iterable[Any]) -> bool:
-    """Return whether msgspec writes all values like :mod:`json`; it refuses texts with a lone surrogate."""
+def _has_same_json(values: Iterable[Any]) -> bool:
+    """Return whether msgspec writes all values like :mod:`json`, apart from texts with a lone surrogate."""
     for value in values:
         kind = type(value)
         if kind is float:
-            # within these limits both write a number without an exponent
+            # within these limits both libraries write a number without an exponent
             if not (1e-4 <= value < 1e16 or value == 0.0 or -1e16 < value <= -1e-4):  # noqa: PLR2004
                 return False
         elif kind is list or kind is tuple:
-            if not _is_ready(value):
+            if not _has_same_json(value):
                 return False
         elif kind is not int and kind is not str and kind is not bool:
             return False
     return True
 
 
-def _writable(value: Any) -> Any:
-    """Return a value that msgspec writes like :mod:`json`, with enum items by name."""
+def _prepare_value(value: Any) -> Any:
+    """Return a value such that msgspec writes it like :mod:`json`, with the names of enum items."""
     convert = _CONVERTERS.get(type(value))
     if convert is not None:
         return convert(value)
     if isinstance(value, Enum):
         return value.name
-    return _ready_values(value) if isinstance(value, Mapping) else value
+    return _prepare_mapping(value) if isinstance(value, Mapping) else value
 
 
-def _ready_text(text: str) -> str | msgspec.Raw:
-    """Return a text, with a lone surrogate, which CLIPS can make, as an escape."""
+def _prepare_text(text: str) -> str | msgspec.Raw:
+    """Return a text; a text with a lone surrogate, which CLIPS can make, as JSON with an escape."""
     try:
         text.encode()
     except UnicodeEncodeError:
@@ -181,30 +190,30 @@ def _ready_text(text: str) -> str | msgspec.Raw:
     return text
 
 
-def _ready_number(number: float) -> float | msgspec.Raw:
-    if _is_ready((number,)):
+def _prepare_number(number: float) -> float | msgspec.Raw:
+    if _has_same_json((number,)):
         return number
     return msgspec.Raw((repr(number) if isfinite(number) else json.dumps(number)).encode())
 
 
-def _ready_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: _writable(value) for name, value in values.items()}
+def _prepare_mapping(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _prepare_value(value) for name, value in values.items()}
 
 
-def _ready_list(values: list[Any] | tuple[Any, ...]) -> list[Any]:
-    return [_writable(value) for value in values]
+def _prepare_list(values: list[Any] | tuple[Any, ...]) -> list[Any]:
+    return [_prepare_value(value) for value in values]
 
 
 _CONVERTERS: Final[dict[type, Callable[[Any], Any]]] = {
-    str: _ready_text,
-    float: _ready_number,
-    dict: _ready_values,
-    list: _ready_list,
-    tuple: _ready_list,
+    str: _prepare_text,
+    float: _prepare_number,
+    dict: _prepare_mapping,
+    list: _prepare_list,
+    tuple: _prepare_list,
     **dict.fromkeys((int, bool), lambda value: value),
     bytes: bytes.hex,
     bytearray: bytearray.hex,
     memoryview: memoryview.hex,
 }
 _encode: Final = msgspec.json.Encoder(enc_hook=str).encode
-_open_fields: Final[dict[type[Event], tuple[str, ...]]] = {}
+_checked_fields: Final[dict[type[Event], tuple[str, ...]]] = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from pkgutil import resolve_name
 
@@ -9,10 +10,11 @@ from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import FactChange, SourceRead
 from cxbridge.file_access import replacing
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.trace.formats.base import Attachment, CopyFormat, Run, RunWriter
-from cxbridge.trace.formats.files import refuse_locked
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.trace.formats.base import Attachment, Run, RunWriter
+from cxbridge.trace.formats.files import refuse_locked_file
 from cxbridge.trace.formats.registry import copy_formats
-from cxbridge.trace.sources import sources_of
+from cxbridge.trace.sources import run_sources
 
 
 def convert(run: Run, path: Path, to: str) -> list[str]:
@@ -23,10 +25,10 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
     :raises CxbridgeError: if the run cannot be read, or the file not written; an existing file is then
         unchanged.
     """
-    refuse_locked(path)
-    # a run may be converted onto itself, and a failed copy must leave the old file
-    with replacing(path) as fresh:
-        return _copy_events(run, fresh, to)
+    refuse_locked_file(path)
+    # a failed copy must leave the existing file, which may be the run itself
+    with replacing(path) as new_path:
+        return _copy_events(run, new_path, to)
 
 
 def _copy_events(run: Run, path: Path, to: str) -> list[str]:
@@ -37,42 +39,39 @@ def _copy_events(run: Run, path: Path, to: str) -> list[str]:
     target = copy_formats()[to]
     if target.exact and (notes := resolve_name(target.exact)(run, path)) is not None:
         return list(notes)
-    written = lost = 0
-    with _open_writer(target, path, run) as writer:
+    written_count = lost_count = 0
+    open_writer: Callable[[Path, InterfaceRegistry], RunWriter] = resolve_name(target.writer)
+    with open_writer(path, run.registry) as writer:
         stored_types = writer.event_types(RecordLevel.FACTS)
         writer.describe(run.metadata())
-        _copy_files(run, writer, sources=SourceRead in stored_types)
+        _copy_files(run, writer, has_origins=SourceRead in stored_types)
         has_facts = False
         for event in run:
             has_facts = has_facts or isinstance(event, FactChange)
             if type(event) in stored_types:
                 writer.write(event)
-                written += 1
-            # a text log has no transitions, but facts from which its reader makes them
+                written_count += 1
+            # a format without transitions, such as the text log, has facts from which its reader makes
+            # transitions
             elif isinstance(event, TRANSITION_TYPES):
-                lost += 1
-    notes = writer.notes if written else [f"nothing of the run has a place in {to}: the copy is empty"]
-    if lost and not has_facts:
-        notes.append(f"{lost} transitions have no place in {to}: the run was recorded without facts")
+                lost_count += 1
+    notes = writer.notes if written_count else [f"nothing of the run has a place in {to}: the copy is empty"]
+    if lost_count and not has_facts:
+        notes.append(f"{lost_count} transitions have no place in {to}: the run was recorded without facts")
     return notes
 
 
-def _open_writer(target: CopyFormat, path: Path, run: Run) -> RunWriter:
-    writer: RunWriter = resolve_name(target.writer)(path, run.registry)
-    return writer
-
-
-def _copy_files(run: Run, writer: RunWriter, *, sources: bool) -> None:
+def _copy_files(run: Run, writer: RunWriter, *, has_origins: bool) -> None:
     """Copy the source files and other attachments of the run.
 
-    :param sources: whether the format stores the origin of source files.
+    :param has_origins: whether the format stores the origins of source files, such as their environment.
     """
     source_files = set()
-    for source in sources_of(run):
+    for source in run_sources(run):
         if source.file is not None:
             source_files.add(source.file.name)
-        if sources:
-            writer.write(source.event())
+        if has_origins:
+            writer.write(source.to_event())
     for file in run.files():
         if file.name not in source_files:
             writer.attach(Attachment(file.name, file.media_type, file.read(), file.time_us))

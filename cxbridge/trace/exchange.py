@@ -1,4 +1,8 @@
-"""Output of the messages of a skill board, for ``cxbridge trace exchange``."""
+"""Output of the messages of a skill board, for ``cxbridge trace exchange``.
+
+A skill board assigns skills to executors by messages, as in the ROS 2 CLIPS Executive of 2021; see
+docs/skill-board.md.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ from cxbridge.history.exchange import Exchange, SkillMessage
 
 
 def exchange_lines(events: Iterable[Event]) -> Iterator[str]:
-    """Yield a line per message: seconds since the first one, sender, receiver, content."""
+    """Yield a line per message: seconds since the first message, sender, receiver, content."""
     start_us: int | None = None
     for message, master in Exchange().read(events):
         start_us = message.time_us if start_us is None else start_us
@@ -20,11 +24,11 @@ def exchange_lines(events: Iterable[Event]) -> Iterator[str]:
         yield f"{seconds:9.3f}  {message.type:8}  {_route_text(message, master)}{_content_text(message)}"
 
 
-def exchange_json(events: Iterable[Event]) -> Iterator[str]:
+def exchange_json_lines(events: Iterable[Event]) -> Iterator[str]:
     """Yield a JSON object per message, with the fields of the topic in the ROS 2 CLIPS Executive of 2021."""
     for message, _master in Exchange().read(events):
         fields = asdict(message)
-        del fields["request"]
+        del fields["request"]  # a field of the recording, not of the topic
         fields = {"t": fields.pop("time_us") / MICROSECONDS, **fields}
         yield json.dumps(fields, ensure_ascii=False)
 
@@ -39,8 +43,8 @@ def _route_text(message: SkillMessage, master: str) -> str:
 
 def _content_text(message: SkillMessage) -> str:
     if message.type == "REQUEST":
-        mapped = f", mapped to {message.mapped_action}" if message.mapped_action else ""
-        return f": {' '.join((message.action, *message.params))}, agent {message.agent_id}{mapped}"
+        mapping_text = f", mapped to {message.mapped_action}" if message.mapped_action else ""
+        return f": {' '.join((message.action, *message.params))}, agent {message.agent_id}{mapping_text}"
     if message.type not in ("FEEDBACK", "FINISH"):
         return ""
     outcome = "" if message.type == "FEEDBACK" else "success " if message.success else "failure "

@@ -1,4 +1,9 @@
-"""Forwards writes of a blackboard's interfaces to an event bus; see docs/recording.md."""
+"""Forwards writes of a blackboard's interfaces to an event bus; see docs/recording.md.
+
+The forwarder opens each matching interface for reading and follows it: the interface is closed when no other
+program has it open. Listeners of the blackboard must not open interfaces, so that their tasks wait for
+`poll`.
+"""
 
 from __future__ import annotations
 
@@ -25,11 +30,11 @@ from cxbridge.trace.formats.blocks import block_events
 COMPONENT: Final = "Recorder"
 """The name of a forwarder in log lines and as owner of interfaces."""
 
-Key = tuple[str, str]
+InterfaceKey = tuple[str, str]
 """The type and id of an interface."""
 
-_RECHECK_S: Final = 5.0  # seconds after a reconnection in which interfaces reappear
-_STAMP_LIMIT: Final = 1 << 53  # microseconds; larger values are not times and exceed the range of mcap
+_RECHECK_DELAY_S: Final = 5.0  # after a reconnection, interfaces reappear one by one
+_MAX_STAMP_US: Final = 1 << 53  # in the year 2255; larger values are not times and exceed the range of mcap
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +50,14 @@ class Gap:
 
 
 @dataclass(slots=True)
-class _Followed:
-    """An open interface.
+class _FollowedInterface:
+    """An interface that the forwarder has open.
 
-    :param published: the block read when the listener was registered, which the listener may get again.
+    :param published_block: the block read when the listener was registered, which the listener may get again.
     """
 
     instance: Interface
-    published: bytes | None = None
+    published_block: bytes | None = None
 
 
 class WriteForwarder(Listener, Observer):
@@ -80,13 +85,13 @@ class WriteForwarder(Listener, Observer):
         self._log: Final = bus.logger(COMPONENT)
         self._poll_tasks: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()  # executed by `poll`
         self._lock = threading.Lock()  # guards the publishing of events and the copies of the instances
-        self._followed: dict[Key, _Followed] = {}
-        self._opened_before: set[Key] = set()
-        self._from_bus: set[str] = set()
+        self._followed: dict[InterfaceKey, _FollowedInterface] = {}
+        self._known_keys: set[InterfaceKey] = set()
+        self._uids_from_bus: set[str] = set()
         self._schemas: dict[str, InterfaceSchema | None] = {}
-        self._reported: set[Key] = set()
+        self._reported_keys: set[InterfaceKey] = set()
         self._lost_since: tuple[int, float] | None = None
-        self._recheck_s: float | None = None
+        self._recheck_at_s: float | None = None
 
     def start(self) -> int:
         """Start listening; return the number of interfaces.
@@ -98,21 +103,21 @@ class WriteForwarder(Listener, Observer):
             self._board.bus.subscribe(self._on_block_write, BlockWrite)
         for pattern in self._patterns:
             self._board.register_observer(self, pattern.type_glob, pattern.id_glob)
-        self._survey(is_later=False)
+        self._open_matching(is_later=False)
         return len(self._followed)
 
     def poll(self, timeout: float) -> None:
         """Open new interfaces and close unused ones, until ``timeout`` seconds pass without an event."""
-        # listeners are called in any thread, often with locks of the blackboard, where no interface may be
-        # opened
+        # listeners are called in any thread, often with locks of the blackboard: interfaces may be opened
+        # only here
         with suppress(queue.Empty):  # no task for ``timeout`` seconds
             self._poll_tasks.get(timeout=timeout)()
             while True:
                 self._poll_tasks.get_nowait()()
-        if self._recheck_s is not None and time.monotonic() >= self._recheck_s:
-            self._recheck_s = None
+        if self._recheck_at_s is not None and time.monotonic() >= self._recheck_at_s:
+            self._recheck_at_s = None
             for key in tuple(self._followed):
-                self._check(key)
+                self._open_or_close(key)
 
     def wake(self) -> None:
         """Make `poll` return; callable from any thread and from signal handlers."""
@@ -135,25 +140,25 @@ class WriteForwarder(Listener, Observer):
                 followed.instance.close()
         self._followed.clear()
 
-    def _survey_again(self) -> None:
+    def _reopen_after_loss(self) -> None:
         """Open the interfaces that appeared while there was no connection."""
-        self._recheck_s = time.monotonic() + _RECHECK_S
+        self._recheck_at_s = time.monotonic() + _RECHECK_DELAY_S
         with suppress(BlackBoardError):  # the connection is lost again
-            self._survey(is_later=True)
+            self._open_matching(is_later=True)
 
-    def _survey(self, *, is_later: bool) -> None:
+    def _open_matching(self, *, is_later: bool) -> None:
         """Open all matching interfaces that are not open."""
         for pattern in self._patterns:
             for info in self._board.list(pattern.type_glob, pattern.id_glob):
                 self._open(info.type, info.id, is_later=is_later)
 
-    def _check(self, key: Key, *, is_new: bool = False) -> None:
+    def _open_or_close(self, key: InterfaceKey, *, is_new: bool = False) -> None:
         """Open a new interface, or close an interface that only this process has open.
 
         Without a connection, and shortly after its return, the check is postponed, because interfaces
         reappear one by one.
         """
-        if not self._board.connected or (self._recheck_s is not None and key in self._followed):
+        if not self._board.connected or (self._recheck_at_s is not None and key in self._followed):
             return
         with suppress(BlackBoardError):  # the connection may be lost just now; then another check follows
             followed = self._followed.get(key)
@@ -163,19 +168,19 @@ class WriteForwarder(Listener, Observer):
                 self._close(key)
             if self._board.list(escape_glob(key[0]), escape_glob(key[1])):
                 self._open(*key, is_later=True)
-            elif is_new and key not in self._opened_before:
+            elif is_new and key not in self._known_keys:
                 self._log.info(f"{'::'.join(key)} came and went before it could be opened")
 
-    def _close(self, key: Key) -> None:
+    def _close(self, key: InterfaceKey) -> None:
         instance = self._followed.pop(key).instance
-        self._from_bus.discard(instance.uid)
+        self._uids_from_bus.discard(instance.uid)
         self._log.debug(f"{instance.uid} is gone")
         instance.close()
 
     def _open(self, kind: str, interface_id: str, *, is_later: bool) -> None:
         """Follow an interface.
 
-        :param is_later: whether it appeared after the start, so that its data are a new write.
+        :param is_later: whether the interface appeared after the start, so that its data are a new write.
         """
         key = (kind, interface_id)
         former = self._followed.get(key)
@@ -185,22 +190,22 @@ class WriteForwarder(Listener, Observer):
             listen = listening(self, EventKind.WRITER_REMOVED, EventKind.READER_REMOVED)
             instance = self._board.open_for_reading(kind, interface_id, owner=COMPONENT, listen=listen)
         except CxbridgeError as error:
-            if self._board.connected and key not in self._reported:
-                self._reported.add(key)
+            if self._board.connected and key not in self._reported_keys:
+                self._reported_keys.add(key)
                 self._log.warn(f"{kind}::{interface_id} cannot be recorded: {error}")
             return
-        followed = self._followed[key] = _Followed(instance)
-        self._opened_before.add(key)
+        followed = self._followed[key] = _FollowedInterface(instance)
+        self._known_keys.add(key)
         with self._lock:
             instance.read()
-            if is_later and instance.uid not in self._from_bus:
+            if is_later and instance.uid not in self._uids_from_bus:
                 self._publish(instance.SCHEMA, instance.uid, instance.to_bytes())
         if not self._board.reports_writes:
             self._board.register_listener(self, instance, EventKind.DATA_REFRESHED)
             with self._lock:
                 if instance.read():
-                    followed.published = instance.to_bytes()
-                    self._publish(instance.SCHEMA, instance.uid, followed.published)
+                    followed.published_block = instance.to_bytes()
+                    self._publish(instance.SCHEMA, instance.uid, followed.published_block)
         self._log.info(f"Recording {instance.uid}")
 
     def data_refreshed(self, interface: Interface) -> None:
@@ -211,42 +216,42 @@ class WriteForwarder(Listener, Observer):
                 return  # the interface is being closed
             try:
                 interface.read()
-            except BlackBoardError:
+            except BlackBoardError:  # the connection is lost, which `_on_connection` reports
                 return
             block = interface.to_bytes()
-            if block != followed.published:
-                followed.published = None
+            if block != followed.published_block:
+                followed.published_block = None
                 self._publish(interface.SCHEMA, interface.uid, block)
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
         """Schedule a check, as the interface may be unused."""
-        self._poll_tasks.put(partial(self._check, (interface.type, interface.id)))
+        self._poll_tasks.put(partial(self._open_or_close, (interface.type, interface.id)))
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         """Schedule a check, as the interface may be unused."""
-        self._poll_tasks.put(partial(self._check, (interface.type, interface.id)))
+        self._poll_tasks.put(partial(self._open_or_close, (interface.type, interface.id)))
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
         """Schedule the opening of a new interface."""
-        self._poll_tasks.put(partial(self._check, (interface_type, interface_id), is_new=True))
+        self._poll_tasks.put(partial(self._open_or_close, (interface_type, interface_id), is_new=True))
 
     def _on_block_write(self, event: Event) -> None:
         """Publish a write from the blackboard's bus."""
         assert isinstance(event, BlockWrite)
         with self._lock:
             if event.uid not in self._schemas:
-                self._schemas[event.uid] = self._schema_of(event.uid)
+                self._schemas[event.uid] = self._find_schema(event.uid)
             schema = self._schemas[event.uid]
             if schema is not None and len(event.block) == schema.datasize:
-                self._from_bus.add(event.uid)
+                self._uids_from_bus.add(event.uid)
                 self._publish(schema, event.uid, event.block)
 
-    def _schema_of(self, uid: str) -> InterfaceSchema | None:
+    def _find_schema(self, uid: str) -> InterfaceSchema | None:
         """Return the definition of an interface, or None if it is not to be recorded."""
         key = parse_uid(uid)
         if not any(pattern.matches(key) for pattern in self._patterns):
             return None
-        with suppress(CxbridgeError):  # opening the interface raises the error
+        with suppress(CxbridgeError):  # opening the interface reports the error
             return self._board.registry.get(key[0]).SCHEMA
         return None
 
@@ -258,7 +263,7 @@ class WriteForwarder(Listener, Observer):
             gap = Gap(start_us, time.monotonic() - since_s)
             self.gaps.append(gap)
             self._log.warn(f"A gap: the blackboard could not be heard for {gap.seconds:.2f} s")
-            self._poll_tasks.put(self._survey_again)
+            self._poll_tasks.put(self._reopen_after_loss)
 
     def _publish(self, schema: InterfaceSchema, uid: str, block: bytes) -> None:
         # an interface that was never written has only zeros
@@ -270,6 +275,6 @@ class WriteForwarder(Listener, Observer):
             self._bus.emit(BlockWrite(now_us, uid, schema.hash, block))
         if self._bus.wants(InterfaceWrite) or self._bus.wants(SkillStatus):
             stamp_us = join_us(*STAMP.unpack_from(block))
-            time_us = stamp_us if 0 < stamp_us < _STAMP_LIMIT else now_us
+            time_us = stamp_us if 0 < stamp_us < _MAX_STAMP_US else now_us
             for event in block_events(schema, uid, time_us, block):
                 self._bus.emit(event)

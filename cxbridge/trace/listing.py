@@ -20,17 +20,18 @@ from cxbridge.events import (
 )
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.printing import to_record
-from cxbridge.trace.codec import dump, encode_with_kind, plain_values
+from cxbridge.trace.codec import dump_json, encode_with_kind, values_with_enum_names
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.transitions_text import format_transition
 
-Filter: TypeAlias = Callable[[Event, str], bool]
-"""Returns whether an event with its line of text is to be shown."""
+EventFilter: TypeAlias = Callable[[Event, str], bool]
+"""Gets an event and its line of text; returns whether the event is shown."""
 
 
-def event_filter(kinds: Sequence[str], pattern: str) -> Filter:
-    """Return a filter by kinds of events, or for all kinds, and by the line of text.
+def event_filter(kinds: Sequence[str], pattern: str) -> EventFilter:
+    """Return a filter by kind and line of text.
 
+    :param kinds: the kinds of shown events; empty: all kinds.
     :param pattern: a regular expression to search in the line.
     :raises TraceError: if a kind or the pattern is invalid.
     """
@@ -45,7 +46,7 @@ def event_filter(kinds: Sequence[str], pattern: str) -> Filter:
     return lambda event, line: isinstance(event, types) and search(line) is not None
 
 
-def text_lines(run: Run, is_shown: Filter) -> Iterator[str]:
+def text_lines(run: Run, is_shown: EventFilter) -> Iterator[str]:
     """Yield a line per event: seconds since the start of the run, kind and description."""
     start_us = run.start_us
     for event in run:
@@ -55,7 +56,7 @@ def text_lines(run: Run, is_shown: Filter) -> Iterator[str]:
             yield f"{(event.time_us - start_us) / MICROSECONDS:12.6f} {event.KIND.name:11s} {text}"
 
 
-def json_lines(run: Run, is_shown: Filter) -> Iterator[str]:
+def json_lines(run: Run, is_shown: EventFilter) -> Iterator[str]:
     """Yield a JSON object per event: its kind, and its fields as in docs/formats.md."""
     for event in run:
         if is_shown(event, event_line(event)):
@@ -63,15 +64,15 @@ def json_lines(run: Run, is_shown: Filter) -> Iterator[str]:
 
 
 def event_line(event: Event) -> str:
-    """Return an event as one line of text, with log lines in full."""
+    """Return an event as a line of text; a log line is complete and may have line feeds."""
     if isinstance(event, LogLine):
         return f"{event.level.value} {event.component}: {event.text}"
-    return describe(event)
+    return describe_event(event)
 
 
-def describe(event: Event) -> str:
+def describe_event(event: Event) -> str:
     """Return an event as one line of text."""
-    # transitions have the form of the text format, so that both can be compared by eye
+    # as in the format of transitions texts, so that both can be compared by eye
     if isinstance(event, TRANSITION_TYPES):
         return format_transition(event)
     if isinstance(event, RuleFired):
@@ -79,7 +80,7 @@ def describe(event: Event) -> str:
     if isinstance(event, FactChange):
         return f"{'==>' if event.asserted else '<=='} f-{event.index:<5d} {event.text}"
     if isinstance(event, InterfaceWrite):
-        return f"{event.uid} {dump(plain_values(event.values))}"
+        return f"{event.uid} {dump_json(values_with_enum_names(event.values))}"
     if isinstance(event, InterfaceMessage):
         return _message_text(event)
     return _planner_text(event) if isinstance(event, PlannerCall) else str(event)
@@ -93,7 +94,7 @@ def describe_details(event: Event) -> str:
 
 def _message_text(event: InterfaceMessage) -> str:
     sender = f" from {event.sender}" if event.sender else ""
-    values = dump(plain_values(event.values))
+    values = dump_json(values_with_enum_names(event.values))
     return f"{event.uid} <- {event.message} {event.msgid}{sender}, {event.outcome}: {values}"
 
 

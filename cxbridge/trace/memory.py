@@ -64,7 +64,7 @@ class _MemoryWriter(RunWriter):
 
     def write(self, event: Event) -> None:
         if isinstance(event, SourceRead):
-            record, attachment = self._namer.record(event)
+            record, attachment = self._namer.make_record(event)
             self._run.recorded_sources.append(record)
             if attachment is not None:
                 self._run.recorded_attachments.append(attachment)
@@ -75,7 +75,7 @@ class _MemoryWriter(RunWriter):
         self._run.recorded_metadata.update(metadata)
 
     def flush(self) -> None:
-        """Do nothing, because events are not buffered."""
+        """Do nothing: events are not buffered."""
 
     def close(self) -> None:
-        """Do nothing, because the run remains in memory."""
+        """Do nothing: the run remains in memory."""

@@ -15,17 +15,18 @@ from cxbridge.trace.formats.base import Attachment, RunWriter
 
 _log = logging.getLogger(__name__)
 
-_FLUSH_SECONDS = 0.5  # real time
+_FLUSH_INTERVAL_S = 0.5  # in real time: a killed run loses no more than this
 
 
 class Recorder(Closing):
     """Writes the events of a bus to any number of files until it is closed.
 
     A writer that fails, for example on a full disk, gets no more events, and the run continues; `errors` has
-    the reason. Events may come from several threads; a writer gets one at a time.
+    the reason. Several threads may emit events; a writer gets one event at a time.
 
     :param writers: the writers of the files, closed by the recorder.
-    :param level: the level of recorded events; a text log contains facts and firings at every level.
+    :param level: the level of recorded events; the writer of text logs stores facts and firings at every
+        level.
     """
 
     def __init__(
@@ -37,28 +38,28 @@ class Recorder(Closing):
         self._outputs = [_Output(self, writer) for writer in writers]
         for output in self._outputs:
             # one subscription per writer, so that the producers of events that no writer stores do nothing
-            bus.subscribe(output.take, *output.writer.event_types(level))
+            bus.subscribe(output.write_event, *output.writer.event_types(level))
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Write the run's metadata; called at the start, and with the result at the end."""
         for output in self._outputs:
-            output.call("describe", metadata)
+            output.call_writer("describe", metadata)
 
     def attach(self, attachment: Attachment) -> None:
         """Write a file of the run."""
         for output in self._outputs:
-            output.call("attach", attachment)
+            output.call_writer("attach", attachment)
 
     def flush(self) -> None:
         """Write everything recorded so far to the files."""
         for output in self._outputs:
-            output.call("flush")
+            output.call_writer("flush")
 
     def flush_when_due(self) -> None:
         """Flush at most twice a second of real time, which keeps the files of a killed run readable."""
         now = time.monotonic()
         if now >= self._flush_due:
-            self._flush_due = now + _FLUSH_SECONDS
+            self._flush_due = now + _FLUSH_INTERVAL_S
             self.flush()
 
     def enable(self, enabled: bool, kind: type[RunWriter] = RunWriter) -> None:
@@ -73,13 +74,13 @@ class Recorder(Closing):
     def close(self) -> None:
         """Stop listening and complete the files; further calls do nothing."""
         for output in self._outputs:
-            self._bus.unsubscribe(output.take)
-            output.call("close")
+            self._bus.unsubscribe(output.write_event)
+            output.call_writer("close")
         self._outputs = []
 
 
 class _Output:
-    """A writer that is disabled when it fails."""
+    """A writer that gets no more events after an error."""
 
     def __init__(self, recorder: Recorder, writer: RunWriter) -> None:
         self.writer = writer
@@ -88,32 +89,33 @@ class _Output:
         self._enabled = True
         self._lock = threading.RLock()
 
-    def take(self, event: Event) -> None:
+    def write_event(self, event: Event) -> None:
         """Write an event."""
         with self._lock:
             if self._enabled and not self._failed:
                 try:
                     self.writer.write(event)
                 except TraceError as error:
-                    self._fail(error)
+                    self._note_failure(error)
 
     def enable(self, enabled: bool) -> None:
         """Enable or disable the writing of events."""
         with self._lock:
             self._enabled = enabled
             if not enabled:
-                self.call("settle")
+                self.call_writer("settle")
 
-    def call(self, method: str, *args: object) -> None:
+    def call_writer(self, method: str, *args: object) -> None:
         """Call a method of the writer."""
         with self._lock:
+            # a failed writer still has an open file
             if not self._failed or method == "close":
                 try:
                     getattr(self.writer, method)(*args)
                 except TraceError as error:
-                    self._fail(error)
+                    self._note_failure(error)
 
-    def _fail(self, error: TraceError) -> None:
+    def _note_failure(self, error: TraceError) -> None:
         if not self._failed:
             self._failed = True
             self._recorder.errors.append(error)

@@ -1,6 +1,7 @@
-"""The sources of a recorded run; "Files of the run" in docs/formats.md.
+"""The sources of a recorded run: the files and definitions that the run read.
 
-The content of a source is read when :attr:`RunSource.data` is used.
+The content of a source is read when :attr:`RunSource.data` is used. docs/formats.md, section "Files of the
+run", lists the sources.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from cxbridge.events import SourceRead
 from cxbridge.trace.formats.base import Run, StoredFile, parse_time
 from cxbridge.trace.formats.files import writing
 
-_OWN_KEYS = frozenset({"role", "owner", "name", "attachment", "time_us"})
+_COMMON_KEYS = frozenset({"role", "owner", "name", "attachment", "time_us"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +28,7 @@ class RunSource:
     :param name: the requested path, or a name for a source without a file.
     :param time_us: the time of reading in microseconds since the epoch.
     :param details: the further keys of the record, which depend on the role.
-    :param file: the content; None if the source has none, or the recording ends before it.
+    :param file: the content; None if the source has no content, or the recording ends before the content.
     """
 
     role: str
@@ -39,18 +40,18 @@ class RunSource:
 
     @property
     def data(self) -> bytes | None:
-        """The content, read from the recording, if there is one.
+        """The content, read from the recording; None without content.
 
-        :raises TraceError: if it is damaged.
+        :raises TraceError: if the content is damaged.
         """
         return None if self.file is None else self.file.read()
 
-    def event(self) -> SourceRead:
-        """Return the recorded event."""
+    def to_event(self) -> SourceRead:
+        """Return the event that the run recorded."""
         return SourceRead(self.time_us, self.role, self.owner, self.name, self.data, self.details)
 
 
-def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[RunSource]:
+def run_sources(run: Run, *roles: str, owner: str | None = None) -> Iterator[RunSource]:
     """Yield the sources of a run in the order of reading.
 
     :param roles: the roles of the sources; empty: all roles.
@@ -68,18 +69,18 @@ def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[RunS
             source_owner,
             record.get("name", ""),
             parse_time(time_us) or 0,
-            {key: value for key, value in record.items() if key not in _OWN_KEYS},
+            {key: value for key, value in record.items() if key not in _COMMON_KEYS},
             files.get(record.get("attachment", "")),
         )
 
 
-def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
+def extract_files(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
     """Write the files of a run to a folder, which is created if necessary.
 
     :param pattern: a pattern for the names of the files, with ``*``, ``?`` and ``[]``.
     :returns: the files.
-    :raises TraceError: if a name leads out of the folder, or a file exists, is damaged or cannot be written;
-        no file is then left.
+    :raises TraceError: if a name leads out of the folder, or a file exists, is damaged or cannot be written.
+        The files written so far are then removed.
     """
     files = [
         (folder / _relative_path(run, file.name), file)

@@ -1,4 +1,8 @@
-"""Names and records of a run's sources; "Files of the run" in docs/formats.md."""
+"""Records of the sources of a run: the files and definitions that the run reads.
+
+The content of a source becomes an attachment of the recording. docs/formats.md, section "Files of the run",
+lists the sources.
+"""
 
 from __future__ import annotations
 
@@ -26,8 +30,8 @@ _MEDIA_TYPES: Final = {
     "xml": "application/xml",
     "lua": "text/x-lua",
 }
-# the roles of files whose order of reading matters: their attachments sort by it
-_NUMBERED: Final = frozenset({"config", "clips", "construct"})
+# The order of reading matters for these roles: numbers in the names of the attachments keep the order.
+_NUMBERED_ROLES: Final = frozenset({"config", "clips", "construct"})
 
 
 class EarlySources:
@@ -41,7 +45,7 @@ class EarlySources:
     def _store(self, event: Event) -> None:
         self._events.append(event)
 
-    def take(self) -> list[Event]:
+    def stop(self) -> list[Event]:
         """Return the stored sources and stop storing."""
         self._bus.unsubscribe(self._store)
         events, self._events = self._events, []
@@ -52,30 +56,32 @@ class SourceNamer:
     """Makes the record of each source and, for new content, the attachment."""
 
     def __init__(self) -> None:
-        self._numbers: Counter[str] = Counter()
-        self._names: dict[bytes, str] = {}
+        self._counts_by_owner: Counter[str] = Counter()
+        self._names_by_digest: dict[bytes, str] = {}
         self._used_names: set[str] = set()
 
-    def record(self, event: SourceRead) -> tuple[dict[str, str], Attachment | None]:
+    def make_record(self, event: SourceRead) -> tuple[dict[str, str], Attachment | None]:
         """Return the metadata record of a source, and the attachment to write before it."""
         record = {"role": event.role, "owner": event.owner, "name": event.name, **event.details}
         attachment = None
         if event.data is not None:
-            if event.role in _NUMBERED:
-                self._numbers[event.owner] += 1
-            number = self._numbers[event.owner]
+            if event.role in _NUMBERED_ROLES:
+                self._counts_by_owner[event.owner] += 1
+            number = self._counts_by_owner[event.owner]
             # empty files of the same role may share an attachment, those of different roles may not
             digest = sha256(event.role.encode() + b"\0" + event.data).digest()
-            attachment_name = self._names.get(digest)
+            attachment_name = self._names_by_digest.get(digest)
             if attachment_name is None:
-                attachment_name = self._names[digest] = self._unique(_attachment_name(event, number))
+                attachment_name = self._names_by_digest[digest] = self._unique_name(
+                    _attachment_name(event, number)
+                )
                 media_type = _MEDIA_TYPES.get(attachment_name.rpartition(".")[2], "text/plain")
                 attachment = Attachment(attachment_name, media_type, event.data, event.time_us)
             record["attachment"] = attachment_name
         record["time_us"] = str(event.time_us)
         return {key: value for key, value in record.items() if value}, attachment
 
-    def _unique(self, name: str) -> str:
+    def _unique_name(self, name: str) -> str:
         """Return an unused name; another content of the same file gets a number."""
         unique, number = name, 1
         stem, dot, suffix = name.rpartition(".")
@@ -103,13 +109,13 @@ def _attachment_name(event: SourceRead, number: int) -> str:
 
 
 def safe_name(text: str) -> str:
-    """Return a text as part of a path, valid on any system and without special meaning."""
-    # file systems take names of 255 bytes, and a number and an ending follow
+    """Return a text as part of a path that is valid on any system and has no special meaning."""
+    # file systems take names of 255 bytes, which also have a number and an ending
     return (_UNSAFE.sub("_", text).lstrip(".") or "_")[:200]
 
 
 def emit_configuration(bus: EventBus, config: Configuration) -> None:
-    """Emit the present files of a configuration and the resolved tree as sources, without secrets.
+    """Emit the existing files of a configuration and the resolved tree as sources, without secrets.
 
     A file whose secrets cannot be removed is left out.
     """
@@ -117,7 +123,7 @@ def emit_configuration(bus: EventBus, config: Configuration) -> None:
         try:
             data = Path(file).read_bytes()
         except OSError:
-            continue  # the file was deleted since it was read; the tree is recorded
+            continue  # the file was deleted after it was read; the tree has its values
         if (harmless := without_secrets(data, str(file))) is not None:
             bus.emit_source("config", "", str(file), harmless)
     tree = {
@@ -127,8 +133,10 @@ def emit_configuration(bus: EventBus, config: Configuration) -> None:
     bus.emit_source("config-tree", "", "tree.json", text.encode("utf-8", "backslashreplace"))
 
 
-def interface_source(registry: InterfaceRegistry, interface_type: str, time_us: int) -> SourceRead | None:
-    """Return the definition of an interface type, or None without a file."""
+def read_interface_source(
+    registry: InterfaceRegistry, interface_type: str, time_us: int
+) -> SourceRead | None:
+    """Return the definition of an interface type, or None if the type has no readable file."""
     path = registry.path(interface_type)
     if path is None:
         return None

@@ -15,7 +15,7 @@ from cxbridge.trace.formats.base import Run
 class Summary:
     """The summary of a recording.
 
-    :param seconds: from the first to the last event.
+    :param seconds: the time from the first to the last event.
     :param events: the number of events by kind.
     :param attachments: the sizes of the attached files in bytes, by name.
     :param description: lines that are specific to the format.
@@ -31,11 +31,11 @@ class Summary:
     description: list[str]
     notes: list[str]
 
-    def plain(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the summary as JSON values."""
         return asdict(self)
 
-    def lines(self) -> Iterator[str]:
+    def to_lines(self) -> Iterator[str]:
         """Yield the summary as lines of text."""
         yield from self.description
         yield f"{'format':12s} {self.format}"

@@ -1,4 +1,8 @@
-"""The recording switch on the blackboard, as in Fawkes' bblogger, for ``ffbblog enable``."""
+"""The switch that turns a recording on and off, an interface of the blackboard.
+
+Fawkes' bblogger has the same interface, so that ``ffbblog enable`` and ``ffbblog disable`` work with
+cxbridge.
+"""
 
 from __future__ import annotations
 
@@ -17,35 +21,35 @@ SWITCH_TYPE: Final = "SwitchInterface"
 SWITCH_ID: Final = "BBLogger"
 OWNER: Final = "bblogger"
 
-_IS_ENABLED_BY: Final = {"EnableSwitchMessage": True, "DisableSwitchMessage": False}
+_STATES_BY_MESSAGE: Final = {"EnableSwitchMessage": True, "DisableSwitchMessage": False}
 
 
 class RecordingSwitch(Listener):
-    """Writes ``SwitchInterface::BBLogger`` and obeys its messages in the thread of their arrival.
+    """Writes ``SwitchInterface::BBLogger``, and obeys the messages in the thread of their arrival.
 
-    :param switch: starts recording if its argument is true, otherwise stops it.
+    :param set_recording: starts the recording if its argument is true, otherwise stops the recording.
     :raises BlackBoardError: if the interface has a writer, or cannot be opened.
     """
 
-    def __init__(self, board: BlackBoard, switch: Callable[[bool], None], log: Logger) -> None:
-        self._switch: Final = switch
+    def __init__(self, board: BlackBoard, set_recording: Callable[[bool], None], log: Logger) -> None:
+        self._set_recording: Final = set_recording
         self._log: Final = log
         self._lock = threading.Lock()
-        with self._lock:  # a switch message that comes at once is processed afterwards
-            # the class of the interface is made from XML at run time, so it has no static type
+        with self._lock:  # a message may arrive at once and must wait for the first write
+            # the class of the interface is made from XML at run time and has no static type
             self._writer: Any = board.open_for_writing(
                 SWITCH_TYPE, SWITCH_ID, owner=OWNER, listen=listening(self, EventKind.MESSAGE_RECEIVED)
             )
             self._publish(self._writer, True)
 
     def message_received(self, interface: Interface, message: Message) -> bool:
-        """Switch at once and refuse to queue the message."""
-        enabled = _IS_ENABLED_BY.get(message.type)
+        """Switch the recording at once; return False, which keeps the message out of the queue."""
+        enabled = _STATES_BY_MESSAGE.get(message.type)
         if enabled is None:
             self._log.warn(f"{interface.uid} knows no {message.type}: it is either on or off")
             return False
         with self._lock:
-            self._switch(enabled)
+            self._set_recording(enabled)
             self._publish(interface, enabled)
         self._log.info("Recording enabled" if enabled else "Recording disabled")
         return False

@@ -26,7 +26,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
-from cxbridge.trace.codec import EventFormatError, decoder
+from cxbridge.trace.codec import EventFormatError, make_decoder
 from cxbridge.trace.formats.registry import copy_formats, open_run
 from tests.run.mini import write_scenario
 from tests.support import many, share
@@ -98,7 +98,7 @@ def with_value(text: str, value: str | None) -> Iterator[str]:
             yield text_of({**plain, name: json.dumps(re.sub(r"\d+", "9" * 5000, each))})
 
 
-DECODERS = {f"cxbridge.{kind.__name__}": decoder(kind) for kind in EVENT_TYPES.values()}
+DECODERS = {f"cxbridge.{kind.__name__}": make_decoder(kind) for kind in EVENT_TYPES.values()}
 
 
 def is_event(schema: str, data: bytes) -> bool:

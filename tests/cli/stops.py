@@ -30,7 +30,7 @@ from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.trace.formats.files import open_alone
+from cxbridge.trace.formats.files import open_exclusively
 from cxbridge.trace.formats.registry import open_run
 
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
@@ -262,7 +262,7 @@ def _check_recording(path: Path) -> Iterator[str]:
             for _event in recorded:
                 pass
             yield from (f"{file.name}: {note}" for note in recorded.notes)
-            open_alone(file).close()  # nobody holds a lock
+            open_exclusively(file).close()  # nobody holds a lock
         except CxbridgeError as error:
             if file.suffix == ".log" and "is empty" in str(error):
                 continue  # nothing was logged

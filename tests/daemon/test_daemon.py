@@ -25,7 +25,7 @@ from cxbridge.errors import BlackBoardError, ConfigError, CxbridgeError
 from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface, SwitchInterface
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.sources import sources_of
+from cxbridge.trace.sources import run_sources
 from tests.programs import Started
 from tests.run.mini import write_scenario
 from tests.support import ROOT, needs_all_plugins
@@ -313,9 +313,9 @@ def test_the_executive_runs_its_agent(tmp_path):
         assert executive is not None
         assert [state.outcome for state in executive.goals.ended] == ["COMPLETED"]
     assert outcome == [0]
-    loaded = [source.name for source in sources_of(open_run(trace), "clips", owner="executive")]
+    loaded = [source.name for source in run_sources(open_run(trace), "clips", owner="executive")]
     assert {Path(name).name for name in loaded} >= {"utils.clp", "init.clp", "mini.clp"}
-    assert {source.name for source in sources_of(open_run(trace), "config")} == {
+    assert {source.name for source in run_sources(open_run(trace), "config")} == {
         str(scenario / "scenario.yaml")
     }
 

@@ -85,7 +85,7 @@ def bblogger_folder(folder):
     with BBLoggerWriter(path, "test", start_us=BEGIN_US) as writer:
         for value in (1, 2):
             event = write(value, value)
-            block = BlockMaker(SwitchInterface).make(event.values, event.time_us, UID)
+            block = BlockMaker(SwitchInterface).make_block(event.values, event.time_us, UID)
             writer.write(BlockWrite(event.time_us, UID, schema.hash, block))
     return path
 

@@ -12,7 +12,14 @@ from hypothesis import strategies as st
 
 from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge.events import Event, GoalTransition, InterfaceWrite, Level, LogLine
-from cxbridge.trace.codec import EventFormatError, decoder, dump, encode, encode_with_kind, schema_of
+from cxbridge.trace.codec import (
+    EventFormatError,
+    dump_json,
+    encode,
+    encode_with_kind,
+    event_json_schema,
+    make_decoder,
+)
 from tests.trace import events as strategies
 from tests.trace.runs import goal
 
@@ -50,7 +57,7 @@ odd_events = st.builds(InterfaceWrite, strategies.times, any_text, odd_values) |
 
 @given(strategies.events)
 def test_events_round_trip_through_json(event: Event) -> None:
-    assert decoder(type(event))(encode(event)) == event
+    assert make_decoder(type(event))(encode(event)) == event
 
 
 @given(strategies.events | odd_events)
@@ -61,14 +68,14 @@ def test_the_text_is_that_of_the_first_recordings(event: Event) -> None:
 @given(odd_values)
 def test_values_alone_have_the_same_text(values: dict[str, Any]) -> None:
     assert (
-        dump(values)
+        dump_json(values)
         == encode(InterfaceWrite(0, "", values)).decode()[len('{"time_us":0,"uid":"","values":') : -1]
     )
 
 
 @given(odd_events)
 def test_what_json_alone_understands_is_read_as_json_reads_it(event: Event) -> None:
-    read = decoder(type(event))(encode(event))
+    read = make_decoder(type(event))(encode(event))
     assert encode(read) == encode(event)
 
 
@@ -81,7 +88,7 @@ def test_the_kind_comes_before_the_fields(event: Event) -> None:
 
 @given(strategies.events)
 def test_events_have_the_fields_and_types_of_their_schema(event: Event) -> None:
-    schema = schema_of(type(event))
+    schema = event_json_schema(type(event))
     plain = json.loads(encode(event))
     assert list(plain) == list(schema["properties"])
     assert set(schema["required"]) <= set(plain)
@@ -103,7 +110,7 @@ def test_what_is_no_event_is_refused(field: str, change: str) -> None:
     else:
         plain[field] = [1]
     with pytest.raises(EventFormatError, match=f"no event of kind goal: .*{field}"):
-        decoder(GoalTransition)(json.dumps(plain).encode())
+        make_decoder(GoalTransition)(json.dumps(plain).encode())
 
 
 def test_two_kinds_of_one_name_are_refused() -> None:

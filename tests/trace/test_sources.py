@@ -20,7 +20,7 @@ from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.sources import extract, sources_of
+from cxbridge.trace.sources import extract_files, run_sources
 from cxbridge.trace.sourcing import EarlySources, SourceNamer
 from tests.run.mini import write_scenario
 from tests.support import ROOT
@@ -36,7 +36,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 def test_what_is_attached_is_what_was_read(recorded: Run) -> None:
-    sources = list(sources_of(recorded))
+    sources = list(run_sources(recorded))
     for source in sources:
         if source.role in {"clips", "pddl", "config"}:
             assert source.data == Path(source.name).read_bytes(), source.name
@@ -57,7 +57,7 @@ def test_files_can_be_left_out(tmp_path: Path) -> None:
     run_scenario(RunOptions(scenario=write_scenario(tmp_path), trace=path, trace_files=False))
     run = open_run(path)
     assert not list(run.files())
-    assert not list(sources_of(run))
+    assert not list(run_sources(run))
 
 
 def test_a_copy_keeps_what_the_run_was_made_of(recorded: Run, tmp_path: Path) -> None:
@@ -72,14 +72,16 @@ def test_bytes_are_attached_once_and_another_content_gets_another_name() -> None
 
     def told(owner: str, data: bytes) -> tuple[str, bool]:
         event = SourceRead(1, "clips", owner, "/a/x.clp", data, {"how": "load", "within": ""})
-        record, attachment = namer.record(event)
+        record, attachment = namer.make_record(event)
         assert "within" not in record
         return record["attachment"], attachment is not None
 
     assert told("a", b"1") == ("clips/a/0001-x.clp", True)
     assert told("b", b"1") == ("clips/a/0001-x.clp", False)
     assert told("b", b"2") == ("clips/b/0002-x.clp", True)
-    pddl = [namer.record(SourceRead(1, "pddl", "", "d.pddl", data, {}))[0] for data in (b"1", b"2", b"1")]
+    pddl = [
+        namer.make_record(SourceRead(1, "pddl", "", "d.pddl", data, {}))[0] for data in (b"1", b"2", b"1")
+    ]
     assert [record["attachment"] for record in pddl] == ["pddl/d.pddl", "pddl/d-2.pddl", "pddl/d.pddl"]
 
 
@@ -89,7 +91,7 @@ def test_bytes_are_attached_once_and_another_content_gets_another_name() -> None
     st.text(),
 )
 def test_names_of_attachments_are_safe(role: str, owner: str, name: str) -> None:
-    _, attachment = SourceNamer().record(SourceRead(1, role, owner, name, b"", {}))
+    _, attachment = SourceNamer().make_record(SourceRead(1, role, owner, name, b"", {}))
     assert attachment is not None
     parts = attachment.name.split("/")
     assert len(parts) > 1
@@ -103,20 +105,20 @@ def test_what_is_read_early_is_kept_until_it_is_taken() -> None:
     early = EarlySources(bus)
     bus.emit_source("feature", "executive", "blackboard")
     bus.subscribe(late.append, SourceRead)
-    (event,) = early.take()
+    (event,) = early.stop()
     bus.emit_source("feature", "executive", "config")
     assert isinstance(event, SourceRead)
-    assert (event.name, len(late), early.take()) == ("blackboard", 1, [])
+    assert (event.name, len(late), early.stop()) == ("blackboard", 1, [])
 
 
 def test_extracting(recorded: Run, tmp_path: Path) -> None:
-    files = extract(recorded, tmp_path / "out", "interfaces/*")
+    files = extract_files(recorded, tmp_path / "out", "interfaces/*")
     assert tmp_path / "out" / "interfaces" / "SkillerInterface.xml" in files
     registry = InterfaceRegistry([tmp_path / "out" / "interfaces"], shipped=False)
     assert registry.schema("SkillerInterface").hash == InterfaceRegistry().schema("SkillerInterface").hash
     with pytest.raises(TraceError, match="there is such a file already"):
-        extract(recorded, tmp_path / "out")
-    configuration = extract(recorded, tmp_path / "config", "config/*-*")
+        extract_files(recorded, tmp_path / "out")
+    configuration = extract_files(recorded, tmp_path / "config", "config/*-*")
     assert Configuration.load(configuration[0]).get_str("/clips-executive/spec") == "test"
 
 
@@ -131,7 +133,7 @@ def test_a_name_that_leads_out_of_the_folder_is_not_extracted(name: str, tmp_pat
         writer.add_attachment(0, 0, name, "text/plain", b"evil")
         writer.finish()
     with pytest.raises(TraceError, match="it is not extracted"):
-        extract(open_run(path), tmp_path / "out")
+        extract_files(open_run(path), tmp_path / "out")
     assert not (tmp_path / "out").exists()
     assert sorted(tmp_path.iterdir()) == [path]
 
@@ -151,7 +153,7 @@ def test_what_is_refused_leaves_no_file(tmp_path: Path) -> None:
 
     def is_refused(run: Run, reason: str) -> None:
         with pytest.raises(TraceError, match=reason):
-            extract(run, out)
+            extract_files(run, out)
         assert [each for each in out.rglob("*") if each.is_file() and each != there] == []
 
     out = tmp_path / "out"
@@ -181,5 +183,5 @@ def test_a_damaged_attachment_is_told_and_the_events_are_read(tmp_path: Path) ->
     with pytest.raises(TraceError, match=r"pddl/d.pddl in it is damaged: .*checksum"):
         file.read()
     with pytest.raises(TraceError, match="is damaged"):
-        extract(run, tmp_path / "out")
+        extract_files(run, tmp_path / "out")
     assert not (tmp_path / "out").exists()

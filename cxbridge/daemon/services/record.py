@@ -21,7 +21,7 @@ from cxbridge.resources import VERSION
 from cxbridge.run.recording import with_folder
 from cxbridge.trace.forwarding import COMPONENT, WriteForwarder
 from cxbridge.trace.recorder import Recorder
-from cxbridge.trace.sourcing import interface_source
+from cxbridge.trace.sourcing import read_interface_source
 from cxbridge.trace.switch import RecordingSwitch
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def record(
         # a separate bus: the blackboard emits its own events on the bus of the service
         recorded = service.make_bus()
         board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
-        definition = partial(interface_source, InterfaceRegistry(options.interface_dirs))
+        definition = partial(read_interface_source, InterfaceRegistry(options.interface_dirs))
         writers = _open_writers(options, service.clock.now_us(), definition)
         recorder = service.enter_context(Recorder(recorded, writers))
         recorder.describe({"cxbridge": VERSION, "clock": service.clock.name, "blackboard": options.url})

@@ -22,7 +22,7 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.xml.parser import parse_bytes
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.replay.moves import ReplayMove, ReplaySelection, Survey, moves, survey
+from cxbridge.trace.replay.moves import ReplayMove, ReplaySelection, ReplaySurvey, replay_moves, survey_replay
 from cxbridge.trace.replay.pace import Pace, SteppedPace, TimedPace
 from cxbridge.trace.replay.player import ReplayPlayer
 
@@ -127,7 +127,7 @@ def replay(
         session.on_progress, session.announce = on_progress, announce
         player.open(overview)
         service.ready(f"replaying {options.run} to {options.url}")
-        session.run(lambda: moves(run, selection), keys)
+        session.run(lambda: replay_moves(run, selection), keys)
     return report
 
 
@@ -191,7 +191,7 @@ class _Session:
         report, player = self._report, self._player
         report.seconds = time.monotonic() - self._began_s
         report.writes = dict(player.writes)
-        report.messages, report.undelivered = player.messages, player.undelivered
+        report.messages, report.undelivered = player.sent_count, player.undelivered_count
         self.on_progress(report)
 
     def _record_move(self, move: ReplayMove) -> None:
@@ -204,12 +204,12 @@ class _Session:
             self._stop.set()
 
 
-def _survey(run: Run, selection: ReplaySelection) -> Survey:
+def _survey(run: Run, selection: ReplaySelection) -> ReplaySurvey:
     """Read the run and return the overview of its replay.
 
     :raises TraceError: if no write is selected.
     """
-    overview = survey(run, selection)
+    overview = survey_replay(run, selection)
     if overview.writes:
         return overview
     if overview.unselected_writes:

@@ -260,7 +260,7 @@ class Replay:
         maker = BlockMaker(context.board.registry.get(SKILLER))
         for uid, sample in self.recordings.samples().items():
             if uid.startswith(f"{SKILLER}::"):
-                maker.check(sample.values, uid)
+                maker.check_fields(sample.values, uid)
         self._skillers = [self._skiller(context, *item) for item in scripts.items()]
         return Skillers(context, self._skillers)
 

@@ -65,7 +65,7 @@ class SensorPlayer(Component):
             self._log.warn(f"{uid} is not replayed: {error.message}")
             return
         maker = BlockMaker(interface_class)
-        maker.check(sample.values, uid)
+        maker.check_fields(sample.values, uid)
         try:
             writer = self._board.open_for_writing(kind, interface_id, owner=OWNER)
         except CxbridgeError as error:
@@ -95,7 +95,7 @@ class SensorPlayer(Component):
         if opened is None:
             return
         writer, maker, previous = opened
-        block = maker.make(event.values, event.time_us, event.uid)
+        block = maker.make_block(event.values, event.time_us, event.uid)
         data = block[STAMP.size :]
         writer.set_from_chunk(block)
         # listeners must see a change only if the values differ, not at each write

@@ -12,7 +12,7 @@ from cxbridge.history.forest import Forest, parent_id
 from cxbridge.trace.compare.model import DifferenceContext, EventLine, GoalAtDifference
 from cxbridge.trace.compare.selection import Selection, events_with_content
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.listing import describe
+from cxbridge.trace.listing import describe_event
 
 LINES_BEFORE = 6
 """The number of events shown before the one at the difference."""
@@ -68,7 +68,7 @@ def read_contexts(
                 for numbered_event in recent
             ]
             contexts[number] = DifferenceContext(
-                lines, [describe(rule) for rule in rules], [*goal_lines(goals)]
+                lines, [describe_event(rule) for rule in rules], [*goal_lines(goals)]
             )
             incomplete_positions.append(number)
         # all contexts are complete, and the rest of the run may be long
@@ -85,7 +85,7 @@ def event_line(number: int, event: Event, start_us: int, *, here: bool = False) 
     :param start_us: the start of the run in microseconds.
     :param here: whether the event is at the difference.
     """
-    return EventLine(number + 1, (event.time_us - start_us) / MICROSECONDS, describe(event), here)
+    return EventLine(number + 1, (event.time_us - start_us) / MICROSECONDS, describe_event(event), here)
 
 
 def goal_lines(goals: Mapping[str, GoalTransition]) -> Iterator[GoalAtDifference]:

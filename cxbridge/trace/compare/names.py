@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any, Final, TypeAlias
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.trace.codec import dump, plain_values
+from cxbridge.trace.codec import dump_json, values_with_enum_names
 
 # Without a lookbehind the search is fast: `_extract_names` checks the preceding character.
 _GENSYM = re.compile(r"gen\d+(?![A-Za-z0-9])")
@@ -48,7 +48,7 @@ def replace_fact_names(text: str) -> str:
 
 def interface_text(values: Mapping[str, Any]) -> str:
     """Return the values of an interface write as text, without the message id."""
-    return dump({name: value for name, value in plain_values(values).items() if name != MSGID})
+    return dump_json({name: value for name, value in values_with_enum_names(values).items() if name != MSGID})
 
 
 def split_msgid(text: str) -> tuple[str, int | None]:

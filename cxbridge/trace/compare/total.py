@@ -40,7 +40,7 @@ from cxbridge.trace.compare.model import (
 from cxbridge.trace.compare.names import Names
 from cxbridge.trace.compare.selection import Selection
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.listing import describe, describe_details
+from cxbridge.trace.listing import describe_details, describe_event
 
 NO_EVENT_TEXT = "(nothing here)"
 """The text of a missing event."""
@@ -131,7 +131,7 @@ class _PartnerChecks:
 
 
 def _partner_difference(token_a: Token, token_b: Token, kind: DifferenceKind, text: str) -> Difference:
-    side_a, side_b = (Side(token.number, describe(token.event)) for token in (token_a, token_b))
+    side_a, side_b = (Side(token.number, describe_event(token.event)) for token in (token_a, token_b))
     return Difference(text, describe_subject(token_a.event), side_a, side_b, kind)
 
 
@@ -295,7 +295,7 @@ class Divergence:
         if index != MISSING:
             token = self._tails[run][index]
             details = f" {describe_details(token.event)}" if self._detail_change(edit) else ""
-            return Side(token.number, f"{describe(token.event)}{details}")
+            return Side(token.number, f"{describe_event(token.event)}{details}")
         preceding_index = self._alignment.preceding_index(1 - run, edit.indices[1 - run])
         number = None if preceding_index == MISSING else self._tails[run][preceding_index].number
         return Side(number, RUN_OVER_TEXT if self._alignment.has_ended(run, edit) else NO_EVENT_TEXT)

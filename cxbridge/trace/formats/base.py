@@ -16,7 +16,7 @@ from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.formats.files import writing
 
-_MAX_DIGITS = 18  # digits that fit 64 bits
+_MAX_TIME_DIGITS = 18  # digits that fit 64 bits
 MAX_NOTES = 100
 """The maximal number of notes about a run."""
 
@@ -118,7 +118,7 @@ class Run(ABC):
 
 def parse_time(text: str) -> int | None:
     """Return a recorded time in microseconds, or None for any other text, as of a damaged file."""
-    return int(text) if text.isdecimal() and len(text) <= _MAX_DIGITS else None
+    return int(text) if text.isdecimal() and len(text) <= _MAX_TIME_DIGITS else None
 
 
 class FolderRun(Run):
@@ -132,7 +132,7 @@ class FolderRun(Run):
         """
 
     def __iter__(self) -> Iterator[Event]:
-        runs = self.runs()
+        runs = self.file_runs()
         # stable: at equal times the file whose name is first
         yield from merge(*runs, key=lambda event: event.time_us)
         for run in runs:

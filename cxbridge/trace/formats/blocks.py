@@ -15,8 +15,8 @@ ENV: Final = "executive"
 STAMP_SIZE: Final = 16
 """The bytes of the time stamp at the start of a block."""
 
-_SKILLER = "SkillerInterface"
-_Convert: TypeAlias = Callable[[tuple[Any, ...]], Any]
+_SKILLER_TYPE = "SkillerInterface"
+_FieldConverter: TypeAlias = Callable[[tuple[Any, ...]], Any]
 
 
 class BlockDecoder:
@@ -31,13 +31,13 @@ class BlockDecoder:
         self.schema = schema
         code = f"<{STAMP_SIZE}x"
         end, index = STAMP_SIZE, 0
-        self._fields: list[tuple[str, int, _Convert | None]] = []
+        self._fields: list[tuple[str, int, _FieldConverter | None]] = []
         for field in schema.fields:
             count = 1 if field.is_string else field.runtime_length
             element = f"{field.size}s" if field.is_string else f"{count}{field.storage.code}"
             code += f"{field.offset - end}x{element}"
             self._fields.append(
-                (field.name, index, _converter(field, index, index + count, decode_text or padded_text))
+                (field.name, index, _make_converter(field, index, index + count, decode_text or decode_padded_text))
             )
             end, index = field.offset + field.size, index + count
         self._unpack = struct.Struct(code).unpack_from
@@ -58,7 +58,7 @@ def block_events(
     :param uid: ``Type::id``.
     :param block: of the size in the schema, in this machine's byte order.
     """
-    return write_events(schema.name, uid, time_us, _decoder(schema).values(block))
+    return write_events(schema.name, uid, time_us, _cached_decoder(schema).values(block))
 
 
 def write_events(
@@ -70,20 +70,20 @@ def write_events(
     :param uid: ``Type::id``.
     """
     yield InterfaceWrite(time_us, uid, values)
-    if kind == _SKILLER and "skill_string" in values:
+    if kind == _SKILLER_TYPE and "skill_string" in values:
         skill, msgid, status = (values.get(name) for name in ("skill_string", "msgid", "status"))
         number = msgid if isinstance(msgid, int) else 0
         yield SkillStatus(time_us, ENV, uid.partition("::")[2], str(skill), number, str(status))
 
 
-def padded_text(data: bytes) -> str:
+def decode_padded_text(data: bytes) -> str:
     """Decode a zero-padded text."""
     return data.split(b"\0", 1)[0].decode("utf-8", "backslashreplace")
 
 
-def _converter(
+def _make_converter(
     field: FieldSchema, start: int, end: int, decode_text: Callable[[bytes], str | bytes]
-) -> _Convert | None:
+) -> _FieldConverter | None:
     """Return a function for the value of a field from its elements, or None if it is the element itself."""
     if field.is_string:
         return lambda raw: decode_text(raw[start])
@@ -99,7 +99,7 @@ def _converter(
 _decoders: dict[int, BlockDecoder] = {}
 
 
-def _decoder(schema: InterfaceSchema) -> BlockDecoder:
+def _cached_decoder(schema: InterfaceSchema) -> BlockDecoder:
     decoder = _decoders.get(id(schema))
     if decoder is None or decoder.schema is not schema:
         decoder = _decoders[id(schema)] = BlockDecoder(schema)

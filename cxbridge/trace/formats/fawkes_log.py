@@ -18,21 +18,21 @@ from cxbridge.history.transitions import TransitionTracker
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.printing import from_record, to_entry, to_record
 from cxbridge.trace.formats.base import CopyFormat, Format, Run, StreamWriter
-from cxbridge.trace.formats.files import MAX_LINE, open_alone, read_lines, writing
+from cxbridge.trace.formats.files import MAX_LINE, open_exclusively, read_lines, writing
 
-_ENTRY = re.compile(r"([DIWE]) (\d\d:\d\d:\d\d)\.(\d{6}) (.*?): (.*)", re.DOTALL)
-_STAMP = re.compile(r"[DIWE] \d\d:\d\d:\d\d\.\d{6} ")
-_HEAD = re.compile(rb"^[DIWE] \d\d:\d\d:\d\d\.\d{6} .*?: ", re.MULTILINE)
+_ENTRY_LINES = re.compile(r"([DIWE]) (\d\d:\d\d:\d\d)\.(\d{6}) (.*?): (.*)", re.DOTALL)
+_TIME_STAMP = re.compile(r"[DIWE] \d\d:\d\d:\d\d\.\d{6} ")
+_FIRST_ENTRY = re.compile(rb"^[DIWE] \d\d:\d\d:\d\d\.\d{6} .*?: ", re.MULTILINE)
 _FACT = re.compile(r"(==>|<==) f-(\d{1,18}) +(\(.*)", re.DOTALL)
 _FIRE = re.compile(r"FIRE +(\d{1,18}) ([^: ]+):(?: (.*))?", re.DOTALL)
-_ENV = re.compile(r"CLIPS \((.+)\)")
+_ENVIRONMENT = re.compile(r"CLIPS \((.+)\)")
 
-_CHANGES = ("==> f-", "<== f-")
-_OF_CLIPS = (*_CHANGES, "FIRE ")
+_FACT_STARTS = ("==> f-", "<== f-")
+_CLIPS_STARTS = (*_FACT_STARTS, "FIRE ")
 
 _LEVELS = {level.value: level for level in Level}
-_BUFFER = 64 * 1024  # bytes; flushed by time, so that a killed run loses little
-_FLUSH_SECONDS = 0.5  # real time
+_BUFFER_SIZE = 64 * 1024  # bytes; flushed by time, so that a killed run loses little
+_FLUSH_INTERVAL_S = 0.5  # real time
 _DAY_US = 24 * 3600 * MICROSECONDS
 
 
@@ -52,7 +52,7 @@ class _LogEntry:
 
     def groups(self) -> tuple[str, ...] | None:
         """Return letter, time of day, fraction, component and text, or None if the entry is invalid."""
-        match = _ENTRY.match("\n".join(self.lines))
+        match = _ENTRY_LINES.match("\n".join(self.lines))
         return None if match is None else match.groups()
 
 
@@ -68,11 +68,11 @@ class FawkesLog(Run):
     def __iter__(self) -> Iterator[Event]:
         """Yield log lines, firings, and fact changes with their transitions."""
         trackers: dict[str, TransitionTracker] = {}
-        days = _Days()
-        for line, (letter, clock, fraction, component, text) in self._joined_facts():
-            time_us = days.absolute(clock, fraction)
-            env = _environment(component) if letter == "D" else None
-            event = clips_event(time_us, env, text) if env is not None else None
+        days = _DayCounter()
+        for line, (letter, clock, fraction, component, text) in self._joined_entries():
+            time_us = days.time_us(clock, fraction)
+            env = _find_environment(component) if letter == "D" else None
+            event = parse_clips_event(time_us, env, text) if env is not None else None
             if event is None:
                 yield LogLine(time_us, _LEVELS[letter], from_record(component), from_record(text))
                 continue
@@ -88,7 +88,7 @@ class FawkesLog(Run):
             if transition is not None:
                 yield transition
 
-    def _joined_facts(self) -> Iterator[tuple[int, tuple[str, ...]]]:
+    def _joined_entries(self) -> Iterator[tuple[int, tuple[str, ...]]]:
         """Yield the line number and groups of each entry.
 
         Fawkes ends an entry when CLIPS prints a single line feed, even within a string of a fact. The rest of
@@ -102,13 +102,13 @@ class FawkesLog(Run):
                 continue
             if unfinished is not None:
                 line, (*stamp, component, text) = unfinished
-                if groups[3] == component and not groups[4].startswith(_OF_CLIPS) and len(text) < MAX_LINE:
+                if groups[3] == component and not groups[4].startswith(_CLIPS_STARTS) and len(text) < MAX_LINE:
                     groups = (*stamp, component, f"{text}\n{groups[4]}")
                     entry.line = line
                 else:
                     yield unfinished
                 unfinished = None
-            if groups[4].startswith(_CHANGES) and not groups[4].endswith(")") and _environment(groups[3]):
+            if groups[4].startswith(_FACT_STARTS) and not groups[4].endswith(")") and _find_environment(groups[3]):
                 unfinished = entry.line, groups
             else:
                 yield entry.line, groups
@@ -119,7 +119,7 @@ class FawkesLog(Run):
         """Join lines to entries: a line without a time continues the previous entry."""
         entry: _LogEntry | None = None
         for number, text, is_complete in read_lines(self.path):
-            if _STAMP.match(text):
+            if _TIME_STAMP.match(text):
                 if entry:
                     yield entry
                 entry = _LogEntry(number, [text], len(text), is_complete)
@@ -140,7 +140,7 @@ class FawkesLog(Run):
             yield entry
 
 
-class _Days:
+class _DayCounter:
     """Converts times of day to continuous times; a step back of more than half a day means midnight."""
 
     def __init__(self) -> None:
@@ -167,14 +167,14 @@ class _Days:
 
 
 @lru_cache(maxsize=256)
-def _environment(component: str) -> str | None:
-    match = _ENV.fullmatch(component)
+def _find_environment(component: str) -> str | None:
+    match = _ENVIRONMENT.fullmatch(component)
     return from_record(match.group(1)) if match else None
 
 
-def clips_event(time_us: int, env: str, text: str) -> Event | None:
+def parse_clips_event(time_us: int, env: str, text: str) -> Event | None:
     """Return the event in a debug line of a CLIPS environment, or None for other text."""
-    if text.startswith(_CHANGES):
+    if text.startswith(_FACT_STARTS):
         match = _FACT.match(text)
         if match:
             arrow, index, fact = match.groups()
@@ -202,10 +202,10 @@ class FawkesLogWriter(StreamWriter):
     def __init__(self, path: str | Path, *, utc: bool = False) -> None:
         path = Path(path)
         with writing(path):
-            super().__init__(path, open_alone(path, _BUFFER))
-        self._broken_down = time.gmtime if utc else time.localtime
+            super().__init__(path, open_exclusively(path, _BUFFER_SIZE))
+        self._to_time_of_day = time.gmtime if utc else time.localtime
         self._second = -1
-        self._flushed = time.monotonic()
+        self._last_flush_s = time.monotonic()
         self._clock = ""
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - the log has the same events at any level
@@ -214,41 +214,41 @@ class FawkesLogWriter(StreamWriter):
 
     def write(self, event: Event) -> None:
         if isinstance(event, LogLine):
-            head = f"{event.level.value} {self._time(event.time_us)} {to_record(event.component)}"
+            head = f"{event.level.value} {self._format_time(event.time_us)} {to_record(event.component)}"
             entry = f"{head}: {to_entry(event.text)}\n"
         elif isinstance(event, FactChange):
             arrow = "==>" if event.asserted else "<=="
             entry = (
-                f"D {self._time(event.time_us)} CLIPS ({to_record(event.env)}):"
+                f"D {self._format_time(event.time_us)} CLIPS ({to_record(event.env)}):"
                 f" {arrow} f-{event.index:<5d} {to_entry(event.text)}\n"
             )
         elif isinstance(event, RuleFired):
             entry = (
-                f"D {self._time(event.time_us)} CLIPS ({to_record(event.env)}):"
+                f"D {self._format_time(event.time_us)} CLIPS ({to_record(event.env)}):"
                 f" FIRE {event.number:4d} {to_record(event.rule)}: {to_record(event.basis)}\n"
             )
         else:
             return
         with writing(self.path):
-            self._file.write(_encode(entry))
-        if time.monotonic() - self._flushed > _FLUSH_SECONDS:
+            self._file.write(_encode_text(entry))
+        if time.monotonic() - self._last_flush_s > _FLUSH_INTERVAL_S:
             self.flush()
 
     def flush(self) -> None:
-        self._flushed = time.monotonic()
+        self._last_flush_s = time.monotonic()
         super().flush()
 
-    def _time(self, time_us: int) -> str:
+    def _format_time(self, time_us: int) -> str:
         """Return the time of day, ``HH:MM:SS.uuuuuu``; the text of a second is cached."""
         second, fraction = split_us(time_us)
         if second != self._second:
-            time_of_day = self._broken_down(second)
+            time_of_day = self._to_time_of_day(second)
             self._second = second
             self._clock = f"{time_of_day.tm_hour:02d}:{time_of_day.tm_min:02d}:{time_of_day.tm_sec:02d}"
         return f"{self._clock}.{fraction:06d}"
 
 
-def _encode(text: str) -> bytes:
+def _encode_text(text: str) -> bytes:
     try:
         return text.encode("utf-8", "surrogateescape")
     except UnicodeEncodeError:
@@ -264,7 +264,7 @@ FORMATS = (
     Format(
         "fawkes-log",
         70,
-        recognises=lambda _, head: _HEAD.search(head) is not None,
+        recognises=lambda _, head: _FIRST_ENTRY.search(head) is not None,
         reader=f"{__name__}:FawkesLog",
     ),
 )

@@ -17,7 +17,7 @@ MAX_LINE = 4 * 1024 * 1024
 """The maximal bytes of a line or an entry of several lines."""
 
 
-def files_starting(folder: Path, pattern: str, size: int, starts_well: Callable[[bytes], bool]) -> list[Path]:
+def files_with_start(folder: Path, pattern: str, size: int, starts_well: Callable[[bytes], bool]) -> list[Path]:
     """Return the files in a folder whose start has a format, by name; empty if it is not a folder.
 
     :param size: the number of bytes that ``starts_well`` needs.
@@ -37,7 +37,7 @@ def reading(path: Path) -> AbstractContextManager[None]:
 
     :raises TraceError: if the file cannot be read.
     """
-    return _errors_of(path, "read")
+    return _translating_errors(path, "read")
 
 
 def writing(path: Path) -> AbstractContextManager[None]:
@@ -45,11 +45,11 @@ def writing(path: Path) -> AbstractContextManager[None]:
 
     :raises TraceError: if the file cannot be written.
     """
-    return _errors_of(path, "written")
+    return _translating_errors(path, "written")
 
 
 @contextmanager
-def _errors_of(path: Path, participle: str) -> Iterator[None]:
+def _translating_errors(path: Path, participle: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
@@ -82,7 +82,7 @@ def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
             )
 
 
-def open_alone(path: Path, buffering: int = -1) -> BinaryIO:
+def open_exclusively(path: Path, buffering: int = -1) -> BinaryIO:
     """Open an empty file for writing unless another process writes it in this way.
 
     Without locks (Windows, some network file systems), and for paths other than regular files, it is opened
@@ -100,12 +100,12 @@ def open_alone(path: Path, buffering: int = -1) -> BinaryIO:
     if path.exists() and not path.is_file():
         return path.open("wb", buffering)
     # truncate only under the lock: another process may be writing the file
-    file = open(path, "wb", buffering, opener=_open_as_it_is)  # noqa: SIM115 - an opener
+    file = open(path, "wb", buffering, opener=_open_without_truncating)  # noqa: SIM115 - an opener
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         file.close()
-        raise _locked(path) from None
+        raise _locked_error(path) from None
     except OSError:
         pass  # a file system without locks
     try:
@@ -116,22 +116,22 @@ def open_alone(path: Path, buffering: int = -1) -> BinaryIO:
     return file
 
 
-def refuse_locked(path: Path) -> None:
+def refuse_locked_file(path: Path) -> None:
     """Raise `TraceError` if another process has opened a file by :func:`open_alone`.
 
     :raises TraceError: if it is locked.
     """
     if path.is_file() and _is_locked(path):
-        raise _locked(path)
+        raise _locked_error(path)
 
 
-def _locked(path: Path) -> TraceError:
+def _locked_error(path: Path) -> TraceError:
     return TraceError(
         "another process is writing this file", file=path, hint="does another daemon or run record into it?"
     )
 
 
-def keep_previous(path: Path) -> Path | None:
+def rename_previous(path: Path) -> Path | None:
     """Rename a file that is about to be replaced, with the time of its last change in the name.
 
     Empty files, paths other than regular files, links, and files that another process writes are not renamed.
@@ -165,5 +165,5 @@ def _is_locked(path: Path) -> bool:
     return False
 
 
-def _open_as_it_is(path: str, flags: int) -> int:
+def _open_without_truncating(path: str, flags: int) -> int:
     return os.open(path, flags & ~os.O_TRUNC, 0o666)

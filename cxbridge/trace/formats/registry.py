@@ -15,23 +15,23 @@ from pkgutil import resolve_name
 from types import ModuleType
 from typing import Any, Final
 
-import cxbridge.trace.formats
+import cxbridge.trace.readable_formats
 from cxbridge.errors import TraceError
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.plugins import Row, Table, is_module, rows_of_modules
-from cxbridge.trace.formats.base import HEAD_SIZE, CopyFormat, Format, Run
-from cxbridge.trace.formats.files import reading
+from cxbridge.trace.readable_formats.base import HEAD_SIZE, CopyFormat, Format, Run
+from cxbridge.trace.readable_formats.files import reading
 
 FORMAT_MODULES: Final[Table[ModuleType]] = Table(
     "FORMATS",
     is_module,
     "a module with FORMATS or COPIES",
-    *rows_of_modules(cxbridge.trace.formats),
+    *rows_of_modules(cxbridge.trace.readable_formats),
 )
 """The modules of formats."""
 
 
-def formats() -> tuple[Format, ...]:
+def readable_formats() -> tuple[Format, ...]:
     """Return the readable formats, the most reliably recognised first."""
     return _table_entries(FORMAT_MODULES.rows, "FORMATS")
 
@@ -58,8 +58,8 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
     """
     path = Path(path)
     with reading(path):
-        head = _head(path)
-        run_format = next((candidate for candidate in formats() if candidate.recognises(path, head)), None)
+        head = _read_head(path)
+        run_format = next((candidate for candidate in readable_formats() if candidate.recognises(path, head)), None)
     if run_format is not None:
         reader: Callable[[Path, InterfaceRegistry | None], Run] = resolve_name(run_format.reader)
         return reader(path, registry)
@@ -71,7 +71,7 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
     )
 
 
-def _head(path: Path) -> bytes:
+def _read_head(path: Path) -> bytes:
     """Return the start of a file, empty for a folder."""
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):

@@ -23,40 +23,40 @@ from cxbridge.printing import from_record, to_record
 from cxbridge.trace.formats.base import CopyFormat, Format, Run, StreamWriter
 from cxbridge.trace.formats.files import read_lines, writing
 
-ENV = "executive"
+DEFAULT_ENV = "executive"
 """The environment of lines without one."""
 
-SKILLER = "Skiller"
+DEFAULT_SKILLER = "Skiller"
 """The Skiller of lines without one."""
 
-_GOAL = re.compile(
+_GOAL_LINE = re.compile(
     r"goal (\S+) class=(\S+) sub-type=(\S+) parent=(\S+) mode=(\S+) outcome=(\S+) error=(.*)", re.DOTALL
 )
-_ACTION = re.compile(r"plan-action (\S+) goal=(\S+) plan=(\S+) action=(\S+) state=(\S+)")
+_ACTION_LINE = re.compile(r"plan-action (\S+) goal=(\S+) plan=(\S+) action=(\S+) state=(\S+)")
 # possessive (`*+`): without it a long line that is no transition takes quadratic time
-_SKILL = re.compile(
+_SKILL_LINE = re.compile(
     r'SkillerInterface(?:::((?:(?! skill=").)*+))? skill="(.*)" msgid=(\d{1,18}) status=(\S+)', re.DOTALL
 )
-_ENV = re.compile(r"\[([^]\n]*)\] (.*)", re.DOTALL)
-_AT = re.compile(r"at (\d{1,12}\.\d{6})")
-_DETAIL = re.compile(r"  ([a-z][\w-]*)=(.*)", re.DOTALL)
-_HEAD = re.compile(
+_ENVIRONMENT_PREFIX = re.compile(r"\[([^]\n]*)\] (.*)", re.DOTALL)
+_TIME_LINE = re.compile(r"at (\d{1,12}\.\d{6})")
+_DETAIL_LINE = re.compile(r"  ([a-z][\w-]*)=(.*)", re.DOTALL)
+_FIRST_LINES = re.compile(
     rb"^(at \d+\.\d{6}\n)?(\[[^]\n]*\] )?"
     rb"(goal \S+ class=\S+ sub-type=|plan-action \S+ goal=\S+ plan=|SkillerInterface(::[^\n]*)? skill=\")"
 )
 
 
-DEFAULTS: Final = {"params": "()", "meta": "()", "priority": "0.0", "resources": "()"}
+DEFAULT_DETAILS: Final = {"params": "()", "meta": "()", "priority": "0.0", "resources": "()"}
 """The values of details that a text does not show; ``params`` are shown unless they are empty."""
 
 
 def format_transition(event: Transition) -> str:
     """Return the transition as one line of text, without line feeds and control characters."""
-    return to_record(_line(event))
+    return to_record(_format_line(event))
 
 
-def _line(event: Transition) -> str:
-    env = "" if event.env == ENV else f"[{event.env}] "
+def _format_line(event: Transition) -> str:
+    env = "" if event.env == DEFAULT_ENV else f"[{event.env}] "
     if isinstance(event, GoalTransition):
         return (
             f"{env}goal {event.goal} class={event.goal_class} sub-type={event.sub_type} parent={event.parent}"
@@ -67,23 +67,23 @@ def _line(event: Transition) -> str:
             f"{env}plan-action {event.action_id} goal={event.goal} plan={event.plan}"
             f" action={event.action} state={event.state}"
         )
-    skiller = env + "SkillerInterface" + ("" if event.skiller == SKILLER else f"::{event.skiller}")
+    skiller = env + "SkillerInterface" + ("" if event.skiller == DEFAULT_SKILLER else f"::{event.skiller}")
     return f'{skiller} skill="{event.skill_string}" msgid={event.msgid} status={event.status}'
 
 
 def parse_transition(line: str, time_us: int = 0) -> Transition | None:
-    env, line = ENV, from_record(line)
-    if match := _ENV.fullmatch(line):
+    env, line = DEFAULT_ENV, from_record(line)
+    if match := _ENVIRONMENT_PREFIX.fullmatch(line):
         env, line = match.groups()
-    if match := _GOAL.fullmatch(line):
+    if match := _GOAL_LINE.fullmatch(line):
         goal, goal_class, sub_type, parent, mode, outcome, error = match.groups()
         return GoalTransition(time_us, env, goal, goal_class, sub_type, parent, mode, outcome, error)
-    if match := _ACTION.fullmatch(line):
+    if match := _ACTION_LINE.fullmatch(line):
         action_id, goal, plan, action, state = match.groups()
         return PlanActionTransition(time_us, env, action_id, goal, plan, action, state)
-    if match := _SKILL.fullmatch(line):
+    if match := _SKILL_LINE.fullmatch(line):
         skiller, skill, msgid, status = match.groups()
-        return SkillStatus(time_us, env, skiller or SKILLER, skill, int(msgid), status)
+        return SkillStatus(time_us, env, skiller or DEFAULT_SKILLER, skill, int(msgid), status)
     return None
 
 
@@ -98,7 +98,7 @@ class TransitionsText(Run):
 
         :raises TraceError: for an invalid line; a truncated last line is left out.
         """
-        details = _Details()
+        details = _LastDetails()
         pending: Transition | None = None
         at_us: int | None = None
         for number, line, is_complete in read_lines(self.path):
@@ -106,14 +106,14 @@ class TransitionsText(Run):
             if event is not None:
                 # the details of a transition follow its line, so that it is complete at the next one
                 if pending is not None:
-                    yield details.completed(pending)
+                    yield details.complete(pending)
                 pending = event
             elif not is_complete:
                 self.note(f"line {number}: the file ends within this line")
             # a time holds for all transitions up to the next time
-            elif match := _AT.fullmatch(line):
+            elif match := _TIME_LINE.fullmatch(line):
                 at_us = round(float(match.group(1)) * MICROSECONDS)
-            elif pending is not None and (match := _DETAIL.fullmatch(from_record(line))):
+            elif pending is not None and (match := _DETAIL_LINE.fullmatch(from_record(line))):
                 details.store(pending, match.group(1), match.group(2))
             elif line.strip():
                 raise TraceError(
@@ -123,19 +123,19 @@ class TransitionsText(Run):
                     hint="a line starts with goal, plan-action or SkillerInterface; see docs/formats.md",
                 )
         if pending is not None:
-            yield details.completed(pending)
+            yield details.complete(pending)
 
     def has_times(self) -> bool:
         """Return whether the file has times, according to its first line."""
         first_line = next((line for _, line, _ in read_lines(self.path)), "")
-        return _AT.fullmatch(first_line) is not None
+        return _TIME_LINE.fullmatch(first_line) is not None
 
 
-class _Details:
+class _LastDetails:
     """The last details of goals and plan-actions."""
 
     def __init__(self) -> None:
-        self._last: dict[tuple[str, ...], dict[str, str]] = {}
+        self._by_subject: dict[tuple[str, ...], dict[str, str]] = {}
 
     @staticmethod
     def _subject(event: Event) -> tuple[str, ...]:
@@ -143,27 +143,27 @@ class _Details:
 
     def store(self, event: Event, name: str, value: str) -> None:
         """Store a changed detail."""
-        defaults = {name: DEFAULTS[name] for name in event.KIND.details}
-        self._last.setdefault(self._subject(event), defaults)[name] = value
+        defaults = {name: DEFAULT_DETAILS[name] for name in event.KIND.details}
+        self._by_subject.setdefault(self._subject(event), defaults)[name] = value
 
-    def completed(self, event: Transition) -> Transition:
+    def complete(self, event: Transition) -> Transition:
         """Return an event with the details of its subject."""
-        details = self._last.get(self._subject(event), {})
+        details = self._by_subject.get(self._subject(event), {})
         fields: dict[str, Any] = {name: details[name] for name in event.KIND.details if name in details}
         if isinstance(event, GoalTransition):
             fields["slots"] = {name: value for name, value in details.items() if value and name not in fields}
         return replace(event, **fields) if details else event
 
-    def changes(self, event: Event) -> Iterator[str]:
+    def changed_lines(self, event: Event) -> Iterator[str]:
         """Yield a line for each changed detail of an event."""
-        details = {name: getattr(event, name) or DEFAULTS[name] for name in event.KIND.details}
+        details = {name: getattr(event, name) or DEFAULT_DETAILS[name] for name in event.KIND.details}
         if not any(getattr(event, name) for name in event.KIND.details):
             return
         details |= event.slots if isinstance(event, GoalTransition) else {}
         subject = self._subject(event)
-        former = self._last.get(subject, DEFAULTS | {"params": ""})
-        self._last[subject] = details
-        for name in (*details, *(former.keys() - details.keys() - DEFAULTS.keys())):
+        former = self._by_subject.get(subject, DEFAULT_DETAILS | {"params": ""})
+        self._by_subject[subject] = details
+        for name in (*details, *(former.keys() - details.keys() - DEFAULT_DETAILS.keys())):
             if details.get(name, "") != former.get(name, ""):
                 yield to_record(f"  {name}={details.get(name, '')}")
 
@@ -180,9 +180,9 @@ class TransitionsWriter(StreamWriter):
 
     def __init__(self, path: str | Path, *, details: bool = False, start_us: int | None = None) -> None:
         path = Path(path)
-        self._details = _Details() if details else None
+        self._details = _LastDetails() if details else None
         self._start_us = start_us
-        self._time_line = ""
+        self._last_time_line = ""
         with writing(path):
             # the same bytes on every system, because golden files are compared as texts
             super().__init__(path, path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n"))
@@ -199,12 +199,12 @@ class TransitionsWriter(StreamWriter):
         """Yield the line of a transition with the lines before and after it."""
         if self._start_us is not None:
             time_line = f"at {(event.time_us - self._start_us) / MICROSECONDS:.6f}"
-            if time_line != self._time_line:
-                self._time_line = time_line
+            if time_line != self._last_time_line:
+                self._last_time_line = time_line
                 yield time_line
         yield format_transition(event)
         if self._details is not None:
-            yield from self._details.changes(event)
+            yield from self._details.changed_lines(event)
 
 
 def open_copy(path: Path, _registry: InterfaceRegistry) -> TransitionsWriter:
@@ -216,7 +216,7 @@ FORMATS = (
     Format(
         "transitions",
         60,
-        recognises=lambda _, head: _HEAD.match(head) is not None,
+        recognises=lambda _, head: _FIRST_LINES.match(head) is not None,
         reader=f"{__name__}:TransitionsText",
     ),
 )

@@ -12,7 +12,7 @@ from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message import ClosedPort, Message
 
 _NO_SERIAL: Final = UUID(int=0)
-_HINT: Final = "its definition has changed since; --interface-dir DIR names the one of then"
+_DEFINITION_HINT: Final = "its definition has changed since; --interface-dir DIR names the one of then"
 
 
 class BlockMaker:
@@ -20,15 +20,15 @@ class BlockMaker:
 
     def __init__(self, interface_class: type[Interface]) -> None:
         self._names = {field.name for field in interface_class.fields()}
-        # this instance is on no blackboard; its setters check the values and place them in the block
+        # an instance without a blackboard, whose setters check the values and place them in the block
         port = ClosedPort(interface_class.SCHEMA.name, _NO_SERIAL)
         self._scratch = interface_class(port, id="", owner="", serial=_NO_SERIAL, writer=True)
 
-    def check(self, values: Mapping[str, Any], uid: str) -> None:
+    def check_fields(self, values: Mapping[str, Any], uid: str) -> None:
         """Check that a write has the fields of the type.
 
         :param uid: the written interface, ``Type::id``.
-        :raises TraceError: with the names of the differing fields.
+        :raises TraceError: if fields differ.
         """
         differences = [
             f"{problem} {', '.join(sorted(names))}"
@@ -39,20 +39,24 @@ class BlockMaker:
             if names
         ]
         if differences:
-            raise TraceError(f"the recorded {uid} has other fields: {'; '.join(differences)}", hint=_HINT)
+            raise TraceError(
+                f"the recorded {uid} has other fields: {'; '.join(differences)}", hint=_DEFINITION_HINT
+            )
 
-    def make(self, values: Mapping[str, Any], time_us: int, uid: str) -> bytes:
-        """Return the block with these values.
+    def make_block(self, values: Mapping[str, Any], time_us: int, uid: str) -> bytes:
+        """Return the block with the values.
 
-        :param time_us: its time stamp in microseconds since the epoch.
+        :param time_us: the time stamp of the block in microseconds since the epoch.
         :raises TraceError: if a value does not fit.
         """
         try:
             for name, value in values.items():
                 self._scratch.set(name, value)
         except InterfaceError as error:
-            self.check(values, uid)
-            raise TraceError(f"the recorded {uid} does not fit: {error.message}", hint=_HINT) from error
+            self.check_fields(values, uid)
+            raise TraceError(
+                f"the recorded {uid} does not fit: {error.message}", hint=_DEFINITION_HINT
+            ) from error
         block = bytearray(self._scratch.to_bytes())
         STAMP.pack_into(block, 0, *split_us(time_us))
         return bytes(block)

@@ -1,4 +1,8 @@
-"""The plan of a replay: events and their times; docs/recording.md, section "Time"."""
+"""The moves of a replay: the writes and messages to repeat, each with its position in the recording.
+
+The clock of a recorded machine may have been set, and writes may be out of order. Positions therefore count
+from the first event, and decrease only for writes out of order; see docs/recording.md, section "Time".
+"""
 
 from __future__ import annotations
 
@@ -12,18 +16,18 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.events import InterfaceMessage, InterfaceWrite
 from cxbridge.trace.formats.base import Run
 
-OUT_OF_ORDER_US: Final = MICROSECONDS
-"""The maximal step back of a time that counts as out of order; a larger one means that the clock was set."""
+MAX_OUT_OF_ORDER_US: Final = MICROSECONDS
+"""The maximal step back in time of a write out of order; a larger step means that the clock was set."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReplaySelection:
-    """The selection of a replay.
+    """The interfaces and the time to replay.
 
     :param patterns: the patterns of the interfaces; empty: all interfaces.
     :param start_s: the start in seconds since the first event of the run; None: the start of the run.
     :param end_s: the end in seconds since the first event of the run; None: the end of the run.
-    :param messages: whether to send messages to other interfaces.
+    :param messages: whether to send the recorded messages to interfaces that are not replayed.
     """
 
     patterns: tuple[Pattern, ...] = ()
@@ -31,13 +35,13 @@ class ReplaySelection:
     end_s: float | None = None
     messages: bool = False
 
-    def has(self, uid: str) -> bool:
-        """Return whether an interface is to be replayed."""
+    def replays(self, uid: str) -> bool:
+        """Return whether the writes of an interface are replayed."""
         return not self.patterns or any(pattern.matches(parse_uid(uid)) for pattern in self.patterns)
 
 
 class ReplayMove(NamedTuple):
-    """One event of a replay.
+    """A write or message to repeat.
 
     :param at_us: the position in microseconds since the first event of the run.
     """
@@ -54,15 +58,15 @@ class ReplayPositions:
         self._offset_us = -start_us
         self._stamps: dict[str, int] = {}
 
-    def of(self, event: InterfaceWrite | InterfaceMessage) -> int:
+    def position_us(self, event: InterfaceWrite | InterfaceMessage) -> int:
         """Return the position of the next event of the run."""
         time_us = event.time_us
         if isinstance(event, InterfaceWrite):
             if self._stamps.get(event.uid) == time_us:
-                # a write without a new time stamp does not show its time
+                # without a new time stamp, the time of a write is unknown
                 return self._high_us + self._offset_us
             self._stamps[event.uid] = time_us
-        if time_us < self._high_us - OUT_OF_ORDER_US:
+        if time_us < self._high_us - MAX_OUT_OF_ORDER_US:
             self._offset_us += self._high_us - time_us
             self._high_us = time_us
         self._high_us = max(self._high_us, time_us)
@@ -70,12 +74,12 @@ class ReplayPositions:
 
 
 @dataclass(slots=True)
-class Survey:
-    """An overview of a replay.
+class ReplaySurvey:
+    """The moves of a replay by numbers.
 
     :ivar writes: the number of writes by ``Type::id``.
     :ivar messages: the number of messages by ``Type::id``.
-    :ivar samples: the first write of each interface.
+    :ivar samples: the first write by ``Type::id``.
     :ivar first_us: the position of the first event.
     :ivar last_us: the position of the last event.
     :ivar unselected_writes: the number of writes of unselected interfaces.
@@ -89,13 +93,13 @@ class Survey:
     unselected_writes: int = 0
 
 
-def survey(run: Run, selection: ReplaySelection) -> Survey:
-    """Read a run and return the overview of its replay.
+def survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
+    """Read a run and count its moves.
 
     :raises TraceError: if the run cannot be read.
     """
-    overview = Survey()
-    for number, (at_us, event) in enumerate(moves(run, selection)):
+    overview = ReplaySurvey()
+    for number, (at_us, event) in enumerate(replay_moves(run, selection)):
         if not number:
             overview.first_us = at_us
         overview.last_us = max(overview.last_us, at_us)
@@ -109,8 +113,8 @@ def survey(run: Run, selection: ReplaySelection) -> Survey:
     return overview
 
 
-def moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
-    """Yield the events in the order of the file, preceded by the values of the interfaces at the start.
+def replay_moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
+    """Yield the moves in the order of the file, preceded by the values of the interfaces at the start.
 
     :raises TraceError: if the run cannot be read.
     """
@@ -125,10 +129,11 @@ def moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
         if not isinstance(event, (InterfaceWrite, InterfaceMessage)):
             continue
         is_write = isinstance(event, InterfaceWrite)
-        # messages go to the interfaces that are not replayed: a replayed one has no writer that handles them
-        if selection.has(event.uid) != is_write or not (is_write or selection.messages):
+        # writes are replayed, and messages are sent to the other interfaces: no program handles messages to a
+        # replayed interface
+        if selection.replays(event.uid) != is_write or not (is_write or selection.messages):
             continue
-        at_us = positions.of(event)
+        at_us = positions.position_us(event)
         if end_us is not None and at_us > end_us:
             continue  # later events may be out of order and precede the end
         if selection.start_s is not None and at_us < start_us and not has_begun:

@@ -1,4 +1,4 @@
-"""The pace of a replay: as recorded, or one event per key."""
+"""The pace of a replay: as recorded, or one event for each key that the user presses."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import Final, Protocol
 
 from cxbridge.clock import MICROSECONDS
 
-_SLICE_S: Final = 0.2  # seconds between calls of ``on_wait``
+_WAIT_SLICE_S: Final = 0.2  # seconds between calls of ``on_wait``
 
 
 class Pace(Protocol):
     """Determines the times of a replay."""
 
     def begin(self, at_us: int) -> None:
-        """Start a round with an event at a position."""
+        """Start a round of the replay; its first event is at this position."""
 
     def wait(self, at_us: int) -> bool:
         """Wait for the time of a position; return False if the replay is to end."""
@@ -47,22 +47,22 @@ class TimedPace:
         due_s = self._start_s + (at_us - self._first_us) / MICROSECONDS / self._speed
         while (rest_s := due_s - time.monotonic()) > 0:
             self._on_wait()
-            if self._stop.wait(min(rest_s, _SLICE_S)):
+            if self._stop.wait(min(rest_s, _WAIT_SLICE_S)):
                 return False
         return not self._stop.is_set()
 
 
 class SteppedPace:
-    """One event per key.
+    """One event for each key.
 
-    :param next_key: waits for a key; returns False at the end of input.
+    :param next_key: waits for a key; returns False at the end of the input.
     """
 
     def __init__(self, next_key: Callable[[], bool]) -> None:
         self._next_key = next_key
 
     def begin(self, at_us: int) -> None:
-        """Do nothing."""
+        """Do nothing: only keys determine the times."""
 
     def wait(self, at_us: int) -> bool:  # noqa: ARG002 - the key decides
         return self._next_key()

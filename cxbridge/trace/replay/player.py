@@ -1,7 +1,7 @@
-"""The player of a replay: writes recorded values of interfaces on a blackboard, and sends recorded messages.
+"""The player of a replay: writes recorded values of interfaces to a blackboard, and sends recorded messages.
 
-It opens all interfaces before the first write, so that an interface with another writer stops the replay at
-once.
+The player opens all interfaces before the first write: an interface with another writer stops the replay
+before anything has changed.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError, Trac
 from cxbridge.events import InterfaceMessage, InterfaceWrite, Logger
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.trace.replay.blocks import BlockMaker, make_message
-from cxbridge.trace.replay.moves import ReplayMove, Survey
+from cxbridge.trace.replay.moves import ReplayMove, ReplaySurvey
 from cxbridge.trace.replay.pace import Pace
 
 OWNER: Final = "cxbridge replay"
@@ -34,9 +34,9 @@ class ReplayPlayer:
     def __init__(self, board: BlackBoard, log: Logger, *, restamp: bool = False) -> None:
         self.writes: dict[str, int] = {}
         """The numbers of writes by ``Type::id``."""
-        self.messages = 0
+        self.sent_count = 0
         """The number of sent messages."""
-        self.undelivered = 0
+        self.undelivered_count = 0
         """The number of messages that were not delivered."""
         self._board = board
         self._log = log
@@ -44,28 +44,28 @@ class ReplayPlayer:
         self._writers: dict[str, tuple[Interface, BlockMaker]] = {}
         self._readers: dict[str, Interface | None] = {}
         self._last_data: dict[str, bytes] = {}
-        self._reported: set[str] = set()
+        self._reported_uids: set[str] = set()
 
-    def open(self, survey: Survey) -> None:
+    def open(self, survey: ReplaySurvey) -> None:
         """Open all interfaces to write, or none.
 
-        :raises TraceError: if a type differs from the recorded one.
+        :raises TraceError: if the definition of a type differs from the recorded fields.
         :raises BlackBoardError: if an interface has a writer, or its type is unknown.
         """
         try:
             for uid, sample in survey.samples.items():
-                self._open(uid, sample)
+                self._open_writer(uid, sample)
         except CxbridgeError:
             self.close()
             raise
 
-    def _open(self, uid: str, sample: InterfaceWrite) -> None:
+    def _open_writer(self, uid: str, sample: InterfaceWrite) -> None:
         kind, interface_id = parse_uid(uid)
         try:
             maker = BlockMaker(self._board.registry.get(kind))
             # a trial of the first write finds a changed definition before any interface is opened
-            maker.make(sample.values, sample.time_us, uid)
-            maker.check(sample.values, uid)
+            maker.make_block(sample.values, sample.time_us, uid)
+            maker.check_fields(sample.values, uid)
             writer = self._board.open_for_writing(kind, interface_id, owner=OWNER)
         except WriterActiveError as error:
             owner = f", {error.owner}" if error.owner else ""
@@ -119,17 +119,17 @@ class ReplayPlayer:
                 writer.msgq_flush()
 
     def _write(self, event: InterfaceWrite) -> None:
-        opened = self._writers.get(event.uid)
-        if opened is None:
+        writer_and_maker = self._writers.get(event.uid)
+        if writer_and_maker is None:
             raise TraceError(
                 f"a write of {event.uid} comes from a writer that the recording did not announce"
             )
-        writer, maker = opened
-        block = maker.make(event.values, event.time_us, event.uid)
+        writer, maker = writer_and_maker
+        block = maker.make_block(event.values, event.time_us, event.uid)
         data = block[STAMP.size :]
         writer.msgq_flush()  # messages of other programs are not processed and would fill the queue
         writer.set_from_chunk(block)
-        # readers are told whether a write changed anything besides its time stamp
+        # readers learn whether a write changed anything besides its time stamp
         if data != self._last_data[event.uid]:
             self._last_data[event.uid] = data
             writer.mark_data_changed()
@@ -140,25 +140,25 @@ class ReplayPlayer:
 
     def _send(self, event: InterfaceMessage) -> None:
         try:
-            reader = self._reader(event.uid)
+            reader = self._find_reader(event.uid)
             if reader is not None:
                 reader.msgq_enqueue(make_message(reader, event.message, event.values))
-                self.messages += 1
+                self.sent_count += 1
                 return
         except (BlackBoardError, InterfaceError) as error:
             if not self._board.connected:
                 raise
             self._report_once(event.uid, error)
-        self.undelivered += 1
+        self.undelivered_count += 1
 
-    def _reader(self, uid: str) -> Interface | None:
+    def _find_reader(self, uid: str) -> Interface | None:
         """Return the reading instance that sends messages to an interface, or None if it cannot be opened."""
         if uid not in self._readers:
-            self._readers[uid] = None
+            self._readers[uid] = None  # remains after an error, which the next messages do not repeat
             self._readers[uid] = self._board.open_for_reading(*parse_uid(uid), owner=OWNER)
         return self._readers[uid]
 
     def _report_once(self, uid: str, error: CxbridgeError) -> None:
-        if uid not in self._reported:
-            self._reported.add(uid)
+        if uid not in self._reported_uids:
+            self._reported_uids.add(uid)
             self._log.warn(f"messages to {uid} cannot be sent: {error.message}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.sources import RunSource, sources_of
+from cxbridge.trace.sources import RunSource, run_sources
 
 
 def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[RunSource]:
@@ -18,7 +18,7 @@ def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[Ru
     """
     steps: list[RunSource] = []
     file_steps: dict[str, int] = {}
-    for source in sources_of(run, "environment", "clips", "construct", "function", "feature", owner=owner):
+    for source in run_sources(run, "environment", "clips", "construct", "function", "feature", owner=owner):
         if until_us is not None and source.time_us > until_us:
             break
         if source.role == "environment":

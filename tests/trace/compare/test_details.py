@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, GoalTransition, PlanActionTransition
-from cxbridge.trace.codec import decoder, encode
+from cxbridge.trace.codec import encode, make_decoder
 from cxbridge.trace.compare.model import DifferenceKind, Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.compare.selection import Selection
@@ -89,5 +89,5 @@ def test_a_recording_of_an_earlier_version_is_read():
     for name in event.KIND.details:
         text = text.replace(f',"{name}":"{getattr(event, name)}"', "")
     assert "params" not in text
-    found = decoder(type(event))(text.encode())
+    found = make_decoder(type(event))(text.encode())
     assert found == replace(event, params="", meta="", priority="", resources="")

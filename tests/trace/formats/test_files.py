@@ -11,7 +11,7 @@ import pytest
 
 from cxbridge.errors import TraceError
 from cxbridge.trace.formats.fawkes_log import FawkesLogWriter
-from cxbridge.trace.formats.files import keep_previous, open_alone
+from cxbridge.trace.formats.files import rename_previous, open_exclusively
 from cxbridge.trace.formats.mcap.writer import McapWriter
 
 pytest.importorskip("fcntl")
@@ -34,20 +34,20 @@ def test_it_is_empty_afterwards_and_a_link_is_followed(tmp_path):
     path, link = tmp_path / "file", tmp_path / "link"
     path.write_bytes(b"what was there before")
     link.symlink_to(path)
-    with open_alone(link) as file:
+    with open_exclusively(link) as file:
         file.write(b"new")
     assert path.read_bytes() == b"new"
 
 
 def test_what_is_no_file_is_opened_as_usual():
-    with open_alone(Path("/dev/null")) as file, open_alone(Path("/dev/null")) as other:
+    with open_exclusively(Path("/dev/null")) as file, open_exclusively(Path("/dev/null")) as other:
         assert file.write(b"x") == other.write(b"x") == 1
 
 
 def test_where_there_are_no_locks_it_is_opened_as_usual(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "fcntl", None)
     path = tmp_path / "file"
-    with open_alone(path) as file, open_alone(path):
+    with open_exclusively(path) as file, open_exclusively(path):
         file.write(b"new")
     assert path.read_bytes() == b"new"
 
@@ -58,7 +58,7 @@ def test_what_is_there_is_kept_under_the_time_of_its_last_change(tmp_path):
     for text in ("first", "second"):
         path.write_text(text)
         os.utime(path, (stamp, stamp))
-        kept = keep_previous(path)
+        kept = rename_previous(path)
         assert kept is not None
         assert not path.exists()
         assert kept.read_text() == text
@@ -71,11 +71,11 @@ def test_what_is_empty_no_file_a_link_or_being_written_is_not_renamed(tmp_path):
     empty, link, busy = tmp_path / "empty", tmp_path / "link", tmp_path / "busy"
     empty.touch()
     link.symlink_to(busy)
-    with open_alone(busy) as file:
+    with open_exclusively(busy) as file:
         file.write(b"x")
         file.flush()
         for path in (empty, link, busy, tmp_path / "none", tmp_path, Path("/dev/null")):
-            assert keep_previous(path) is None
+            assert rename_previous(path) is None
     assert sorted(path.name for path in tmp_path.iterdir()) == ["busy", "empty", "link"]
 
 
@@ -88,4 +88,4 @@ def test_a_file_that_cannot_be_renamed_is_one_error(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Path, "rename", refuse)
     with pytest.raises(TraceError, match=r"cannot keep it as run-.*log: Permission denied"):
-        keep_previous(path)
+        rename_previous(path)

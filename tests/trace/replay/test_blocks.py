@@ -10,7 +10,7 @@ from cxbridge.errors import TraceError
 from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.interfaces.schema import FieldSchema
-from cxbridge.trace.codec import decoder, encode
+from cxbridge.trace.codec import encode, make_decoder
 from cxbridge.trace.formats.blocks import block_events
 from cxbridge.trace.replay.blocks import BlockMaker
 from tests.trace.replay.samples import UID, write
@@ -43,16 +43,16 @@ def test_what_was_recorded_of_a_block_makes_that_block(name: str, data: st.DataO
     interface_class = default_registry().get(name)
     schema, maker = interface_class.SCHEMA, BlockMaker(interface_class)
     values = {field.name: data.draw(values_of(field), field.name) for field in schema.fields}
-    block = maker.make(values, 1_700_000_000_123_456, f"{name}::x")
+    block = maker.make_block(values, 1_700_000_000_123_456, f"{name}::x")
     event = next(block_events(schema, f"{name}::x", 0, block))
-    stored = decoder(InterfaceWrite)(encode(event))
-    assert maker.make(stored.values, 1_700_000_000_123_456, f"{name}::x") == block  # type: ignore[attr-defined]
+    stored = make_decoder(InterfaceWrite)(encode(event))
+    assert maker.make_block(stored.values, 1_700_000_000_123_456, f"{name}::x") == block  # type: ignore[attr-defined]
 
 
 def test_a_field_that_is_gone_is_told_with_its_name() -> None:
     maker = BlockMaker(default_registry().get("SwitchInterface"))
     with pytest.raises(TraceError, match="only the recording has strength"):
-        maker.make(write(0, 1, strength=3).values, 0, UID)
+        maker.make_block(write(0, 1, strength=3).values, 0, UID)
 
 
 def test_a_field_that_is_new_is_told_with_its_name() -> None:
@@ -60,11 +60,11 @@ def test_a_field_that_is_new_is_told_with_its_name() -> None:
     values = dict(write(0, 1).values)
     del values["history"]
     with pytest.raises(TraceError, match="only the definition has history") as caught:
-        maker.check(values, UID)
+        maker.check_fields(values, UID)
     assert "--interface-dir" in str(caught.value)
 
 
 def test_a_value_of_another_type_is_told() -> None:
     maker = BlockMaker(default_registry().get("SwitchInterface"))
     with pytest.raises(TraceError, match=r"SwitchInterface::s does not fit: .*value"):
-        maker.make(write(0, "much").values, 0, UID)  # type: ignore[arg-type]
+        maker.make_block(write(0, "much").values, 0, UID)  # type: ignore[arg-type]

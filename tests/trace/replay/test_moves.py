@@ -10,7 +10,13 @@ from hypothesis import strategies as st
 
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.events import InterfaceWrite
-from cxbridge.trace.replay.moves import OUT_OF_ORDER_US, ReplayPositions, ReplaySelection, moves, survey
+from cxbridge.trace.replay.moves import (
+    MAX_OUT_OF_ORDER_US,
+    ReplayPositions,
+    ReplaySelection,
+    replay_moves,
+    survey_replay,
+)
 from tests.trace.replay.samples import UID, message, recorded, write
 
 
@@ -18,7 +24,7 @@ def played(run: Any, selection: ReplaySelection = ReplaySelection()) -> list[tup
     """Milliseconds and value of each write."""
     return [
         (at_us / 1000, event.values["value"])
-        for at_us, event in moves(run, selection)
+        for at_us, event in replay_moves(run, selection)
         if isinstance(event, InterfaceWrite)
     ]
 
@@ -26,7 +32,7 @@ def played(run: Any, selection: ReplaySelection = ReplaySelection()) -> list[tup
 def test_positions_count_from_the_first_event(tmp_path: Path) -> None:
     run = recorded(tmp_path, write(100, 1), write(250, 2))
     assert played(run) == [(100, 1), (250, 2)]
-    found = survey(run, ReplaySelection())
+    found = survey_replay(run, ReplaySelection())
     assert (found.first_us, found.last_us, found.writes) == (100_000, 250_000, {UID: 2})
 
 
@@ -56,8 +62,8 @@ def test_a_write_with_its_old_stamp_does_not_set_the_clock(tmp_path: Path) -> No
 def test_messages_go_to_what_is_not_replayed(tmp_path: Path) -> None:
     run = recorded(tmp_path, write(0, 1), message(1, UID), message(2, "SwitchInterface::t"))
     patterns = (Pattern.parse("*::s"),)
-    assert survey(run, ReplaySelection(patterns, messages=True)).messages == {"SwitchInterface::t": 1}
-    assert survey(run, ReplaySelection(patterns)).messages == {}
+    assert survey_replay(run, ReplaySelection(patterns, messages=True)).messages == {"SwitchInterface::t": 1}
+    assert survey_replay(run, ReplaySelection(patterns)).messages == {}
 
 
 @given(st.lists(st.tuples(st.sampled_from("ab"), st.integers(0, 10**10)), min_size=1))
@@ -65,8 +71,8 @@ def test_positions_never_go_back_by_more_than_what_is_out_of_order(times: list[t
     positions = ReplayPositions(times[0][1])
     high = 0
     for uid, time_us in times:
-        at_us = positions.of(InterfaceWrite(time_us, uid, {}))
-        assert at_us >= high - OUT_OF_ORDER_US
+        at_us = positions.position_us(InterfaceWrite(time_us, uid, {}))
+        assert at_us >= high - MAX_OUT_OF_ORDER_US
         high = max(high, at_us)
 
 
@@ -74,6 +80,6 @@ def test_positions_never_go_back_by_more_than_what_is_out_of_order(times: list[t
 def test_times_in_order_keep_their_distances(times: list[int]) -> None:
     times.sort()
     positions = ReplayPositions(times[0])
-    assert [positions.of(InterfaceWrite(time, "x", {})) for time in times] == [
+    assert [positions.position_us(InterfaceWrite(time, "x", {})) for time in times] == [
         time - times[0] for time in times
     ]

@@ -13,7 +13,7 @@ from cxbridge.blackboard.patterns import Pattern
 from cxbridge.clock import RealClock
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import EventBus
-from cxbridge.trace.replay.moves import ReplaySelection, moves, survey
+from cxbridge.trace.replay.moves import ReplaySelection, replay_moves, survey_replay
 from cxbridge.trace.replay.player import OWNER, ReplayPlayer
 from tests.trace.boards import TRANSPORTS, Site, until
 from tests.trace.replay.samples import BEGIN_US, UID, Ear, message, recorded, write
@@ -45,7 +45,7 @@ def opened(
     board = site.connect()
     player = ReplayPlayer(board, EventBus(RealClock()).logger("test"), restamp=restamp)
     try:
-        player.open(survey(run, selection))
+        player.open(survey_replay(run, selection))
         yield player
         if site.transport != "local":
             board.flush()
@@ -61,7 +61,7 @@ def play(
     """Play all of a run at once."""
     chosen = selection or ReplaySelection()
     with opened(site, run, chosen, restamp=restamp) as player:
-        assert player.play(moves(run, chosen), AtOnce())
+        assert player.play(replay_moves(run, chosen), AtOnce())
         return player
 
 
@@ -127,8 +127,8 @@ def test_messages_go_to_the_writers_of_other_interfaces(site: Site, tmp_path: Pa
     until(lambda: writer.msgq_size() == 1)
     taken: Any = writer.msgq_pop()
     assert (taken.type, taken.enabled, taken.value) == ("SetMessage", True, 0.5)
-    assert player.messages + player.undelivered == 2
-    assert player.undelivered == 1 or site.transport == "fawkes"  # which does not acknowledge messages
+    assert player.sent_count + player.undelivered_count == 2
+    assert player.undelivered_count == 1 or site.transport == "fawkes"  # which does not acknowledge messages
 
 
 def test_messages_to_replayed_interfaces_are_dropped(tmp_path: Path) -> None:

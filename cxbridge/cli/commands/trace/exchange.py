@@ -19,10 +19,10 @@ def exchange(
 
     Example: cxbridge trace exchange out/run.mcap
     """
-    from cxbridge.trace.exchange import exchange_json, exchange_lines
+    from cxbridge.trace.exchange import exchange_json_lines, exchange_lines
     from cxbridge.trace.formats.registry import open_run
 
     run = open_run(file, definitions(interface_dir))
-    for line in exchange_json(run) if as_json else exchange_lines(run):
+    for line in exchange_json_lines(run) if as_json else exchange_lines(run):
         say(line)
     print_notes(run.notes, file)

@@ -27,10 +27,10 @@ def extract(
     Example: cxbridge trace extract out/run.mcap 'clips/*' -o out/files
     """
     from cxbridge.trace.formats.registry import open_run
-    from cxbridge.trace.sources import extract
+    from cxbridge.trace.sources import extract_files
 
     run = open_run(file)
-    for path in (written := extract(run, output, pattern)):
+    for path in (written := extract_files(run, output, pattern)):
         say(path)
     for note in run.notes:
         say(f"{file}: {note}", err=True)

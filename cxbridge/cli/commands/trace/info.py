@@ -25,8 +25,8 @@ def info(
     run = open_run(file, definitions(interface_dir))
     summary = summarise(run)
     if as_json:
-        say_json(summary.plain())
+        say_json(summary.to_json())
     else:
-        for line in summary.lines():
+        for line in summary.to_lines():
             say(line)
     print_notes(run.notes, file)

@@ -86,8 +86,8 @@ def _show(report: ReplayReport) -> None:
 
 def _announce(move: ReplayMove) -> None:
     """Print the next event of a stepped replay."""
-    from cxbridge.trace.listing import describe
+    from cxbridge.trace.listing import describe_event
 
-    text = describe(move.event)
+    text = describe_event(move.event)
     text = text if len(text) <= _MAX_CHARACTERS else f"{text[:_MAX_CHARACTERS]} ..."
     say(f"{move.at_us / 1e6:12.6f} {text}", err=True)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from cxbridge.trace.formats.base import Format
-from cxbridge.trace.formats.bblogger.header import log_files, starts_well
+from cxbridge.trace.formats.bblogger.header import log_files, is_bblogger_start
 
 FORMATS = (
     Format(
         "bblogger",
         20,
-        recognises=lambda _, head: starts_well(head),
+        recognises=lambda _, head: is_bblogger_start(head),
         reader="cxbridge.trace.formats.bblogger.reader:BBLoggerFile",
     ),
     Format(

@@ -18,8 +18,8 @@ from cxbridge.errors import InterfaceError, TraceError
 from cxbridge.interfaces.known_hashes import accepts_hash
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import InterfaceSchema
-from cxbridge.trace.formats.blocks import padded_text
-from cxbridge.trace.formats.files import files_starting
+from cxbridge.trace.formats.blocks import decode_padded_text
+from cxbridge.trace.formats.files import files_with_start
 
 MAGIC: Final = b"\xff\xbb\xff\xbb"
 """The first bytes of all files."""
@@ -30,7 +30,7 @@ VERSION: Final = b"\x00\x00\x00\x01"
 ENTRY_HEADER_SIZE: Final = 8
 """The bytes of an entry before its block."""
 
-MAX_BLOCK: Final = 1 << 24
+MAX_BLOCK_SIZE: Final = 1 << 24
 """The maximal plausible size of a block in bytes."""
 
 FLAG_OFFSET: Final = len(MAGIC + VERSION)
@@ -93,14 +93,14 @@ class Header:
         return bool(self.flag & 0x01)
 
 
-def starts_well(head: bytes) -> bool:
+def is_bblogger_start(head: bytes) -> bool:
     """Return whether a file with this start is a bblogger file."""
     return head.startswith(MAGIC + VERSION)
 
 
 def log_files(folder: Path) -> list[Path]:
     """Return the bblogger files in a folder, by name."""
-    return files_starting(folder, "*.log", HEADER_SIZE, starts_well)
+    return files_with_start(folder, "*.log", HEADER_SIZE, is_bblogger_start)
 
 
 def read_header(head: bytes, path: Path, registry: InterfaceRegistry) -> Header:
@@ -112,20 +112,20 @@ def read_header(head: bytes, path: Path, registry: InterfaceRegistry) -> Header:
     if len(head) < HEADER_SIZE:
         raise TraceError("cut off within the header", file=path)
     _, count, *texts, version, size, seconds, microseconds = _FIELDS.unpack_from(head, FLAG_OFFSET)
-    if not _TYPE_NAME.fullmatch(texts[1].split(b"\0", 1)[0]) or not 0 < size <= MAX_BLOCK:
+    if not _TYPE_NAME.fullmatch(texts[1].split(b"\0", 1)[0]) or not 0 < size <= MAX_BLOCK_SIZE:
         raise TraceError(
             "the header is not valid for a bblogger file",
             file=path,
             hint="the file is damaged, of a Fawkes before 2015-03, or of a big-endian machine",
         )
-    scenario, kind, interface_id = map(padded_text, texts)
+    scenario, kind, interface_id = map(decode_padded_text, texts)
     start_us = seconds * MICROSECONDS + microseconds
     flag = head[FLAG_OFFSET]
     header = Header(flag, count, scenario, kind, interface_id, version, size, start_us, None, "")
-    return _with_schema(header, registry)
+    return _add_schema(header, registry)
 
 
-def _with_schema(header: Header, registry: InterfaceRegistry) -> Header:
+def _add_schema(header: Header, registry: InterfaceRegistry) -> Header:
     """Return the header with the definition of its type, or with the reason why it is missing."""
     schema: InterfaceSchema | None = None
     problem = ""
@@ -161,7 +161,7 @@ def pack_header(
     :param count: the number of entries, 0 for unknown.
     """
     kind, _, interface_id = uid.partition("::")
-    texts = _text(scenario, _SCENARIO_SIZE), _text(kind, _TYPE_SIZE), _text(interface_id, _ID_SIZE)
+    texts = _pack_text(scenario, _SCENARIO_SIZE), _pack_text(kind, _TYPE_SIZE), _pack_text(interface_id, _ID_SIZE)
     return MAGIC + VERSION + _FIELDS.pack(0, count, *texts, version, data_size, *split_us(start_us))
 
 
@@ -177,11 +177,11 @@ def pack_entry(since_us: int, block: bytes) -> bytes:
     return _ENTRY.pack(seconds, microseconds) + block
 
 
-def is_header_of(head: bytes, scenario: str) -> bool:
+def is_header_of_scenario(head: bytes, scenario: str) -> bool:
     """Return whether a file with this start is a bblogger file of a scenario."""
     start = COUNT_OFFSET + _COUNT.size
     field = head[start : start + _SCENARIO_SIZE]
-    return starts_well(head) and field == _text(scenario, _SCENARIO_SIZE).ljust(_SCENARIO_SIZE, b"\0")
+    return is_bblogger_start(head) and field == _pack_text(scenario, _SCENARIO_SIZE).ljust(_SCENARIO_SIZE, b"\0")
 
 
 def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> str:
@@ -193,25 +193,25 @@ def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> s
     :param utc: use UTC instead of the machine's time zone, which Fawkes uses.
     """
     kind, _, interface_id = uid.partition("::")
-    return f"{_quoted(scenario)}-{kind}-{_quoted(interface_id)}-{_date(start_us, utc=utc)}.log"
+    return f"{_quote_name(scenario)}-{kind}-{_quote_name(interface_id)}-{_date_text(start_us, utc=utc)}.log"
 
 
 def file_pattern(scenario: str, start_us: int, *, utc: bool = False) -> str:
     """Return a shell pattern that matches at least the files of a scenario and start."""
-    return f"{_quoted(scenario)}-*-{_date(start_us, utc=utc)}.log"
+    return f"{_quote_name(scenario)}-*-{_date_text(start_us, utc=utc)}.log"
 
 
-def _quoted(text: str) -> str:
+def _quote_name(text: str) -> str:
     """Return a text for a file name, without characters special in shells and patterns."""
     return quote(text, safe="", errors="backslashreplace")
 
 
-def _date(time_us: int, *, utc: bool) -> str:
+def _date_text(time_us: int, *, utc: bool) -> str:
     """Return a time for a file name."""
     second, _ = split_us(time_us)
     return time.strftime("%Y-%m-%d-%H-%M-%S", time.gmtime(second) if utc else time.localtime(second))
 
 
-def _text(text: str, size: int) -> bytes:
+def _pack_text(text: str, size: int) -> bytes:
     """Return a zero-terminated text for a field of ``size`` bytes, cut between characters."""
     return text.encode("utf-8", "backslashreplace")[: size - 1].decode("utf-8", "ignore").encode()

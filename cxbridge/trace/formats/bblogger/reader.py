@@ -28,14 +28,14 @@ from cxbridge.trace.formats.bblogger.header import (
 from cxbridge.trace.formats.blocks import STAMP_SIZE, BlockDecoder, write_events
 from cxbridge.trace.formats.files import reading
 
-RAW = "block"
+RAW_FIELD = "block"
 """The only field of a write of an unknown interface: its block as hexadecimal digits, without time stamp."""
 
 _ENTRY = struct.Struct("<II")
 _STAMP = struct.Struct("<qq")
-_READ_SIZE = 1 << 18  # bytes of one read
+_MAX_READ_SIZE = 1 << 18  # bytes of one read
 _MAX_US = (1 << 63) // 1000  # the maximum of mcap, which counts nanoseconds
-_ASCTIME_FROM_S = 1_000_000_000
+_MIN_ASCTIME_S = 1_000_000_000
 
 
 class Entry(NamedTuple):
@@ -63,9 +63,9 @@ class BBLoggerFile(Run):
 
         :raises TraceError: if it cannot be read.
         """
-        return self._open()[0]
+        return self._read_header_and_size()[0]
 
-    def _open(self) -> tuple[Header, int]:
+    def _read_header_and_size(self) -> tuple[Header, int]:
         with reading(self.path), self.path.open("rb") as file:
             size = self.path.stat().st_size
             return read_header(file.read(HEADER_SIZE), self.path, self._definitions), size
@@ -83,16 +83,16 @@ class BBLoggerFile(Run):
         """
         header = self.header
         size = header.entry_size
-        stamp = _ENTRY.unpack_from
+        unpack_stamp = _ENTRY.unpack_from
         count = partial_size = 0
         with reading(self.path), self.path.open("rb") as file:
             file.seek(HEADER_SIZE)
             # whole entries in each read, so that none has to be joined
-            while data := file.read(max(_READ_SIZE // size, 1) * size):
+            while data := file.read(max(_MAX_READ_SIZE // size, 1) * size):
                 view = memoryview(data)
                 partial_size = len(data) % size
                 for offset in range(0, len(data) - partial_size, size):
-                    seconds, microseconds = stamp(data, offset)
+                    seconds, microseconds = unpack_stamp(data, offset)
                     since_us = seconds * MICROSECONDS + microseconds
                     yield Entry(since_us, view[offset + ENTRY_HEADER_SIZE : offset + size])
                 count += len(data) // size
@@ -105,31 +105,31 @@ class BBLoggerFile(Run):
         header = self.header
         if header.problem:
             self.note(header.problem)
-        stamp = _STAMP.unpack_from
-        stamped = header.data_size >= STAMP_SIZE
-        values = self._values()
+        unpack_stamp = _STAMP.unpack_from
+        has_stamp = header.data_size >= STAMP_SIZE
+        values = self._block_decoder()
         uid, kind, start_us = header.uid, header.kind, header.start_us
-        states = header.schema is not None and kind == "SkillerInterface"
+        is_skiller = header.schema is not None and kind == "SkillerInterface"
         for since_us, block in self.entries():
             time_us = 0
-            if stamped:
-                seconds, microseconds = stamp(block)
+            if has_stamp:
+                seconds, microseconds = unpack_stamp(block)
                 time_us = seconds * MICROSECONDS + microseconds
             if (
                 not 0 < time_us < _MAX_US
             ):  # the writer sets no time stamp or a wrong one, so the logger's time is used
                 time_us = max(0, min(start_us + since_us, _MAX_US))
-            if states:
+            if is_skiller:
                 yield from write_events(kind, uid, time_us, values(block))
             else:
                 yield InterfaceWrite(time_us, uid, values(block))
 
-    def _values(self) -> Any:
+    def _block_decoder(self) -> Any:
         """Return a function from blocks to values."""
         header = self.header
         if header.schema is not None:
             return BlockDecoder(header.schema).values
-        return lambda block: {RAW: block[STAMP_SIZE:].hex()}
+        return lambda block: {RAW_FIELD: block[STAMP_SIZE:].hex()}
 
     def metadata(self) -> Mapping[str, str]:
         """Return scenario, interface and start from the header."""
@@ -138,12 +138,12 @@ class BBLoggerFile(Run):
             "scenario": header.scenario,
             "interface": header.uid,
             "interface hash": header.hash.hex().upper(),
-            "start time": start_text(header.start_us),
+            "start time": format_start(header.start_us),
         }
 
     def description(self) -> Iterator[str]:
         """Yield the lines of ``ffbblog info``, with a note on a wrong byte order."""
-        header, size = self._open()
+        header, size = self._read_header_and_size()
         endian = "Big" if header.says_big_endian else "Little"
         yield f"File version: {1:<10d}  Endianess: {endian} Endian"
         yield f"# data items: {header.count:<10d}  Data size: {header.data_size} bytes"
@@ -151,7 +151,7 @@ class BBLoggerFile(Run):
         yield ""
         yield f"Scenario:   {header.scenario}"
         yield f"Interface:  {header.uid} ({header.hash.hex().upper()})"
-        yield f"Start time: {start_text(header.start_us)}"
+        yield f"Start time: {format_start(header.start_us)}"
         if header.says_big_endian:
             yield "            (but the data are little endian; 'trace repair' mends the header)"
 
@@ -186,15 +186,15 @@ class BBLoggerFolder(FolderRun):
 
     def description(self) -> Iterator[str]:
         """Yield the output of ``ffbblog info`` for each file."""
-        for run in self.runs():
+        for run in self.file_runs():
             yield f"{run.path.name}:"
             yield from (f"  {line}".rstrip() for line in run.description())
 
 
-def start_text(time_us: int) -> str:
+def format_start(time_us: int) -> str:
     """Return a time as Fawkes prints it: in the machine's zone, before 2001-09-09 as two numbers."""
     seconds, microseconds = divmod(time_us, MICROSECONDS)
-    if seconds >= _ASCTIME_FROM_S:
+    if seconds >= _MIN_ASCTIME_S:
         try:
             return time.asctime(time.localtime(seconds))
         except (OverflowError, ValueError, OSError):  # years beyond the range of the C library

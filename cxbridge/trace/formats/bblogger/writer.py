@@ -19,7 +19,7 @@ from cxbridge.trace.formats.bblogger.header import (
     HEADER_SIZE,
     file_name,
     file_pattern,
-    is_header_of,
+    is_header_of_scenario,
     pack_count,
     pack_entry,
     pack_header,
@@ -62,12 +62,12 @@ class BBLoggerWriter(RunWriter):
     def _files_of_earlier_run(self) -> list[Path]:
         """Return the files of an earlier run with the same scenario and start."""
         pattern = file_pattern(self._scenario, self._start_us, utc=self._utc)
-        return [path for path in self.folder.glob(pattern) if path.is_file() and self._is_of_scenario(path)]
+        return [path for path in self.folder.glob(pattern) if path.is_file() and self._has_scenario(path)]
 
-    def _is_of_scenario(self, path: Path) -> bool:
+    def _has_scenario(self, path: Path) -> bool:
         """Return whether a file is a bblogger file of this scenario."""
         with path.open("rb") as file:
-            return is_header_of(file.read(HEADER_SIZE), self._scenario)
+            return is_header_of_scenario(file.read(HEADER_SIZE), self._scenario)
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - bblogger has all writes at any level
         return frozenset({BlockWrite})
@@ -83,7 +83,7 @@ class BBLoggerWriter(RunWriter):
 
     def _create_file(self, event: BlockWrite) -> _InterfaceFile:
         header = pack_header(
-            self._scenario, event.uid, _hash_for_fawkes(event), len(event.block), start_us=self._start_us
+            self._scenario, event.uid, _fawkes_hash(event), len(event.block), start_us=self._start_us
         )
         name = file_name(self._scenario, event.uid, self._start_us, utc=self._utc)
         return _InterfaceFile(self.folder / name, header)
@@ -122,7 +122,7 @@ class _InterfaceFile:
     def __init__(self, path: Path, header: bytes) -> None:
         self._path = path
         self._count = 0
-        self._settled = False
+        self._has_count = False
         self._end = len(header)
         with writing(path):
             self._file = path.open("wb", buffering=0)
@@ -139,9 +139,9 @@ class _InterfaceFile:
         """
         with writing(self._path):
             # 0 means unknown: readers of the running recording must not count on an old number
-            if self._settled:
+            if self._has_count:
                 self._write_at(pack_count(0), COUNT_OFFSET)
-                self._settled = False
+                self._has_count = False
             self._write_at(entry, self._end)
         self._end += len(entry)
         self._count += 1
@@ -153,7 +153,7 @@ class _InterfaceFile:
         """
         with writing(self._path):
             self._write_at(pack_count(self._count), COUNT_OFFSET)
-        self._settled = True
+        self._has_count = True
 
     def close(self) -> None:
         """Remove a partial entry, write the number of entries and close the file.
@@ -172,7 +172,7 @@ class _InterfaceFile:
             unwritten = unwritten[self._file.write(unwritten) :]
 
 
-def _hash_for_fawkes(event: BlockWrite) -> bytes:
+def _fawkes_hash(event: BlockWrite) -> bytes:
     """Return the hash of an interface that Fawkes' tools expect.
 
     For a definition of cxbridge it is Fawkes' hash of the same layout. A foreign definition, for example of a

@@ -28,25 +28,25 @@ _DATA_END: Final = 0x0F
 # The start of a message up to its data: its record's head, channel, sequence, log time, publish time.
 _MESSAGE: Final = struct.Struct("<BQHIQQ")
 _MESSAGE_FIELDS: Final = _MESSAGE.size - mcap.HEAD.size
-_LATEST: Final = (1 << 64) - 1  # mcap times are unsigned 64 bit integers
+_MAX_TIME_NS: Final = (1 << 64) - 1  # mcap times are unsigned 64 bit integers
 
 
 _LENGTH: Final = struct.Struct("<I")
 
 
-def _block(data: bytes) -> bytes:
+def _pack_block(data: bytes) -> bytes:
     return _LENGTH.pack(len(data)) + data
 
 
-def _text(text: str) -> bytes:
-    return _block(text.encode("utf-8", "backslashreplace"))
+def _pack_text(text: str) -> bytes:
+    return _pack_block(text.encode("utf-8", "backslashreplace"))
 
 
-_name = lru_cache(maxsize=256)(_text)
+_pack_name = lru_cache(maxsize=256)(_pack_text)
 
 
-def _map(values: Mapping[str, str]) -> bytes:
-    return _block(b"".join([_name(key) + _text(value) for key, value in values.items()]))
+def _pack_map(values: Mapping[str, str]) -> bytes:
+    return _pack_block(b"".join([_pack_name(key) + _pack_text(value) for key, value in values.items()]))
 
 
 def pack_record(kind: int, *parts: bytes) -> bytes:
@@ -70,13 +70,13 @@ class McapFile:
         self._schemas: dict[int, bytes] = {0: b""}  # 0 stands for channels without a schema
         self._channels: dict[int, bytes] = {}
         self._chunk = bytearray()
-        self._index: dict[int, list[int]] = {}  # times and offsets alternate
-        self._earliest, self._latest = _LATEST, 0
-        self._counts: dict[int, int] = {}
+        self._message_index: dict[int, list[int]] = {}  # times and offsets alternate
+        self._earliest, self._latest = _MAX_TIME_NS, 0
+        self._message_counts: dict[int, int] = {}
         self._chunk_index: list[bytes] = []
         self._attachment_index: list[bytes] = []
         self._metadata_index: list[bytes] = []
-        self._append(mcap.MAGIC, pack_record(mcap.HEADER, _text(profile), _text(library)))
+        self._append(mcap.MAGIC, pack_record(mcap.HEADER, _pack_text(profile), _pack_text(library)))
 
     def _append(self, *pieces: bytes | bytearray) -> int:
         """Write data to the file; return their offset."""
@@ -89,14 +89,14 @@ class McapFile:
     def add_schema(self, name: str, encoding: str, data: bytes) -> int:
         """Write a schema; return its number."""
         number = len(self._schemas)
-        content = struct.pack("<H", number), _text(name), _text(encoding), _block(data)
+        content = struct.pack("<H", number), _pack_text(name), _pack_text(encoding), _pack_block(data)
         self._define_schema(number, pack_record(mcap.SCHEMA, *content))
         return number
 
     def add_channel(self, topic: str, encoding: str, schema: int) -> int:
         """Write a channel; return its number."""
         number = len(self._channels) + 1
-        content = struct.pack("<HH", number, schema), _text(topic), _text(encoding), _map({})
+        content = struct.pack("<HH", number, schema), _pack_text(topic), _pack_text(encoding), _pack_map({})
         self._define_channel(number, pack_record(mcap.CHANNEL, *content))
         return number
 
@@ -109,8 +109,8 @@ class McapFile:
         """Write the record of a channel, and keep the record for the summary."""
         self._channels[number] = record
         self._chunk += record
-        self._index[number] = []
-        self._counts[number] = 0
+        self._message_index[number] = []
+        self._message_counts[number] = 0
 
     def add_messages(self, messages: Iterable[tuple[int, int, bytes]]) -> None:
         """Write messages, each with channel, time and data.
@@ -118,11 +118,11 @@ class McapFile:
         :param messages: the iterator may add channels. Times are in nanoseconds since the epoch and are
             limited to the range of mcap.
         """
-        pack, chunk, indexes = _MESSAGE.pack, self._chunk, self._index
+        pack, chunk, indexes = _MESSAGE.pack, self._chunk, self._message_index
         for channel, time_ns, data in messages:
             # the clock of a robot may be wrong; struct refuses such a number
-            if not 0 <= time_ns <= _LATEST:
-                time_ns = max(0, min(time_ns, _LATEST))  # noqa: PLW2901 - it is the time
+            if not 0 <= time_ns <= _MAX_TIME_NS:
+                time_ns = max(0, min(time_ns, _MAX_TIME_NS))  # noqa: PLW2901 - it is the time
             index = indexes[channel]
             index += (time_ns, len(chunk))
             chunk += pack(mcap.MESSAGE, _MESSAGE_FIELDS + len(data), channel, 0, time_ns, time_ns)
@@ -132,18 +132,18 @@ class McapFile:
                 chunk = self._chunk
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
-        record = pack_record(mcap.METADATA, _name(name), _map(values))
-        self._put_indexed(record, self._metadata_index, mcap.METADATA_INDEX, _name(name))
+        record = pack_record(mcap.METADATA, _pack_name(name), _pack_map(values))
+        self._append_indexed(record, self._metadata_index, mcap.METADATA_INDEX, _pack_name(name))
 
     def add_attachment(self, time_ns: int, name: str, media_type: str, data: bytes) -> None:
-        times, names = struct.pack("<QQ", time_ns, time_ns), _text(name) + _text(media_type)
+        times, names = struct.pack("<QQ", time_ns, time_ns), _pack_text(name) + _pack_text(media_type)
         content = b"".join((times, names, struct.pack("<Q", len(data)), data))
         record = pack_record(mcap.ATTACHMENT, content, struct.pack("<I", zlib.crc32(content)))
-        self._put_indexed(
+        self._append_indexed(
             record, self._attachment_index, mcap.ATTACHMENT_INDEX, times, struct.pack("<Q", len(data)), names
         )
 
-    def _put_indexed(self, record: bytes, index: list[bytes], kind: int, *entry: bytes) -> None:
+    def _append_indexed(self, record: bytes, index: list[bytes], kind: int, *entry: bytes) -> None:
         position = struct.pack("<QQ", self._append(record), len(record))
         index.append(pack_record(kind, position, *entry))
 
@@ -152,16 +152,16 @@ class McapFile:
         chunk = self._chunk
         if not chunk:
             return
-        indexes = {channel: index for channel, index in self._index.items() if index}
+        indexes = {channel: index for channel, index in self._message_index.items() if index}
         times = [time for index in indexes.values() for time in (min(index[::2]), max(index[::2]))]
         start, end = (min(times), max(times)) if times else (0, 0)
         head = struct.pack("<QQQI", start, end, len(chunk), zlib.crc32(chunk))
-        head += _text("") + struct.pack("<Q", len(chunk))
+        head += _pack_text("") + struct.pack("<Q", len(chunk))
         size = len(head) + len(chunk)
         self._chunk = bytearray()
         for channel, index in indexes.items():
-            self._index[channel] = []
-            self._counts[channel] += len(index) // 2
+            self._message_index[channel] = []
+            self._message_counts[channel] += len(index) // 2
         if times:
             self._earliest, self._latest = min(self._earliest, start), max(self._latest, end)
         chunk_offset = self._append(mcap.HEAD.pack(mcap.CHUNK, size), head, chunk)
@@ -170,7 +170,7 @@ class McapFile:
             struct.pack(
                 "<HQ",
                 channel,
-                self._append(pack_record(_MESSAGE_INDEX, struct.pack("<H", channel), _pairs(index))),
+                self._append(pack_record(_MESSAGE_INDEX, struct.pack("<H", channel), _pack_pairs(index))),
             )
             for channel, index in indexes.items()
         ]
@@ -178,9 +178,9 @@ class McapFile:
             pack_record(
                 _CHUNK_INDEX,
                 struct.pack("<QQQQ", start, end, chunk_offset, mcap.HEAD.size + size),
-                _block(b"".join(index_positions)),
+                _pack_block(b"".join(index_positions)),
                 struct.pack("<Q", self._offset - index_offset),
-                _text(""),
+                _pack_text(""),
                 struct.pack("<QQ", len(chunk), len(chunk)),
             )
         )
@@ -194,7 +194,7 @@ class McapFile:
         for kind, records in (
             (mcap.SCHEMA, [*self._schemas.values()][1:]),
             (mcap.CHANNEL, [*self._channels.values()]),
-            (_STATISTICS, [self._statistics()]),
+            (_STATISTICS, [self._pack_statistics()]),
             (_CHUNK_INDEX, self._chunk_index),
             (mcap.ATTACHMENT_INDEX, self._attachment_index),
             (mcap.METADATA_INDEX, self._metadata_index),
@@ -210,9 +210,9 @@ class McapFile:
         crc = zlib.crc32(footer, zlib.crc32(head, zlib.crc32(offsets, zlib.crc32(summary))))
         self._append(summary, offsets, head, footer, struct.pack("<I", crc), mcap.MAGIC)
 
-    def _statistics(self) -> bytes:
-        messages = sum(self._counts.values())
-        counts = [struct.pack("<HQ", *item) for item in self._counts.items()]
+    def _pack_statistics(self) -> bytes:
+        messages = sum(self._message_counts.values())
+        counts = [struct.pack("<HQ", *item) for item in self._message_counts.items()]
         return pack_record(
             _STATISTICS,
             struct.pack(
@@ -226,13 +226,13 @@ class McapFile:
                 self._earliest if messages else 0,
                 self._latest,
             ),
-            _block(b"".join(counts)),
+            _pack_block(b"".join(counts)),
         )
 
 
-def _pairs(index: list[int]) -> bytes:
+def _pack_pairs(index: list[int]) -> bytes:
     """Return times and offsets of messages in the byte order of the file."""
     numbers = array("Q", index)
     if sys.byteorder == "big":
         numbers.byteswap()
-    return _block(numbers.tobytes())
+    return _pack_block(numbers.tobytes())

@@ -10,7 +10,7 @@ from typing import IO, Final
 
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import EVENT_TYPES, Event
-from cxbridge.trace.codec import EventFormatError, decoder
+from cxbridge.trace.codec import EventFormatError, make_decoder
 from cxbridge.trace.formats.base import Run, StoredFile
 from cxbridge.trace.formats.files import reading
 from cxbridge.trace.formats.mcap import records as mcap
@@ -40,11 +40,11 @@ class McapRun(Run):
 
     def select(self, *types: type[Event]) -> Iterator[Event]:
         """Yield the events of some types in the order of the file, and decode only these."""
-        channels = _Channels(types)
+        channels = _ChannelDecoders(types)
         unpack, size_of_head = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
         has_messages = False
-        with self._opened() as file, self._checking_events(), self._noting_damage():
-            for block in self._blocks(file):
+        with self._opened_file() as file, self._translating_event_errors(), self._noting_damage():
+            for block in self._message_blocks(file):
                 offset, end = 0, len(block)
                 while offset + size_of_head <= end:
                     # with the channel, so that the messages of other types are skipped at once
@@ -59,7 +59,7 @@ class McapRun(Run):
                         if decode is not None:
                             yield decode(block[start + _MESSAGE_FIELDS : offset])
                     elif kind in (mcap.SCHEMA, mcap.CHANNEL):
-                        channels.take(kind, block[start:offset])
+                        channels.add_definition(kind, block[start:offset])
                     else:
                         break
         if self.notes and not has_messages:
@@ -68,45 +68,45 @@ class McapRun(Run):
     def metadata(self) -> Mapping[str, str]:
         """Return the values of the metadata records; later ones replace earlier ones."""
         values: dict[str, str] = {}
-        for record in self._metadata(METADATA_NAME):
+        for record in self._metadata_records(METADATA_NAME):
             values.update(record)
         return values
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
-        return self._metadata(SOURCE_NAME)
+        return self._metadata_records(SOURCE_NAME)
 
     def files(self) -> Iterator[StoredFile]:
         """Yield the attached files."""
-        with self._opened() as file:
-            for record in self._records(file, mcap.ATTACHMENT):
+        with self._opened_file() as file:
+            for record in self._intact_records(file, mcap.ATTACHMENT):
                 with self._noting_damage():
-                    stored = mcap.attachment_at(file, record)
+                    stored = mcap.read_attachment_head(file, record)
                     yield StoredFile(
                         stored.name,
                         stored.media_type,
                         stored.size,
                         stored.time_ns // 1000,
-                        partial(self._attached, record, stored),
+                        partial(self._read_attachment, record, stored),
                     )
 
-    def _attached(self, record: Record, stored: mcap.StoredAttachment) -> bytes:
+    def _read_attachment(self, record: Record, stored: mcap.StoredAttachment) -> bytes:
         """Return the bytes of an attachment."""
-        with self._opened() as file:
+        with self._opened_file() as file:
             try:
-                return mcap.attachment_data(file, stored, record)
+                return mcap.read_attachment_data(file, stored, record)
             except DamageError as error:
                 raise TraceError(f"{stored.name} in it is damaged: {error}", file=self.path) from error
 
-    def _metadata(self, name: str) -> Iterator[dict[str, str]]:
-        with self._opened() as file:
-            for record in self._records(file, mcap.METADATA):
+    def _metadata_records(self, name: str) -> Iterator[dict[str, str]]:
+        with self._opened_file() as file:
+            for record in self._intact_records(file, mcap.METADATA):
                 with self._noting_damage():
-                    fields = Fields(mcap.content(file, record))
+                    fields = Fields(mcap.read_content(file, record))
                     if fields.text() == name:
                         yield fields.map()
 
     @contextmanager
-    def _checking_events(self) -> Iterator[None]:
+    def _translating_event_errors(self) -> Iterator[None]:
         """Raise `TraceError` for messages that are not events."""
         try:
             yield
@@ -117,23 +117,23 @@ class McapRun(Run):
                 hint="was the file written by another version of cxbridge?",
             ) from error
 
-    def _blocks(self, file: IO[bytes]) -> Iterator[bytes]:
+    def _message_blocks(self, file: IO[bytes]) -> Iterator[bytes]:
         """Yield the bytes with messages: records within chunks, and records outside of chunks."""
-        for record in self._records(file, mcap.CHUNK, mcap.SCHEMA, mcap.CHANNEL, mcap.MESSAGE):
+        for record in self._intact_records(file, mcap.CHUNK, mcap.SCHEMA, mcap.CHANNEL, mcap.MESSAGE):
             try:
                 if record.kind == mcap.CHUNK:
-                    yield mcap.chunk_records(_available_content(file, record), is_complete=record.is_complete)
+                    yield mcap.unpack_chunk(_read_available_content(file, record), is_complete=record.is_complete)
                 else:
-                    yield mcap.HEAD.pack(record.kind, record.size) + mcap.content(file, record)
+                    yield mcap.HEAD.pack(record.kind, record.size) + mcap.read_content(file, record)
             except DamageError as error:
                 self._note_damage(error)
                 return
 
-    def _records(self, file: IO[bytes], *kinds: int) -> Iterator[Record]:
+    def _intact_records(self, file: IO[bytes], *kinds: int) -> Iterator[Record]:
         """Yield the intact records of some kinds, and a truncated chunk."""
         is_first = True
         with self._noting_damage():
-            for record in mcap.walk(file):
+            for record in mcap.walk_records(file):
                 if is_first:
                     self._check_header(file, record)
                     is_first = False
@@ -143,11 +143,11 @@ class McapRun(Run):
     def _check_header(self, file: IO[bytes], record: Record) -> None:
         if record.kind != mcap.HEADER:
             raise DamageError("it does not begin with a header")
-        if record.is_complete and Fields(mcap.content(file, record)).text() != PROFILE:
+        if record.is_complete and Fields(mcap.read_content(file, record)).text() != PROFILE:
             raise TraceError("an mcap file, but not a run recorded by cxbridge", file=self.path)
 
     @contextmanager
-    def _opened(self) -> Iterator[IO[bytes]]:
+    def _opened_file(self) -> Iterator[IO[bytes]]:
         """Open the file, with errors of the system as errors of cxbridge."""
         with reading(self.path), self.path.open("rb") as file:
             yield file
@@ -164,34 +164,34 @@ class McapRun(Run):
         self.note(f"damaged or cut off: {error}; read up to there")
 
 
-class _Channels:
+class _ChannelDecoders:
     """The decoders of the channels."""
 
-    def __init__(self, wanted: Iterable[type[Event]]) -> None:
-        self._wanted = {
-            f"cxbridge.{event_type.__name__}": event_type for event_type in wanted if event_type.KIND.name
+    def __init__(self, event_types: Iterable[type[Event]]) -> None:
+        self._types_by_schema_name = {
+            f"cxbridge.{event_type.__name__}": event_type for event_type in event_types if event_type.KIND.name
         }
         self.decoders: dict[int, Callable[[bytes], Event]] = {}
         self._by_schema: dict[int, Callable[[bytes], Event]] = {}
 
-    def take(self, kind: int, data: bytes) -> None:
+    def add_definition(self, kind: int, data: bytes) -> None:
         """Process a schema or a channel."""
         fields = Fields(data)
         number = fields.short()
         if kind == mcap.SCHEMA:
-            event_type = self._wanted.get(fields.text())
+            event_type = self._types_by_schema_name.get(fields.text())
             # chunks may repeat schemas and channels
             if event_type is not None and number not in self._by_schema:
-                self._by_schema[number] = decoder(event_type)
+                self._by_schema[number] = make_decoder(event_type)
         else:
             decode = self._by_schema.get(fields.short())
             if decode is not None:
                 self.decoders[number] = decode
 
 
-def _available_content(file: IO[bytes], record: Record) -> bytes:
+def _read_available_content(file: IO[bytes], record: Record) -> bytes:
     """Return the content of a record, or the existing part of it."""
     if record.is_complete:
-        return mcap.content(file, record)
+        return mcap.read_content(file, record)
     file.seek(record.start)
-    return file.read(mcap.MAX_RECORD)
+    return file.read(mcap.MAX_RECORD_SIZE)

@@ -26,7 +26,7 @@ SOURCE_NAME: Final = "cxbridge.source"
 """The name of metadata records of a run's sources."""
 
 # larger sizes are taken for damage
-MAX_RECORD: Final = 256 * 1024 * 1024
+MAX_RECORD_SIZE: Final = 256 * 1024 * 1024
 """The maximal bytes of a record and of an unpacked chunk."""
 
 HEADER: Final = 0x01
@@ -66,7 +66,7 @@ class Record(Struct, frozen=True):
     is_complete: bool
 
 
-def walk(file: IO[bytes]) -> Iterator[Record]:
+def walk_records(file: IO[bytes]) -> Iterator[Record]:
     """Yield the records of a file outside of chunks, up to the footer.
 
     A truncated record is the last one. The position of the file may be changed between two records.
@@ -94,12 +94,12 @@ def walk(file: IO[bytes]) -> Iterator[Record]:
             return
 
 
-def content(file: IO[bytes], record: Record) -> bytes:
+def read_content(file: IO[bytes], record: Record) -> bytes:
     """Return the content of a record.
 
     :raises DamageError: if the record is too large, or truncated.
     """
-    if record.size > MAX_RECORD:
+    if record.size > MAX_RECORD_SIZE:
         raise DamageError("a record that is too large")
     file.seek(record.start)
     data = file.read(record.size)
@@ -173,7 +173,7 @@ class StoredAttachment(Struct, frozen=True):
     size: int
 
 
-def attachment_at(file: IO[bytes], record: Record) -> StoredAttachment:
+def read_attachment_head(file: IO[bytes], record: Record) -> StoredAttachment:
     """Return the description of an attachment.
 
     :raises DamageError: if a field is invalid.
@@ -188,19 +188,19 @@ def attachment_at(file: IO[bytes], record: Record) -> StoredAttachment:
     return StoredAttachment(name, media_type, time_ns, start, size)
 
 
-def attachment_data(file: IO[bytes], stored: StoredAttachment, record: Record) -> bytes:
+def read_attachment_data(file: IO[bytes], stored: StoredAttachment, record: Record) -> bytes:
     """Return the bytes of an attachment.
 
     :raises DamageError: if the checksum is wrong.
     """
-    data = content(file, record)
+    data = read_content(file, record)
     (crc,) = _CRC.unpack_from(data, record.size - _CRC.size)
     if crc not in (0, zlib.crc32(data[: -_CRC.size])):
         raise DamageError("an attachment with a wrong checksum")
     return data[stored.start - record.start : -_CRC.size]
 
 
-def chunk_records(data: bytes, *, is_complete: bool) -> bytes:
+def unpack_chunk(data: bytes, *, is_complete: bool) -> bytes:
     """Return the records within a chunk.
 
     :param is_complete: whether the data are complete.
@@ -208,33 +208,33 @@ def chunk_records(data: bytes, *, is_complete: bool) -> bytes:
     """
     fields = Fields(data)
     fields.long(), fields.long()
-    size, crc, packing, _ = fields.long(), fields.number(), fields.text(), fields.long()
-    if size > MAX_RECORD:
+    size, crc, compression, _ = fields.long(), fields.number(), fields.text(), fields.long()
+    if size > MAX_RECORD_SIZE:
         raise DamageError("a chunk that is too large")
     packed = data[fields.offset :]
     if not is_complete:
-        return b"" if packing else packed
-    records = _unpacked(packing, packed, size)
+        return b"" if compression else packed
+    records = _decompress(compression, packed, size)
     if len(records) != size or (crc and crc != zlib.crc32(records)):
         raise DamageError("a chunk with a wrong checksum")
     return records
 
 
-def _unpacked(packing: str, data: bytes, size: int) -> bytes:
+def _decompress(compression: str, data: bytes, size: int) -> bytes:
     # the extra byte reveals that there is more than the chunk states
-    if not packing:
+    if not compression:
         return data
-    if packing not in ("lz4", "zstd"):
-        raise DamageError(f"a chunk that is packed as {packing!r}")
+    if compression not in ("lz4", "zstd"):
+        raise DamageError(f"a chunk that is packed as {compression!r}")
     try:
         import lz4.frame  # noqa: PLC0415 - an extra, for files that other programs have packed
         import zstandard  # noqa: PLC0415 - as above
     except ModuleNotFoundError:
         raise TraceError(
-            f"the recording is packed with {packing}", hint=f"to read it: {install_command('packed')}"
+            f"the recording is packed with {compression}", hint=f"to read it: {install_command('packed')}"
         ) from None
     try:
-        if packing == "lz4":
+        if compression == "lz4":
             return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1))
         with zstandard.ZstdDecompressor().stream_reader(data) as reader:
             return reader.read(size + 1)

@@ -15,15 +15,15 @@ from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.resources import VERSION
-from cxbridge.trace.codec import dump, encode, schema_of
+from cxbridge.trace.codec import dump_json, encode, event_json_schema
 from cxbridge.trace.formats.base import Attachment, RunWriter
-from cxbridge.trace.formats.files import open_alone, writing
+from cxbridge.trace.formats.files import open_exclusively, writing
 from cxbridge.trace.formats.mcap.file import McapFile
 from cxbridge.trace.formats.mcap.records import METADATA_NAME, PROFILE, SOURCE_NAME
 from cxbridge.trace.sourcing import SourceNamer
 
-_FLUSH_SECONDS = 0.5  # real time
-_MAX_PENDING = 512  # events whose writing together is cheaper
+_FLUSH_INTERVAL_S = 0.5  # real time
+_MAX_PENDING_EVENTS = 512  # events whose writing together is cheaper
 
 
 class McapWriter(RunWriter):
@@ -46,16 +46,16 @@ class McapWriter(RunWriter):
         files: bool = True,
     ) -> None:
         self.path = Path(path)
-        self._definition = definition
-        self._files = files
-        self._sources = SourceNamer()
-        self._types: set[str] = set()
+        self._find_definition = definition
+        self._attaches_sources = files
+        self._source_namer = SourceNamer()
+        self._defined_types: set[str] = set()
         self._pending: list[Event] = []
         self._channels: dict[tuple[type[Event], str], int] = {}
         self._schemas: dict[type[Event], int] = {}
         with writing(self.path):
-            self._file = open_alone(self.path)
-        self._flushed = time.monotonic()
+            self._file = open_exclusively(self.path)
+        self._last_flush_s = time.monotonic()
         try:
             with writing(self.path):
                 self._mcap = McapFile(self._file, PROFILE, f"cxbridge {VERSION}")
@@ -66,15 +66,15 @@ class McapWriter(RunWriter):
             raise
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
-        return level.event_types | {SourceRead} if self._files else level.event_types
+        return level.event_types | {SourceRead} if self._attaches_sources else level.event_types
 
     def write(self, event: Event) -> None:
         """Queue an event for the next write."""
         # writing many events in a row costs a third of writing single ones
         self._pending.append(event)
-        if len(self._pending) >= _MAX_PENDING:
+        if len(self._pending) >= _MAX_PENDING_EVENTS:
             self._write_pending()
-        if time.monotonic() - self._flushed > _FLUSH_SECONDS:
+        if time.monotonic() - self._last_flush_s > _FLUSH_INTERVAL_S:
             self.flush()
 
     def _write_pending(self) -> None:
@@ -96,7 +96,7 @@ class McapWriter(RunWriter):
                     self._store_source(event)
                     continue
                 if isinstance(event, InterfaceWrite | InterfaceMessage):
-                    self._define(event.uid.partition("::")[0], event.time_us)
+                    self._attach_definition(event.uid.partition("::")[0], event.time_us)
                 channel = channels[key] = self._add_channel(*key)
             yield channel, event.time_us * 1000, encode(event)
 
@@ -118,22 +118,22 @@ class McapWriter(RunWriter):
 
     def _store_source(self, event: SourceRead) -> None:
         """Write the record of a source, and attach it if it is new."""
-        record, attachment = self._sources.record(event)
+        record, attachment = self._source_namer.make_record(event)
         if attachment is not None:
             self._store_attachment(attachment)
         self._mcap.add_metadata(SOURCE_NAME, record)
 
-    def _define(self, interface_type: str, time_us: int) -> None:
+    def _attach_definition(self, interface_type: str, time_us: int) -> None:
         """Attach the definition of an interface type once."""
-        if interface_type and interface_type not in self._types and self._files:
-            self._types.add(interface_type)
-            source = self._definition(interface_type, time_us)
+        if interface_type and interface_type not in self._defined_types and self._attaches_sources:
+            self._defined_types.add(interface_type)
+            source = self._find_definition(interface_type, time_us)
             if source is not None:
                 self._store_source(source)
 
     def flush(self) -> None:
         """Complete the chunk and write it to the file."""
-        self._flushed = time.monotonic()
+        self._last_flush_s = time.monotonic()
         self._write_pending()
         with writing(self.path):
             self._mcap.finish_chunk()
@@ -151,17 +151,17 @@ class McapWriter(RunWriter):
             with writing(self.path):
                 self._file.close()
 
-    def _add_channel(self, event_type: type[Event], about: str) -> int:
+    def _add_channel(self, event_type: type[Event], topic_end: str) -> int:
         """Add the channel of a kind of event, with its schema.
 
         :param about: the value of the field with which its topic ends.
         """
         schema = self._schemas.get(event_type)
         if schema is None:
-            data = dump(schema_of(event_type)).encode()
+            data = dump_json(event_json_schema(event_type)).encode()
             schema = self._mcap.add_schema(f"cxbridge.{event_type.__name__}", "jsonschema", data)
             self._schemas[event_type] = schema
-        topic = event_type.KIND.topic + about.replace("::", "/", 1)
+        topic = event_type.KIND.topic + topic_end.replace("::", "/", 1)
         return self._mcap.add_channel(topic, "json", schema)
 
 

@@ -17,7 +17,7 @@ from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine, SkillStatus
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
-from cxbridge.trace.codec import decoder, dump
+from cxbridge.trace.codec import dump_json, make_decoder
 from cxbridge.trace.formats.base import StoredFile
 from cxbridge_ros2.actions import STATUS_TYPE, GoalStatus
 from cxbridge_ros2.frames import ROS_ID_PREFIX, TF_MESSAGE_TYPE
@@ -191,7 +191,7 @@ def _convert_event(_topic: str, message: Message, _time_us: int) -> Iterator[Eve
     data = message["data"].encode("utf-8", "surrogatepass")
     kind = msgspec.json.decode(data, type=_EventKind).kind
     if kind in EVENT_TYPES:
-        yield decoder(EVENT_TYPES[kind])(data)
+        yield make_decoder(EVENT_TYPES[kind])(data)
 
 
 class _EventKind(msgspec.Struct):
@@ -206,7 +206,7 @@ class _EncodedFile(msgspec.Struct):
 
 
 def encode_record(record: Mapping[str, str]) -> Message:
-    return {"data": dump(record)}
+    return {"data": dump_json(record)}
 
 
 def decode_record(message: Message) -> Mapping[str, str]:

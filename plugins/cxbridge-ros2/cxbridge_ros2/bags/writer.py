@@ -69,7 +69,7 @@ class BagWriter(RunWriter):
     def write(self, event: Event) -> None:
         """Write an event, and the message for the tools of ROS if the event has one."""
         if isinstance(event, SourceRead):
-            record, attachment = self._source_namer.record(event)
+            record, attachment = self._source_namer.make_record(event)
             if attachment is not None:
                 self.attach(attachment)
             self._write_message(SOURCES_TOPIC, TEXT_TYPE, event.time_us, encode_record(record))

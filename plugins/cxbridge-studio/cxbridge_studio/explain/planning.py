@@ -17,7 +17,7 @@ from cxbridge.events import PlannerCall
 from cxbridge.executive.pddl import Domain, Problem, format_formula, parse_domain, parse_problem
 from cxbridge.executive.planning.planner import PlannedAction, parse_plan_text
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.sources import sources_of
+from cxbridge.trace.sources import run_sources
 
 # The sections of a call, in the order of that figure.
 SECTIONS: Final = ("instances", "predicates", "goal", "plan")
@@ -110,7 +110,7 @@ def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
     }
     # By the owner of the source. A recording has each domain before the problems that use the domain.
     domains: dict[str, Domain] = {}
-    for source in sources_of(run, "pddl"):
+    for source in run_sources(run, "pddl"):
         kind, call = source.details.get("kind"), source.details.get("call", "")
         if source.data is None or (kind == "problem" and not call):
             continue  # a problem without a call was only read by the agent

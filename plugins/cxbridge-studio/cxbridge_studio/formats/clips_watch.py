@@ -10,7 +10,7 @@ from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
 from cxbridge.history.transitions import Transition, TransitionTracker
 from cxbridge.trace.formats.base import Format, Run
-from cxbridge.trace.formats.fawkes_log import clips_event
+from cxbridge.trace.formats.fawkes_log import parse_clips_event
 from cxbridge.trace.formats.files import MAX_LINE, read_lines
 
 ENV = "executive"
@@ -49,7 +49,7 @@ class ClipsWatch(Run):
         for line, text, whole in self._entries():
             if not whole:
                 self.note(f"line {line}: the file ends within this entry")
-            event = clips_event(line, ENV, text)
+            event = parse_clips_event(line, ENV, text)
             if event is None:
                 yield LogLine(line, Level.DEBUG, f"CLIPS ({ENV})", text)
             elif isinstance(event, FactChange):

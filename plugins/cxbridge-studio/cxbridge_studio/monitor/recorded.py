@@ -16,7 +16,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, GoalTransition, LogLine, PlanActionTransition, SkillStatus
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.trace.codec import plain_values
+from cxbridge.trace.codec import values_with_enum_names
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_line
@@ -230,7 +230,9 @@ class RecordedSource:
         write = self._scrubber.state.interfaces.get(uid)
         if write is None:
             return Table(note="it has not been written yet" if uid else "")
-        return Table([(name, value_text(value)) for name, value in plain_values(write.values).items()])
+        return Table(
+            [(name, value_text(value)) for name, value in values_with_enum_names(write.values).items()]
+        )
 
     def _facts(self, query: ViewQuery) -> Table:
         facts = self._scrubber.state.facts.by_env.get(query.env)

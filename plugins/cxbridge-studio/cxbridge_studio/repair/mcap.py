@@ -17,7 +17,7 @@ from cxbridge.resources import VERSION
 from cxbridge.trace.formats.files import reading
 from cxbridge.trace.formats.mcap import records as mcap
 from cxbridge.trace.formats.mcap.file import CHUNK_SIZE, McapFile, pack_record
-from cxbridge.trace.formats.mcap.records import DamageError, Fields, Record, chunk_records, content, walk
+from cxbridge.trace.formats.mcap.records import DamageError, Fields, Record, unpack_chunk, content, walk_records
 
 
 class _McapCopy(McapFile):
@@ -41,18 +41,18 @@ class _McapCopy(McapFile):
                     self._define_channel(number, record)
             case mcap.MESSAGE:
                 number, _, time_ns = fields.short(), fields.number(), fields.long()
-                if number in self._index:
-                    self._index[number] += (time_ns, len(self._chunk))
+                if number in self._message_index:
+                    self._message_index[number] += (time_ns, len(self._chunk))
                     self._chunk += record
             case mcap.METADATA:
                 fields.text()
-                self._put_indexed(record, self._metadata_index, mcap.METADATA_INDEX, content[: fields.offset])
+                self._append_indexed(record, self._metadata_index, mcap.METADATA_INDEX, content[: fields.offset])
             case mcap.ATTACHMENT:
                 times, _ = content[:16], (fields.long(), fields.long())
                 fields.text(), fields.text()
                 names = content[16 : fields.offset]
                 size = struct.pack("<Q", fields.long())
-                self._put_indexed(record, self._attachment_index, mcap.ATTACHMENT_INDEX, times, size, names)
+                self._append_indexed(record, self._attachment_index, mcap.ATTACHMENT_INDEX, times, size, names)
         if len(self._chunk) >= CHUNK_SIZE:
             self.finish_chunk()
 
@@ -80,7 +80,7 @@ def _copy(source: Path, target: IO[bytes]) -> list[str]:
     copy: _McapCopy | None = None
     with reading(source), source.open("rb") as file:
         try:
-            for record in walk(file):
+            for record in walk_records(file):
                 try:
                     for kind, data in _records_of(file, record):
                         # the first record has the profile, which the header of the copy repeats
@@ -111,7 +111,7 @@ def _records_of(file: IO[bytes], record: Record) -> Iterator[tuple[int, bytes]]:
             yield record.kind, content(file, record)
         return
     file.seek(record.start)
-    data = chunk_records(file.read(min(record.size, mcap.MAX_RECORD)), is_complete=record.is_complete)
+    data = unpack_chunk(file.read(min(record.size, mcap.MAX_RECORD_SIZE)), is_complete=record.is_complete)
     offset = 0
     while offset + mcap.HEAD.size <= len(data):
         kind, size = mcap.HEAD.unpack_from(data, offset)

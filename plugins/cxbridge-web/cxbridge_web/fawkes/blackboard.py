@@ -13,7 +13,7 @@ from cxbridge.blackboard import InterfaceInfo as BoardInfo
 from cxbridge.clock import split_us
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.interfaces.schema import FieldSchema
-from cxbridge.trace.codec import plain_values
+from cxbridge.trace.codec import values_with_enum_names
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint
 from cxbridge_web.models import Model
 
@@ -156,7 +156,7 @@ def _data_model(call: ApiCall, info: BoardInfo) -> InterfaceData:
     """
     with call.host.board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
         instance.read()
-        values = plain_values(instance.as_dict())
+        values = values_with_enum_names(instance.as_dict())
         return InterfaceData(
             id=info.id,
             type=info.type,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.trace.codec import dump
+from cxbridge.trace.codec import dump_json
 from cxbridge.trace.formats.base import CopyFormat
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge_web.foxglove.messages import foxglove_messages
@@ -30,14 +30,14 @@ class FoxgloveWriter(McapWriter):
         for event in events:
             yield from super()._messages((event,))
             for message in foxglove_messages(event):
-                data = dump(message.data).encode("utf-8", "backslashreplace")
+                data = dump_json(message.data).encode("utf-8", "backslashreplace")
                 yield self._channel(message.topic, message.schema), event.time_us * 1000, data  # nanoseconds
 
     def _channel(self, topic: str, schema: str) -> int:
         """Return the channel of a topic. A missing channel is added with its schema."""
         if topic not in self._panel_channels:
             if schema not in self._panel_schemas:
-                text = dump(json_schema(schema)).encode()
+                text = dump_json(json_schema(schema)).encode()
                 self._panel_schemas[schema] = self._mcap.add_schema(schema_name(schema), "jsonschema", text)
             self._panel_channels[topic] = self._mcap.add_channel(topic, "json", self._panel_schemas[schema])
         return self._panel_channels[topic]

@@ -14,7 +14,7 @@ from foxglove.websocket import ChannelView, Client, ServerListener
 from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus, LoopTime
-from cxbridge.trace.codec import dump, encode, schema_of
+from cxbridge.trace.codec import dump_json, encode, event_json_schema
 from cxbridge_web.foxglove.messages import FoxgloveMessage, foxglove_messages
 from cxbridge_web.foxglove.proxy import FoxgloveProxy, hidden_host
 from cxbridge_web.foxglove.schemas import json_schema
@@ -146,7 +146,7 @@ class FoxgloveServer:
             channel.log(encode_message(), log_time=time_us * 1000)
 
     def _add_event(self, topic: str, kind: type[Event]) -> None:
-        self._add(topic, {**schema_of(kind), "title": f"cxbridge.{kind.__name__}"})
+        self._add(topic, {**event_json_schema(kind), "title": f"cxbridge.{kind.__name__}"})
 
     def _add(self, topic: str, schema: Mapping[str, Any]) -> None:
         """Create the channel of a topic unless another thread has just created it."""
@@ -156,7 +156,7 @@ class FoxgloveServer:
 
 
 def _encode_message(message: FoxgloveMessage) -> bytes:
-    return dump(message.data).encode("utf-8", "backslashreplace")
+    return dump_json(message.data).encode("utf-8", "backslashreplace")
 
 
 class _Subscriptions(ServerListener):

@@ -12,7 +12,7 @@ from typing import Any, Final
 from cxbridge.events import Event, FactChange, InterfaceMessage, InterfaceWrite, Level, LogLine, RuleFired
 from cxbridge.history.builder import HistoryLimits, RunHistory
 from cxbridge.history.truncation import cut
-from cxbridge.trace.codec import plain_values
+from cxbridge.trace.codec import values_with_enum_names
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.timeline.events import Moment
 from cxbridge_web.timeline.truncation import TruncatedList
@@ -104,7 +104,7 @@ def _add(data: TimelineData, event: Event, moment: Moment) -> None:
             data.log[event.level].add((moment, event.component, cut(event.text)))
         case InterfaceWrite():
             values = data.interfaces.setdefault(event.uid, {})
-            texts = {name: _value_text(value) for name, value in plain_values(event.values).items()}
+            texts = {name: _value_text(value) for name, value in values_with_enum_names(event.values).items()}
             texts = {name: cut(text, MAX_VALUE_LENGTH) for name, text in texts.items()}
             changed = {name: text for name, text in texts.items() if values.get(name) != text}
             values.update(changed)
@@ -112,7 +112,7 @@ def _add(data: TimelineData, event: Event, moment: Moment) -> None:
                 data.changes.add((moment, event.uid, changed))
         case InterfaceMessage():
             data.interfaces.setdefault(event.uid, {})
-            fields = plain_values(event.values).items()
+            fields = values_with_enum_names(event.values).items()
             values_text = " ".join(f"{name}={_value_text(value)}" for name, value in fields)
             sender = f" from {event.sender}" if event.sender else ""
             text = f"{event.message} {event.msgid} {event.outcome}{sender}: {values_text}"

@@ -23,7 +23,7 @@ from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.bblogger.header import ENTRY_HEADER_SIZE, HEADER_SIZE
-from cxbridge.trace.formats.bblogger.reader import RAW, BBLoggerFile
+from cxbridge.trace.formats.bblogger.reader import RAW_FIELD, BBLoggerFile
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
 from tests.support import many, needs_shared
@@ -76,7 +76,7 @@ def test_of_another_size_of_block_the_bytes_are_left(tmp_path: Path) -> None:
     path = tmp_path / "a.log"
     path.write_bytes(make([(1, START_S + 3)], size=20))
     events, notes = writes(path)
-    assert dict(events[0].values) == {RAW: "00000000"}
+    assert dict(events[0].values) == {RAW_FIELD: "00000000"}
     assert events[0].time_us == (START_S + 3) * 10**6
     (note,) = notes
     assert note.startswith("its blocks of SpeechSynthInterface have 20 bytes, those of our definition 1056")
@@ -134,7 +134,7 @@ def test_a_folder_may_mix_versions_and_runs(tmp_path: Path) -> None:
     (tmp_path / "f.log").write_text("no bblogger file")
     events, notes = writes(tmp_path)
     assert [event.time_us // 10**6 for event in events] == [10, 20, 30, 40]
-    assert [RAW in event.values for event in events] == [False, False, True, False]
+    assert [RAW_FIELD in event.values for event in events] == [False, False, True, False]
     assert [note.split(":")[0] for note in notes] == [
         "e.log",
         "files of 2 runs, by their scenarios and starts",

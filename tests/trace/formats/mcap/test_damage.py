@@ -234,7 +234,7 @@ def test_checksums_of_our_files_are_those_of_their_content(whole: tuple[bytes, P
     content, path = whole
     path.write_bytes(content)
     with path.open("rb") as file:
-        (footer,) = (record for record in mcap.walk(file) if record.kind == mcap.FOOTER)
+        (footer,) = (record for record in mcap.walk_records(file) if record.kind == mcap.FOOTER)
     start, _, crc = struct.unpack("<QQI", content[footer.start : footer.start + 20])
     assert zlib.crc32(content[start : footer.start + 16]) == crc
 

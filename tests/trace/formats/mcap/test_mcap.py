@@ -16,7 +16,7 @@ from mcap.writer import Writer
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite
-from cxbridge.trace.codec import encode, schema_of
+from cxbridge.trace.codec import encode, event_json_schema
 from cxbridge.trace.formats.base import Attachment
 from cxbridge.trace.formats.mcap import records as mcap_records
 from cxbridge.trace.formats.mcap.reader import McapRun
@@ -66,7 +66,7 @@ def test_topics_schemas_and_times_as_any_tool_sees_them(tmp_path: Path) -> None:
         ("/bb/AInterface/b::c", "cxbridge.InterfaceWrite"),
         ("/messages/AInterface/b::c", "cxbridge.InterfaceMessage"),
     ]
-    assert found[0][2] == schema_of(type(events[0]))
+    assert found[0][2] == event_json_schema(type(events[0]))
     assert [(message.log_time, message.publish_time) for *_, message in found] == [
         (5000, 5000),
         (6000, 6000),
@@ -165,7 +165,7 @@ def test_a_message_that_is_no_event_is_refused(tmp_path: Path, data: bytes) -> N
 
 def test_a_compressed_file_reads_as_well(tmp_path: Path) -> None:
     """The library compresses by default: the foreign writer above does, too."""
-    plain = json.dumps({**dict.fromkeys(schema_of(type(family()[0]))["required"], "a"), "time_us": 1})
+    plain = json.dumps({**dict.fromkeys(event_json_schema(type(family()[0]))["required"], "a"), "time_us": 1})
     assert len(list(open_run(_foreign(tmp_path / "run", "cxbridge", plain.encode())))) == 1
 
 

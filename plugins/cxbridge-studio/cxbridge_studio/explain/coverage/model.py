@@ -21,7 +21,7 @@ from cxbridge.errors import TraceError
 from cxbridge.events import GoalTransition, PlanActionTransition, RuleFired, SkillStatus, SourceRead
 from cxbridge.suggestions import did_you_mean
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.sources import RunSource, sources_of
+from cxbridge.trace.sources import RunSource, run_sources
 from cxbridge_studio.environment_sources import building_steps
 from cxbridge_studio.explain.rules.constructs import TextFile
 
@@ -171,7 +171,7 @@ class RecordedUse:
         firings_before = self.firings.total()
         last_mode: dict[str, str] = {}
         last_status: dict[str, tuple[str, str]] = {}  # skill string and status by Skiller
-        envs = {source.name for source in sources_of(run, "environment")}
+        envs = {source.name for source in run_sources(run, "environment")}
         for event in run:
             if name := getattr(event, "env", ""):
                 envs.add(name)
@@ -221,7 +221,7 @@ def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, include_core:
     :param include_core: whether to include the built-in core.
     """
     steps = [step for step in building_steps(run, env) if step.role == "clips" and step.data is not None]
-    for source in (*steps, *sources_of(run, "pddl", "config-tree")):
+    for source in (*steps, *run_sources(run, "pddl", "config-tree")):
         agent.add_source(source, include_core=include_core)
     return bool(steps)
 

@@ -11,7 +11,7 @@ from typing import Final, NoReturn
 from cxbridge.errors import TraceError
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.base import CopyFormat, Format
-from cxbridge.trace.formats.files import files_starting
+from cxbridge.trace.formats.files import files_with_start
 
 TITLE: Final = "# Time relative to beginning (in sec)"
 """The title of the first column, with which these files start."""
@@ -39,7 +39,7 @@ FORMATS = (
         "csv",
         50,
         recognises=lambda path, head: (
-            _starts_well(head) or bool(files_starting(path, "*.csv", len(TITLE) + 1, _starts_well))
+            _starts_well(head) or bool(files_with_start(path, "*.csv", len(TITLE) + 1, _starts_well))
         ),
         reader=f"{__name__}:refuse",
     ),

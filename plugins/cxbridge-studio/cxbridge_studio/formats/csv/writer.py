@@ -44,7 +44,7 @@ def convert_bblogger(run: Run, path: Path) -> list[str] | None:
         return list(run.notes)
     if not isinstance(run, BBLoggerFolder):
         return None
-    files = run.runs()
+    files = run.file_runs()
     if path.suffix == _SUFFIX and len(files) != 1:
         raise _several_interfaces(path)
     notes = list(run.notes)

@@ -13,7 +13,7 @@ from cxbridge.run import RunOptions, run_scenario
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.sources import sources_of
+from cxbridge.trace.sources import run_sources
 from cxbridge_studio.environment_sources import building_steps
 from tests.support import ROOT
 
@@ -53,7 +53,7 @@ def test_an_environment_can_be_built_again(recorded: Run, tmp_path: Path) -> Non
     assert len(fired) > 90
     assert fired <= {str(rule).removeprefix("MAIN::") for rule in rules}
     assert env.loader.diagnostics == []
-    settings = [dict(source.details) for source in sources_of(recorded, "settings")]
+    settings = [dict(source.details) for source in run_sources(recorded, "settings")]
     assert settings == [{"strategy": "depth", "salience": "when-defined", "duplicates": "FALSE"}] * 2
     env.destroy()
 

@@ -19,7 +19,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, EventBus, GoalTransition, Level, LogLine
 from cxbridge.extras import install_command
 from cxbridge.space.tf import StampedTransform, Transform, TransformPublisher
-from cxbridge.trace.codec import schema_of
+from cxbridge.trace.codec import event_json_schema
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 from cxbridge_web.options import FoxgloveOptions
 from cxbridge_web.servers.foxglove import make_foxglove_server
@@ -88,7 +88,7 @@ def check(client: FoxgloveClient) -> None:
                 check_message(channel["schemaName"].removeprefix("foxglove."), data)
     goal_channel = client.channels["/goals"]
     assert goal_channel["schemaName"] == "cxbridge.GoalTransition"
-    assert json.loads(goal_channel["schema"]) == schema_of(GoalTransition)
+    assert json.loads(goal_channel["schema"]) == event_json_schema(GoalTransition)
 
 
 def attend(server: Any, over: threading.Event) -> None:
