@@ -14,7 +14,7 @@ import pytest
 from cxbridge import extras
 from cxbridge.cli.health import examine
 from cxbridge.errors import TraceError
-from cxbridge.trace.formats.mcap.records import _unpacked
+from cxbridge.trace.formats.mcap.records import _decompress
 from tests.support import ROOT
 
 REQUIRES = [
@@ -132,5 +132,5 @@ def _manual(page: str) -> str:
 def test_a_packed_recording_names_the_extra_that_reads_it(monkeypatch, packing):
     monkeypatch.setitem(sys.modules, "lz4.frame" if packing == "lz4" else "zstandard", None)
     with pytest.raises(TraceError, match=f"packed with {packing}") as caught:
-        _unpacked(packing, b"", 1)
+        _decompress(packing, b"", 1)
     assert "[packed]" in str(caught.value)

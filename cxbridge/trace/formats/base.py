@@ -1,4 +1,4 @@
-"""The base of formats: recorded runs, writers and descriptions of formats."""
+"""The base classes of formats: recorded runs, writers, and the entries of the table of formats."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.formats.files import writing
 
-_MAX_TIME_DIGITS = 18  # digits that fit 64 bits
+_MAX_TIME_DIGITS = 18  # any number of so many digits fits 64 bits
 MAX_NOTES = 100
 """The maximal number of notes about a run."""
 
 
 class Attachment(Struct, frozen=True):
-    """A file of a run: a configuration, a .clp, a PDDL, an interface definition.
+    """A file that is recorded with a run: a configuration, CLIPS, PDDL, or the definition of an interface.
 
-    :param name: the path relative to the place where the run found it.
+    :param name: a path below the folder into which ``trace extract`` writes the file.
     :param media_type: e.g. ``text/plain``.
     :param time_us: the time of reading in microseconds since the epoch, 0 if unknown.
     """
@@ -36,10 +36,10 @@ class Attachment(Struct, frozen=True):
 
 
 class StoredFile(Struct, frozen=True):
-    """An attachment of a recorded run that has not been read.
+    """An attachment in a recording, whose data are not read yet.
 
     :param size: in bytes.
-    :param read: returns the bytes; raises TraceError if they are damaged.
+    :param read: returns the data; raises TraceError if the data are damaged.
     """
 
     name: str
@@ -52,8 +52,8 @@ class StoredFile(Struct, frozen=True):
 class Run(ABC):
     """A recorded run; iterating over it yields its events, any number of times.
 
-    Reading is streamed, so memory does not grow with the file. A truncated run is read up to its end, and
-    `notes` mentions it after the iteration.
+    Reading is streamed: memory does not grow with the file. A truncated run is read up to its end, and
+    `notes` mentions the truncation after the iteration.
 
     :param path: the file or folder of the run.
     :param registry: the interface types for formats that need them; None: the shipped ones.
@@ -63,7 +63,7 @@ class Run(ABC):
     """The name of the format, as in ``trace info``."""
 
     is_timed: ClassVar[bool] = True
-    """Whether the format has times; else the numbers of lines replace them."""
+    """Whether events have times; otherwise the numbers of lines replace the times."""
 
     def __init__(self, path: Path, registry: InterfaceRegistry | None = None) -> None:
         self.path = path
@@ -78,7 +78,9 @@ class Run(ABC):
         """
 
     def select(self, *types: type[Event]) -> Iterator[Event]:
-        """Yield the events of some types in recorded order; some formats need not decode the rest.
+        """Yield the events of some types in recorded order.
+
+        Formats that find the type of an event without decoding override this method, which is then faster.
 
         :raises TraceError: if the file cannot be read.
         """
@@ -111,13 +113,13 @@ class Run(ABC):
         return iter(())
 
     def note(self, text: str) -> None:
-        """Add a note for the user unless it exists; at most `MAX_NOTES` are kept."""
+        """Add a note for the user unless the note exists; at most `MAX_NOTES` are kept."""
         if len(self.notes) <= MAX_NOTES and text not in self.notes:
             self.notes.append(text if len(self.notes) < MAX_NOTES else "and more of this kind")
 
 
 def parse_time(text: str) -> int | None:
-    """Return a recorded time in microseconds, or None for any other text, as of a damaged file."""
+    """Return a recorded time in microseconds, or None for any other text, such as that of a damaged file."""
     return int(text) if text.isdecimal() and len(text) <= _MAX_TIME_DIGITS else None
 
 
@@ -125,7 +127,7 @@ class FolderRun(Run):
     """A folder with a file per interface, whose events are merged by time."""
 
     @abstractmethod
-    def runs(self) -> Sequence[Run]:
+    def file_runs(self) -> Sequence[Run]:
         """Return the files as runs, by name.
 
         :raises TraceError: if none can be read.
@@ -133,7 +135,7 @@ class FolderRun(Run):
 
     def __iter__(self) -> Iterator[Event]:
         runs = self.file_runs()
-        # stable: at equal times the file whose name is first
+        # at equal times, the events of the file with the first name are first
         yield from merge(*runs, key=lambda event: event.time_us)
         for run in runs:
             for note in run.notes:
@@ -156,7 +158,7 @@ class RunWriter(Closing):
 
     @abstractmethod
     def flush(self) -> None:
-        """Write buffered events to the file, so that a killed run can be read up to here."""
+        """Write buffered events to the file: they are readable even if the program is killed."""
 
     @abstractmethod
     def close(self) -> None:
@@ -168,17 +170,17 @@ class RunWriter(Closing):
         return []
 
     def settle(self) -> None:
-        """Flush, and bring the file into a complete state, because no event may come for a while."""
+        """Flush, and complete the file for a pause; further events may follow."""
         self.flush()
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Write or extend the run's metadata: version, command, spec, clock, result.
 
-        Formats without metadata ignore it.
+        Formats without metadata ignore the call.
         """
 
     def attach(self, attachment: Attachment) -> None:
-        """Write a file of the run; formats without attachments ignore it."""
+        """Write a file of the run; formats without attachments ignore the call."""
 
 
 class StreamWriter(RunWriter):
@@ -206,11 +208,11 @@ class Format(Struct, frozen=True):
     """A readable format of recorded runs; its class is imported when a file needs it.
 
     :param name: as in ``trace info``.
-    :param rank: the order in which formats are tried, the most reliably recognised first.
+    :param rank: the order in which formats are tried: low for formats that are recognised reliably.
     :param recognises: returns whether a file or folder has this format, by its path and first
         :data:`HEAD_SIZE` bytes (empty for a folder).
-    :param reader: ``module:class`` of the :class:`Run`, or a function that returns one or refuses the file;
-        called with the path and the registry of interfaces.
+    :param reader: ``module:class`` of the :class:`Run`, or ``module:function``, which returns a run or
+        refuses the file; called with the path and the registry of interfaces.
     """
 
     name: str
@@ -226,9 +228,9 @@ class CopyFormat(Struct, frozen=True):
     :param rank: the position in lists.
     :param writer: ``module:function`` that opens a file as a :class:`RunWriter`; called with the path and the
         registry of interfaces.
-    :param exact: ``module:function`` that copies some runs without their events; called with the run and the
-        path. It returns notes on the copy, or None for a run that it cannot copy. Empty: there is no such
-        function.
+    :param exact: ``module:function`` that copies files of some formats directly, without loss; called with
+        the run and the path. The function returns notes on the copy, or None for a run of another format.
+        Empty: runs are copied by their events.
     """
 
     name: str

@@ -1,4 +1,7 @@
-"""Decoding of interface blocks into events."""
+"""Decoding of interface blocks into events.
+
+A block is the value of an interface in the memory layout of Fawkes: a time stamp, then the fields.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from cxbridge.events import InterfaceWrite, SkillStatus
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 
 ENV: Final = "executive"
-"""The environment of decoded Skiller states, which blocks do not contain."""
+"""The environment of decoded states of Skillers: blocks do not name an environment."""
 
 STAMP_SIZE: Final = 16
 """The bytes of the time stamp at the start of a block."""
@@ -37,7 +40,11 @@ class BlockDecoder:
             element = f"{field.size}s" if field.is_string else f"{count}{field.storage.code}"
             code += f"{field.offset - end}x{element}"
             self._fields.append(
-                (field.name, index, _make_converter(field, index, index + count, decode_text or decode_padded_text))
+                (
+                    field.name,
+                    index,
+                    _make_converter(field, index, index + count, decode_text or decode_padded_text),
+                )
             )
             end, index = field.offset + field.size, index + count
         self._unpack = struct.Struct(code).unpack_from
@@ -84,7 +91,7 @@ def decode_padded_text(data: bytes) -> str:
 def _make_converter(
     field: FieldSchema, start: int, end: int, decode_text: Callable[[bytes], str | bytes]
 ) -> _FieldConverter | None:
-    """Return a function for the value of a field from its elements, or None if it is the element itself."""
+    """Return a function from the elements of a block to a field's value; None if one element is the value."""
     if field.is_string:
         return lambda raw: decode_text(raw[start])
     names = {item.value: item.name for item in field.enum.items} if field.enum else {}
@@ -95,7 +102,8 @@ def _make_converter(
     return lambda raw: list(raw[start:end])
 
 
-# By the identity of their schemas, which they keep alive: comparing schemas takes longer than decoding.
+# By the identity of schemas, because comparing schemas takes longer than decoding; a decoder keeps its schema
+# alive.
 _decoders: dict[int, BlockDecoder] = {}
 
 

@@ -1,4 +1,8 @@
-"""Reader and writer of the text log of Fawkes; docs/formats.md has its layout."""
+"""Reader and writer of the text log of Fawkes; docs/formats.md has its layout.
+
+With CLIPS debugging, Fawkes logs each firing and each change of a fact. The reader makes events of these
+lines, and transitions of the facts; all other lines become log lines.
+"""
 
 from __future__ import annotations
 
@@ -31,14 +35,14 @@ _FACT_STARTS = ("==> f-", "<== f-")
 _CLIPS_STARTS = (*_FACT_STARTS, "FIRE ")
 
 _LEVELS = {level.value: level for level in Level}
-_BUFFER_SIZE = 64 * 1024  # bytes; flushed by time, so that a killed run loses little
-_FLUSH_INTERVAL_S = 0.5  # real time
+_BUFFER_SIZE = 64 * 1024  # in bytes
+_FLUSH_INTERVAL_S = 0.5  # in real time: a killed run loses little
 _DAY_US = 24 * 3600 * MICROSECONDS
 
 
 @dataclass(slots=True)
 class _LogEntry:
-    """An entry of the log: a line with a time, and the following lines without.
+    """An entry of the log: a line with a time, and the following lines without a time.
 
     :param line: the number of the first line.
     :param size: the number of characters.
@@ -59,8 +63,8 @@ class _LogEntry:
 class FawkesLog(Run):
     """A text log of Fawkes.
 
-    The log has only times of day in the zone of its machine. The times of the run count from midnight of
-    1970-01-01, as if that zone were UTC, and continue past midnight.
+    The log has only times of day in the time zone of its machine. The times of the run count from midnight of
+    1970-01-01, as if that zone were UTC, and increase past each midnight.
     """
 
     format = "fawkes-log"
@@ -91,8 +95,8 @@ class FawkesLog(Run):
     def _joined_entries(self) -> Iterator[tuple[int, tuple[str, ...]]]:
         """Yield the line number and groups of each entry.
 
-        Fawkes ends an entry when CLIPS prints a single line feed, even within a string of a fact. The rest of
-        the fact is then the next entry and is appended to the previous one.
+        Fawkes ends an entry when CLIPS prints a line feed alone, even within a string of a fact. The rest of
+        the fact is then the next entry, which is joined to the entry of the fact.
         """
         unfinished: tuple[int, tuple[str, ...]] | None = None
         for entry in self._entries():
@@ -102,13 +106,21 @@ class FawkesLog(Run):
                 continue
             if unfinished is not None:
                 line, (*stamp, component, text) = unfinished
-                if groups[3] == component and not groups[4].startswith(_CLIPS_STARTS) and len(text) < MAX_LINE:
+                if (
+                    groups[3] == component
+                    and not groups[4].startswith(_CLIPS_STARTS)
+                    and len(text) < MAX_LINE
+                ):
                     groups = (*stamp, component, f"{text}\n{groups[4]}")
                     entry.line = line
                 else:
                     yield unfinished
                 unfinished = None
-            if groups[4].startswith(_FACT_STARTS) and not groups[4].endswith(")") and _find_environment(groups[3]):
+            if (
+                groups[4].startswith(_FACT_STARTS)
+                and not groups[4].endswith(")")
+                and _find_environment(groups[3])
+            ):
                 unfinished = entry.line, groups
             else:
                 yield entry.line, groups
@@ -127,7 +139,7 @@ class FawkesLog(Run):
                 self.note(f"line {number}: text before the first entry, left out")
             else:
                 entry.size += len(text) + 1
-                # a binary file that starts like a log must not fill the memory
+                # a binary file may start like a log, and must not fill the memory
                 if entry.size > MAX_LINE:
                     raise TraceError(
                         f"an entry of more than {MAX_LINE >> 20} MiB", file=self.path, line=entry.line
@@ -141,7 +153,10 @@ class FawkesLog(Run):
 
 
 class _DayCounter:
-    """Converts times of day to continuous times; a step back of more than half a day means midnight."""
+    """Converts times of day to continuous times.
+
+    Entries may be a little out of order: only a step back of more than half a day means midnight.
+    """
 
     def __init__(self) -> None:
         self._last_us = 0
@@ -149,7 +164,7 @@ class _DayCounter:
         self._clock = ""
         self._clock_us = 0
 
-    def absolute(self, clock: str, fraction: str) -> int:
+    def time_us(self, clock: str, fraction: str) -> int:
         """Return microseconds since the midnight before the first entry.
 
         :param clock: ``HH:MM:SS``.
@@ -191,11 +206,11 @@ def parse_clips_event(time_us: int, env: str, text: str) -> Event | None:
 class FawkesLogWriter(StreamWriter):
     """A text log as Fawkes writes it with CLIPS debugging: log lines, facts and firings.
 
-    Entries that are older than half a second of real time at the next write are in the file.
+    A write flushes the file if the last flush was half a second of real time ago.
 
     :param path: replaced if it exists.
-    :param utc: use UTC for times of day instead of the machine's zone, which Fawkes uses. With it, the log of
-        a run on the virtual clock is the same on every machine.
+    :param utc: use UTC for times of day instead of the machine's time zone, which Fawkes uses: the log of a
+        run on the virtual clock is then the same on every machine.
     :raises TraceError: if the file cannot be created.
     """
 
@@ -209,7 +224,7 @@ class FawkesLogWriter(StreamWriter):
         self._clock = ""
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - the log has the same events at any level
-        """Return log lines, firings and facts, without which the log could not be read as a run."""
+        """Return log lines, firings and facts, of which a reader makes the run."""
         return frozenset({LogLine, RuleFired, FactChange})
 
     def write(self, event: Event) -> None:
@@ -239,7 +254,8 @@ class FawkesLogWriter(StreamWriter):
         super().flush()
 
     def _format_time(self, time_us: int) -> str:
-        """Return the time of day, ``HH:MM:SS.uuuuuu``; the text of a second is cached."""
+        """Return the time of day, ``HH:MM:SS.uuuuuu``."""
+        # most events share the second of the last event
         second, fraction = split_us(time_us)
         if second != self._second:
             time_of_day = self._to_time_of_day(second)
@@ -251,12 +267,12 @@ class FawkesLogWriter(StreamWriter):
 def _encode_text(text: str) -> bytes:
     try:
         return text.encode("utf-8", "surrogateescape")
-    except UnicodeEncodeError:
+    except UnicodeEncodeError:  # a surrogate that stands for no byte
         return text.encode("utf-8", "backslashreplace")
 
 
 def open_copy(path: Path, _registry: InterfaceRegistry) -> FawkesLogWriter:
-    """Open a file for a copy of a run, in UTC, so that a converted log keeps its times of day."""
+    """Open a file for a copy of a run, in UTC: a converted text log keeps its times of day."""
     return FawkesLogWriter(path, utc=True)
 
 

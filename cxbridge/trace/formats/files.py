@@ -1,4 +1,4 @@
-"""Files of recorded runs: lines in bounded memory, exclusive writing and clear errors."""
+"""Files of recorded runs: lines in bounded memory, exclusive writing, errors that name the file."""
 
 from __future__ import annotations
 
@@ -12,15 +12,18 @@ from typing import BinaryIO
 
 from cxbridge.errors import TraceError
 
-# far above any fact, far below any machine's memory
+# far above the size of any fact, far below the memory of any machine
 MAX_LINE = 4 * 1024 * 1024
 """The maximal bytes of a line or an entry of several lines."""
 
 
-def files_with_start(folder: Path, pattern: str, size: int, starts_well: Callable[[bytes], bool]) -> list[Path]:
-    """Return the files in a folder whose start has a format, by name; empty if it is not a folder.
+def files_with_start(
+    folder: Path, pattern: str, size: int, starts_well: Callable[[bytes], bool]
+) -> list[Path]:
+    """Return the files in a folder that start as the files of a format, by name; empty if there is no folder.
 
     :param size: the number of bytes that ``starts_well`` needs.
+    :param starts_well: returns whether these first bytes are those of the format.
     """
     files = []
     for path in sorted(folder.glob(pattern)) if folder.is_dir() else ():
@@ -83,10 +86,10 @@ def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
 
 
 def open_exclusively(path: Path, buffering: int = -1) -> BinaryIO:
-    """Open an empty file for writing unless another process writes it in this way.
+    """Open an empty file for writing, unless another process has opened the file by this function.
 
-    Without locks (Windows, some network file systems), and for paths other than regular files, it is opened
-    normally.
+    Without locks (Windows, some network file systems), and for paths other than regular files, the file is
+    opened normally.
 
     :raises TraceError: if another process writes the file, which is then unchanged.
     :raises OSError: if the file cannot be opened.
@@ -119,7 +122,7 @@ def open_exclusively(path: Path, buffering: int = -1) -> BinaryIO:
 def refuse_locked_file(path: Path) -> None:
     """Raise `TraceError` if another process has opened a file by :func:`open_alone`.
 
-    :raises TraceError: if it is locked.
+    :raises TraceError: if the file is locked.
     """
     if path.is_file() and _is_locked(path):
         raise _locked_error(path)
@@ -136,8 +139,8 @@ def rename_previous(path: Path) -> Path | None:
 
     Empty files, paths other than regular files, links, and files that another process writes are not renamed.
 
-    :return: the new name, or None.
-    :raises TraceError: if it cannot be renamed.
+    :return: the new path, or None.
+    :raises TraceError: if the file cannot be renamed.
     """
     if path.is_symlink() or not path.is_file() or not path.stat().st_size or _is_locked(path):
         return None
@@ -166,4 +169,5 @@ def _is_locked(path: Path) -> bool:
 
 
 def _open_without_truncating(path: str, flags: int) -> int:
+    # Python's permissions of new files, before the umask
     return os.open(path, flags & ~os.O_TRUNC, 0o666)

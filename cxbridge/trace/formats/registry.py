@@ -1,7 +1,7 @@
 """The formats of recorded runs, and opening of a run by its content.
 
-A module or package of this folder is a format if it has ``FORMATS``, a tuple of :class:`.base.Format`, or
-``COPIES``, a tuple of :class:`.base.CopyFormat`. No registration is needed.
+A module or package of this folder, or of a plug-in's table, is a format if it has ``FORMATS``, a tuple of
+:class:`.base.Format`, or ``COPIES``, a tuple of :class:`.base.CopyFormat`.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from pkgutil import resolve_name
 from types import ModuleType
 from typing import Any, Final
 
-import cxbridge.trace.readable_formats
+import cxbridge.trace.formats
 from cxbridge.errors import TraceError
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.plugins import Row, Table, is_module, rows_of_modules
-from cxbridge.trace.readable_formats.base import HEAD_SIZE, CopyFormat, Format, Run
-from cxbridge.trace.readable_formats.files import reading
+from cxbridge.trace.formats.base import HEAD_SIZE, CopyFormat, Format, Run
+from cxbridge.trace.formats.files import reading
 
 FORMAT_MODULES: Final[Table[ModuleType]] = Table(
     "FORMATS",
     is_module,
     "a module with FORMATS or COPIES",
-    *rows_of_modules(cxbridge.trace.readable_formats),
+    *rows_of_modules(cxbridge.trace.formats),
 )
 """The modules of formats."""
 
@@ -59,7 +59,9 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
     path = Path(path)
     with reading(path):
         head = _read_head(path)
-        run_format = next((candidate for candidate in readable_formats() if candidate.recognises(path, head)), None)
+        run_format = next(
+            (candidate for candidate in readable_formats() if candidate.recognises(path, head)), None
+        )
     if run_format is not None:
         reader: Callable[[Path, InterfaceRegistry | None], Run] = resolve_name(run_format.reader)
         return reader(path, registry)
@@ -75,9 +77,9 @@ def _read_head(path: Path) -> bytes:
     """Return the start of a file, empty for a folder."""
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
-        with os.scandir(path) as entries:  # raises an error if the folder must not be read or searched
+        with os.scandir(path) as entries:  # raises an error if the folder must not be read
             for entry in entries:
-                entry.stat(follow_symlinks=False)
+                entry.stat(follow_symlinks=False)  # raises an error if the folder must not be searched
                 break
         return b""
     if not stat.S_ISREG(mode):

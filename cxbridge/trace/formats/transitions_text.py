@@ -1,7 +1,8 @@
 """Reader and writer of transitions as lines of text, the output of ``trace transitions``.
 
 The environment ``executive`` and the Skiller ``Skiller`` are omitted, as in the recordings of Fawkes. A
-golden run has also lines with times, and, indented below a transition, lines with changed details.
+golden run, with which a test compares later runs, also has lines with times, and lines with changed details
+that are indented below a transition.
 """
 
 from __future__ import annotations
@@ -24,16 +25,16 @@ from cxbridge.trace.formats.base import CopyFormat, Format, Run, StreamWriter
 from cxbridge.trace.formats.files import read_lines, writing
 
 DEFAULT_ENV = "executive"
-"""The environment of lines without one."""
+"""The environment of lines without an environment."""
 
 DEFAULT_SKILLER = "Skiller"
-"""The Skiller of lines without one."""
+"""The Skiller of lines without the name of a Skiller."""
 
 _GOAL_LINE = re.compile(
     r"goal (\S+) class=(\S+) sub-type=(\S+) parent=(\S+) mode=(\S+) outcome=(\S+) error=(.*)", re.DOTALL
 )
 _ACTION_LINE = re.compile(r"plan-action (\S+) goal=(\S+) plan=(\S+) action=(\S+) state=(\S+)")
-# possessive (`*+`): without it a long line that is no transition takes quadratic time
+# The quantifier is possessive (`*+`), without which a long line that is no transition takes quadratic time.
 _SKILL_LINE = re.compile(
     r'SkillerInterface(?:::((?:(?! skill=").)*+))? skill="(.*)" msgid=(\d{1,18}) status=(\S+)', re.DOTALL
 )
@@ -47,7 +48,7 @@ _FIRST_LINES = re.compile(
 
 
 DEFAULT_DETAILS: Final = {"params": "()", "meta": "()", "priority": "0.0", "resources": "()"}
-"""The values of details that a text does not show; ``params`` are shown unless they are empty."""
+"""The values of details before the first line that shows them."""
 
 
 def format_transition(event: Transition) -> str:
@@ -104,7 +105,7 @@ class TransitionsText(Run):
         for number, line, is_complete in read_lines(self.path):
             event = parse_transition(line, number if at_us is None else at_us)
             if event is not None:
-                # the details of a transition follow its line, so that it is complete at the next one
+                # the details of a transition follow its line: the transition is complete at the next one
                 if pending is not None:
                     yield details.complete(pending)
                 pending = event
@@ -132,7 +133,7 @@ class TransitionsText(Run):
 
 
 class _LastDetails:
-    """The last details of goals and plan-actions."""
+    """The last known details of each goal and plan-action."""
 
     def __init__(self) -> None:
         self._by_subject: dict[tuple[str, ...], dict[str, str]] = {}
@@ -161,6 +162,8 @@ class _LastDetails:
             return
         details |= event.slots if isinstance(event, GoalTransition) else {}
         subject = self._subject(event)
+        # the first transition shows its parameters even if there are none: without a line, a reader would
+        # take the details for not recorded
         former = self._by_subject.get(subject, DEFAULT_DETAILS | {"params": ""})
         self._by_subject[subject] = details
         for name in (*details, *(former.keys() - details.keys() - DEFAULT_DETAILS.keys())):
@@ -184,7 +187,7 @@ class TransitionsWriter(StreamWriter):
         self._start_us = start_us
         self._last_time_line = ""
         with writing(path):
-            # the same bytes on every system, because golden files are compared as texts
+            # the same bytes on every system: golden files are compared as texts
             super().__init__(path, path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n"))
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - always the same

@@ -196,7 +196,7 @@ def test_a_small_log_cut_off_at_every_byte(tmp_path: Path) -> None:
 
 
 def test_old_entries_are_flushed_while_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cxbridge.trace.formats.fawkes_log._FLUSH_SECONDS", -1)
+    monkeypatch.setattr("cxbridge.trace.formats.fawkes_log._FLUSH_INTERVAL_S", -1)
     with FawkesLogWriter(tmp_path / "log", utc=True) as writer:
         writer.write(LogLine(0, Level.INFO, "A", "b"))
         assert (tmp_path / "log").read_text() == "I 00:00:00.000000 A: b\n"

@@ -11,7 +11,7 @@ import pytest
 
 from cxbridge.errors import TraceError
 from cxbridge.trace.formats.fawkes_log import FawkesLogWriter
-from cxbridge.trace.formats.files import rename_previous, open_exclusively
+from cxbridge.trace.formats.files import open_exclusively, rename_previous
 from cxbridge.trace.formats.mcap.writer import McapWriter
 
 pytest.importorskip("fcntl")

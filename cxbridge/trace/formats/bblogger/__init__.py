@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.trace.formats.base import Format
-from cxbridge.trace.formats.bblogger.header import log_files, is_bblogger_start
+from cxbridge.trace.formats.bblogger.header import is_bblogger_start, log_files
 
 FORMATS = (
     Format(

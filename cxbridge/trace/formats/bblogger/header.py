@@ -1,6 +1,6 @@
 """Headers, entries and names of bblogger files, as written by Fawkes since 2015-03.
 
-docs/formats.md has the table. Byte order flag and count are often wrong, so neither is used.
+docs/formats.md has the table. The byte order flag and the count are often wrong: readers use neither of them.
 """
 
 from __future__ import annotations
@@ -56,14 +56,14 @@ HEADER_SIZE: Final = FLAG_OFFSET + _FIELDS.size
 class Header:
     """The header of a bblogger file.
 
-    :param flag: the first byte of the flag.
+    :param flag: the first byte of the byte order flag.
     :param count: the stated number of entries, 0 for unknown.
     :param kind: the type of the interface.
-    :param hash: of the type, 16 bytes.
-    :param data_size: bytes of a block.
+    :param hash: the hash of the type, 16 bytes.
+    :param data_size: the bytes of a block.
     :param start_us: the start of the logger in microseconds since the epoch.
-    :param schema: the definition of the type, if one fits the blocks.
-    :param problem: the reason for a missing or doubtful schema.
+    :param schema: the definition of the type; None if no definition fits the blocks.
+    :param problem: the reason for a missing or doubtful schema; otherwise empty.
     """
 
     flag: int
@@ -89,12 +89,15 @@ class Header:
 
     @property
     def says_big_endian(self) -> bool:
-        """Whether the flag states big endian; since 2018 it always does, although data are little endian."""
+        """Whether the flag states big endian.
+
+        Since 2018, Fawkes sets the flag on every machine, although the data are little endian.
+        """
         return bool(self.flag & 0x01)
 
 
 def is_bblogger_start(head: bytes) -> bool:
-    """Return whether a file with this start is a bblogger file."""
+    """Return whether a file with these first bytes is a bblogger file."""
     return head.startswith(MAGIC + VERSION)
 
 
@@ -126,13 +129,13 @@ def read_header(head: bytes, path: Path, registry: InterfaceRegistry) -> Header:
 
 
 def _add_schema(header: Header, registry: InterfaceRegistry) -> Header:
-    """Return the header with the definition of its type, or with the reason why it is missing."""
+    """Return the header with the definition of its type, or with the reason for a missing definition."""
     schema: InterfaceSchema | None = None
     problem = ""
     try:
         definition = registry.schema(header.kind)
     except InterfaceError as error:
-        problem = error.message.split(". ")[0]
+        problem = error.message.split(". ")[0]  # the rest lists folders of definitions
     else:
         if header.data_size == definition.datasize:
             schema = definition
@@ -161,7 +164,11 @@ def pack_header(
     :param count: the number of entries, 0 for unknown.
     """
     kind, _, interface_id = uid.partition("::")
-    texts = _pack_text(scenario, _SCENARIO_SIZE), _pack_text(kind, _TYPE_SIZE), _pack_text(interface_id, _ID_SIZE)
+    texts = (
+        _pack_text(scenario, _SCENARIO_SIZE),
+        _pack_text(kind, _TYPE_SIZE),
+        _pack_text(interface_id, _ID_SIZE),
+    )
     return MAGIC + VERSION + _FIELDS.pack(0, count, *texts, version, data_size, *split_us(start_us))
 
 
@@ -173,15 +180,17 @@ def pack_count(count: int) -> bytes:
 def pack_entry(since_us: int, block: bytes) -> bytes:
     """Return an entry with a block that was written ``since_us`` microseconds after the start."""
     seconds, microseconds = split_us(since_us)
-    seconds &= _UINT32  # wraps like C's assignment, as a virtual clock may advance by centuries
+    seconds &= _UINT32  # as in Fawkes' assignment in C: a virtual clock may advance by centuries
     return _ENTRY.pack(seconds, microseconds) + block
 
 
 def is_header_of_scenario(head: bytes, scenario: str) -> bool:
-    """Return whether a file with this start is a bblogger file of a scenario."""
+    """Return whether a file with these first bytes is a bblogger file of a scenario."""
     start = COUNT_OFFSET + _COUNT.size
     field = head[start : start + _SCENARIO_SIZE]
-    return is_bblogger_start(head) and field == _pack_text(scenario, _SCENARIO_SIZE).ljust(_SCENARIO_SIZE, b"\0")
+    return is_bblogger_start(head) and field == _pack_text(scenario, _SCENARIO_SIZE).ljust(
+        _SCENARIO_SIZE, b"\0"
+    )
 
 
 def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> str:
@@ -190,7 +199,7 @@ def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> s
     In scenario and id, bytes other than ASCII letters, digits and ``-._~`` become ``%XX``.
 
     :param uid: ``Type::id``.
-    :param utc: use UTC instead of the machine's time zone, which Fawkes uses.
+    :param utc: use UTC instead of the time zone of the machine, as in Fawkes.
     """
     kind, _, interface_id = uid.partition("::")
     return f"{_quote_name(scenario)}-{kind}-{_quote_name(interface_id)}-{_date_text(start_us, utc=utc)}.log"
@@ -213,5 +222,5 @@ def _date_text(time_us: int, *, utc: bool) -> str:
 
 
 def _pack_text(text: str, size: int) -> bytes:
-    """Return a zero-terminated text for a field of ``size`` bytes, cut between characters."""
+    """Return a text for a field of ``size`` bytes, cut between characters and with room for a final zero."""
     return text.encode("utf-8", "backslashreplace")[: size - 1].decode("utf-8", "ignore").encode()

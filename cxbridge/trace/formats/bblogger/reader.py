@@ -1,8 +1,8 @@
 """Reader of the files of Fawkes' bblogger, the writes of one interface each; see docs/formats.md.
 
-Three values of the files are unreliable and are not used. The flag for the byte order means "big" on every
-machine. The number of entries is not updated, or not at the end. The time of an entry is that of logging. The
-time of a write is therefore taken from the time stamp within the block.
+The reader ignores three unreliable values of the files. The flag for the byte order means "big" on every
+machine. The number of entries is not updated, or not at the end. The time of an entry is that of logging: the
+time of a write is the time stamp within the block.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ RAW_FIELD = "block"
 
 _ENTRY = struct.Struct("<II")
 _STAMP = struct.Struct("<qq")
-_MAX_READ_SIZE = 1 << 18  # bytes of one read
+_MAX_READ_SIZE = 1 << 18  # in bytes
 _MAX_US = (1 << 63) // 1000  # the maximum of mcap, which counts nanoseconds
-_MIN_ASCTIME_S = 1_000_000_000
+_MIN_ASCTIME_S = 1_000_000_000  # on 2001-09-09: Fawkes prints earlier times as two numbers
 
 
 class Entry(NamedTuple):
@@ -77,7 +77,7 @@ class BBLoggerFile(Run):
         return InterfaceRegistry([self.path.parent, *self.registry.dirs], shipped=False)
 
     def entries(self) -> Iterator[Entry]:
-        """Yield the entries; a truncated one is left out with a note.
+        """Yield the entries; a truncated entry is left out with a note.
 
         :raises TraceError: if the file cannot be read.
         """
@@ -87,7 +87,7 @@ class BBLoggerFile(Run):
         count = partial_size = 0
         with reading(self.path), self.path.open("rb") as file:
             file.seek(HEADER_SIZE)
-            # whole entries in each read, so that none has to be joined
+            # each read has whole entries, which need not be joined
             while data := file.read(max(_MAX_READ_SIZE // size, 1) * size):
                 view = memoryview(data)
                 partial_size = len(data) % size
@@ -115,9 +115,8 @@ class BBLoggerFile(Run):
             if has_stamp:
                 seconds, microseconds = unpack_stamp(block)
                 time_us = seconds * MICROSECONDS + microseconds
-            if (
-                not 0 < time_us < _MAX_US
-            ):  # the writer sets no time stamp or a wrong one, so the logger's time is used
+            # without a valid time stamp of the writer, the logger's time counts
+            if not 0 < time_us < _MAX_US:
                 time_us = max(0, min(start_us + since_us, _MAX_US))
             if is_skiller:
                 yield from write_events(kind, uid, time_us, values(block))
@@ -161,7 +160,7 @@ class BBLoggerFolder(FolderRun):
 
     format = "bblogger"
 
-    def runs(self) -> list[BBLoggerFile]:
+    def file_runs(self) -> list[BBLoggerFile]:
         """Return the readable files by name.
 
         :raises TraceError: if there are none.
@@ -192,11 +191,11 @@ class BBLoggerFolder(FolderRun):
 
 
 def format_start(time_us: int) -> str:
-    """Return a time as Fawkes prints it: in the machine's zone, before 2001-09-09 as two numbers."""
+    """Return a time as Fawkes prints it: in the machine's time zone, before 2001-09-09 as two numbers."""
     seconds, microseconds = divmod(time_us, MICROSECONDS)
     if seconds >= _MIN_ASCTIME_S:
         try:
             return time.asctime(time.localtime(seconds))
-        except (OverflowError, ValueError, OSError):  # years beyond the range of the C library
-            pass
+        except (OverflowError, ValueError, OSError):
+            pass  # a year beyond the range of the C library
     return f"{seconds}:{microseconds}"

@@ -1,6 +1,7 @@
 """Writer of bblogger files, one per interface, as in Fawkes; docs/formats.md describes the files.
 
-Writes come from the event bus, so the writer opens no interface and is not among the readers.
+The writer gets the writes from the event bus. It opens no interface, so that readers of an interface do not
+count the writer.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ class BBLoggerWriter(RunWriter):
     Each write, changed or not, becomes an entry, which is complete in the file when :meth:`write` returns.
     The header has the number of entries only after the file is closed.
 
-    :param folder: created if it does not exist. Files of an earlier run with the same scenario and start are
-        removed, because they would be mistaken for files of this run.
+    :param folder: created if necessary. Files of an earlier run with the same scenario and start are removed:
+        they would look like files of this run.
     :param scenario: the name of the run.
     :param start_us: the start of the run in microseconds since the epoch.
     :param utc: use UTC in file names, for runs on the virtual clock; otherwise the machine's zone as in
@@ -89,10 +90,10 @@ class BBLoggerWriter(RunWriter):
         return _InterfaceFile(self.folder / name, header)
 
     def flush(self) -> None:
-        """Do nothing, because every entry is in its file already."""
+        """Do nothing: each entry is in its file already."""
 
     def settle(self) -> None:
-        """Write the numbers of entries; the next entry resets its file's to unknown."""
+        """Write the numbers of entries; the next entry of a file makes its number unknown again."""
         for file in self._files.values():
             file.settle()
 
@@ -113,7 +114,7 @@ class BBLoggerWriter(RunWriter):
 class _InterfaceFile:
     """The file of one interface.
 
-    It is unbuffered, so a killed process leaves no partial entry.
+    The file is unbuffered: a killed process leaves no partial entry.
 
     :param header: the first bytes.
     :raises TraceError: if the file cannot be created.
@@ -135,10 +136,10 @@ class _InterfaceFile:
     def append(self, entry: bytes) -> None:
         """Append an entry.
 
-        :raises TraceError: if it cannot be written, as on a full disk; it is then not counted.
+        :raises TraceError: if the entry cannot be written, as on a full disk; the entry is then not counted.
         """
         with writing(self._path):
-            # 0 means unknown: readers of the running recording must not count on an old number
+            # 0 means unknown: another program may read the file now, and the old number is wrong
             if self._has_count:
                 self._write_at(pack_count(0), COUNT_OFFSET)
                 self._has_count = False
@@ -175,7 +176,7 @@ class _InterfaceFile:
 def _fawkes_hash(event: BlockWrite) -> bytes:
     """Return the hash of an interface that Fawkes' tools expect.
 
-    For a definition of cxbridge it is Fawkes' hash of the same layout. A foreign definition, for example of a
+    A definition of cxbridge gets Fawkes' hash of the same layout. A foreign definition, for example of a
     Fawkes checkout, keeps its hash.
     """
     kind = event.uid.partition("::")[0]

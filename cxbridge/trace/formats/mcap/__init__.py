@@ -1,4 +1,4 @@
-"""The mcap files that cxbridge records."""
+"""Mcap files, the recordings of cxbridge with all events."""
 
 from __future__ import annotations
 

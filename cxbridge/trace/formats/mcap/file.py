@@ -19,7 +19,8 @@ from cxbridge.trace.formats.mcap import records as mcap
 CHUNK_SIZE: Final = 256 * 1024
 """The size in bytes at which a chunk is completed."""
 
-_MESSAGE_INDEX: Final = 0x07  # kinds of records (https://mcap.dev/spec) that only the writer needs
+# Kinds of records (https://mcap.dev/spec) that only the writer needs.
+_MESSAGE_INDEX: Final = 0x07
 _CHUNK_INDEX: Final = 0x08
 _STATISTICS: Final = 0x0B
 _SUMMARY_OFFSET: Final = 0x0E
@@ -58,7 +59,7 @@ def pack_record(kind: int, *parts: bytes) -> bytes:
 class McapFile:
     """An mcap file that is being written; errors are those of the operating system.
 
-    A subclass may write records with numbers of schemas and channels from another file.
+    A subclass may write records of another file, with the numbers of schemas and channels in that file.
 
     :param file: positioned at its start.
     :param library: the name of the writing program.
@@ -67,10 +68,12 @@ class McapFile:
     def __init__(self, file: IO[bytes], profile: str, library: str) -> None:
         self._file = file
         self._offset = 0
-        self._schemas: dict[int, bytes] = {0: b""}  # 0 stands for channels without a schema
+        self._schemas: dict[int, bytes] = {0: b""}  # mcap: a channel without a schema has the number 0
         self._channels: dict[int, bytes] = {}
         self._chunk = bytearray()
-        self._message_index: dict[int, list[int]] = {}  # times and offsets alternate
+        self._message_index: dict[
+            int, list[int]
+        ] = {}  # of the chunk, by channel: times and offsets alternate
         self._earliest, self._latest = _MAX_TIME_NS, 0
         self._message_counts: dict[int, int] = {}
         self._chunk_index: list[bytes] = []
@@ -120,7 +123,7 @@ class McapFile:
         """
         pack, chunk, indexes = _MESSAGE.pack, self._chunk, self._message_index
         for channel, time_ns, data in messages:
-            # the clock of a robot may be wrong; struct refuses such a number
+            # struct refuses other numbers, which a wrong clock of a robot may yield
             if not 0 <= time_ns <= _MAX_TIME_NS:
                 time_ns = max(0, min(time_ns, _MAX_TIME_NS))  # noqa: PLW2901 - it is the time
             index = indexes[channel]
@@ -148,7 +151,7 @@ class McapFile:
         index.append(pack_record(kind, position, *entry))
 
     def finish_chunk(self) -> None:
-        """Write the messages so far to the file."""
+        """Write the collected messages to the file as a chunk, with their indexes."""
         chunk = self._chunk
         if not chunk:
             return
@@ -192,7 +195,7 @@ class McapFile:
         start, summary, offsets = self._offset, bytearray(), bytearray()
         # the order of the groups is free, but readers expect schemas before channels
         for kind, records in (
-            (mcap.SCHEMA, [*self._schemas.values()][1:]),
+            (mcap.SCHEMA, [*self._schemas.values()][1:]),  # without the placeholder with the number 0
             (mcap.CHANNEL, [*self._channels.values()]),
             (_STATISTICS, [self._pack_statistics()]),
             (_CHUNK_INDEX, self._chunk_index),
@@ -206,7 +209,7 @@ class McapFile:
                 summary += group
         footer = struct.pack("<QQ", start, start + len(summary))
         head = mcap.HEAD.pack(mcap.FOOTER, len(footer) + 4)
-        # mcap: the checksum of the summary, and of the footer up to this checksum
+        # mcap: the checksum covers the summary, and the footer up to the checksum
         crc = zlib.crc32(footer, zlib.crc32(head, zlib.crc32(offsets, zlib.crc32(summary))))
         self._append(summary, offsets, head, footer, struct.pack("<I", crc), mcap.MAGIC)
 

@@ -25,7 +25,7 @@ from cxbridge.trace.formats.mcap.records import (
 
 # The start of a message: its kind, its size, its channel.
 _MESSAGE_HEAD: Final = Struct("<BQH")
-# Bytes of a message before its data: channel, sequence, two times.
+# The bytes of a message before its data: channel, sequence, two times.
 _MESSAGE_FIELDS: Final = 22
 
 
@@ -47,12 +47,12 @@ class McapRun(Run):
             for block in self._message_blocks(file):
                 offset, end = 0, len(block)
                 while offset + size_of_head <= end:
-                    # with the channel, so that the messages of other types are skipped at once
+                    # the head includes the channel: messages of other types are skipped at once
                     kind, size, channel = unpack(block, offset)
                     start = offset + mcap.HEAD.size
                     offset = start + size
                     if offset > end:
-                        break
+                        break  # the last record of a truncated chunk is incomplete
                     if kind == mcap.MESSAGE:
                         has_messages = True
                         decode = channels.decoders.get(channel)
@@ -61,7 +61,7 @@ class McapRun(Run):
                     elif kind in (mcap.SCHEMA, mcap.CHANNEL):
                         channels.add_definition(kind, block[start:offset])
                     else:
-                        break
+                        break  # zeros, or a kind that must not be in a chunk
         if self.notes and not has_messages:
             raise TraceError("damaged or cut off before the first event", file=self.path)
 
@@ -118,11 +118,13 @@ class McapRun(Run):
             ) from error
 
     def _message_blocks(self, file: IO[bytes]) -> Iterator[bytes]:
-        """Yield the bytes with messages: records within chunks, and records outside of chunks."""
+        """Yield the content of each chunk, and each record with definitions or a message outside of chunks."""
         for record in self._intact_records(file, mcap.CHUNK, mcap.SCHEMA, mcap.CHANNEL, mcap.MESSAGE):
             try:
                 if record.kind == mcap.CHUNK:
-                    yield mcap.unpack_chunk(_read_available_content(file, record), is_complete=record.is_complete)
+                    yield mcap.unpack_chunk(
+                        _read_available_content(file, record), is_complete=record.is_complete
+                    )
                 else:
                     yield mcap.HEAD.pack(record.kind, record.size) + mcap.read_content(file, record)
             except DamageError as error:
@@ -130,7 +132,7 @@ class McapRun(Run):
                 return
 
     def _intact_records(self, file: IO[bytes], *kinds: int) -> Iterator[Record]:
-        """Yield the intact records of some kinds, and a truncated chunk."""
+        """Yield the complete records of some kinds, and a truncated chunk."""
         is_first = True
         with self._noting_damage():
             for record in mcap.walk_records(file):
@@ -154,7 +156,7 @@ class McapRun(Run):
 
     @contextmanager
     def _noting_damage(self) -> Iterator[None]:
-        """Note damage for the user and continue."""
+        """Turn damage into a note for the user."""
         try:
             yield
         except DamageError as error:
@@ -165,22 +167,27 @@ class McapRun(Run):
 
 
 class _ChannelDecoders:
-    """The decoders of the channels."""
+    """The decoders of the messages by channel, for the types of events that are read."""
 
     def __init__(self, event_types: Iterable[type[Event]]) -> None:
         self._types_by_schema_name = {
-            f"cxbridge.{event_type.__name__}": event_type for event_type in event_types if event_type.KIND.name
+            f"cxbridge.{event_type.__name__}": event_type
+            for event_type in event_types
+            if event_type.KIND.name
         }
         self.decoders: dict[int, Callable[[bytes], Event]] = {}
         self._by_schema: dict[int, Callable[[bytes], Event]] = {}
 
     def add_definition(self, kind: int, data: bytes) -> None:
-        """Process a schema or a channel."""
+        """Process the record of a schema or a channel.
+
+        :param kind: ``SCHEMA`` or ``CHANNEL``.
+        """
         fields = Fields(data)
         number = fields.short()
         if kind == mcap.SCHEMA:
             event_type = self._types_by_schema_name.get(fields.text())
-            # chunks may repeat schemas and channels
+            # each chunk may repeat schemas and channels
             if event_type is not None and number not in self._by_schema:
                 self._by_schema[number] = make_decoder(event_type)
         else:

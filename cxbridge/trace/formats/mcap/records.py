@@ -1,4 +1,8 @@
-"""Records of mcap files (https://mcap.dev/spec): their positions, and the contents that cxbridge reads."""
+"""Records of mcap files (https://mcap.dev/spec): their positions, and the contents that cxbridge reads.
+
+A file is a sequence of records. A chunk is a record with the records of messages, schemas and channels.
+Lengths in a file may be damaged: each is checked before memory is allocated.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +29,7 @@ METADATA_NAME: Final = "cxbridge"
 SOURCE_NAME: Final = "cxbridge.source"
 """The name of metadata records of a run's sources."""
 
-# larger sizes are taken for damage
+# Larger sizes count as damage.
 MAX_RECORD_SIZE: Final = 256 * 1024 * 1024
 """The maximal bytes of a record and of an unpacked chunk."""
 
@@ -44,7 +48,7 @@ HEAD: Final = struct.Struct("<BQ")
 """The start of every record: its kind and the length of its content."""
 
 _CRC: Final = struct.Struct("<I")
-_MAX_NAMES_SIZE: Final = 64 * 1024  # bytes that contain the names of an attachment, without its data
+_MAX_NAMES_SIZE: Final = 64 * 1024  # the fields of an attachment before its data fit into these bytes
 
 
 class DamageError(ValueError):
@@ -69,13 +73,12 @@ class Record(Struct, frozen=True):
 def walk_records(file: IO[bytes]) -> Iterator[Record]:
     """Yield the records of a file outside of chunks, up to the footer.
 
-    A truncated record is the last one. The position of the file may be changed between two records.
+    A truncated record is the last. Callers may change the position of the file between two records.
 
     :raises DamageError: if the file ends without a footer.
     """
     offset = len(MAGIC)
     while True:
-        # callers read contents between two records
         file.seek(offset)
         head = file.read(HEAD.size)
         if len(head) < HEAD.size:
@@ -207,7 +210,7 @@ def unpack_chunk(data: bytes, *, is_complete: bool) -> bytes:
     :raises DamageError: if they are damaged or too large, or have an unknown compression.
     """
     fields = Fields(data)
-    fields.long(), fields.long()
+    fields.long(), fields.long()  # the times of the first and last message
     size, crc, compression, _ = fields.long(), fields.number(), fields.text(), fields.long()
     if size > MAX_RECORD_SIZE:
         raise DamageError("a chunk that is too large")
@@ -221,18 +224,18 @@ def unpack_chunk(data: bytes, *, is_complete: bool) -> bytes:
 
 
 def _decompress(compression: str, data: bytes, size: int) -> bytes:
-    # the extra byte reveals that there is more than the chunk states
     if not compression:
         return data
     if compression not in ("lz4", "zstd"):
         raise DamageError(f"a chunk that is packed as {compression!r}")
     try:
-        import lz4.frame  # noqa: PLC0415 - an extra, for files that other programs have packed
+        import lz4.frame  # noqa: PLC0415 - an extra: only other programs write packed files
         import zstandard  # noqa: PLC0415 - as above
     except ModuleNotFoundError:
         raise TraceError(
             f"the recording is packed with {compression}", hint=f"to read it: {install_command('packed')}"
         ) from None
+    # one byte more than the stated size reveals a wrong size without unpacking everything
     try:
         if compression == "lz4":
             return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1))

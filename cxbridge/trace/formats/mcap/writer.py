@@ -1,6 +1,6 @@
 """Writer of runs as mcap (https://mcap.dev/spec) with JSON messages; see docs/formats.md.
 
-Chunks are not compressed, to make recording cheap; ``mcap compress`` can do it later.
+Chunks are not compressed, which keeps recording cheap; ``mcap compress`` compresses a finished file.
 """
 
 from __future__ import annotations
@@ -22,18 +22,19 @@ from cxbridge.trace.formats.mcap.file import McapFile
 from cxbridge.trace.formats.mcap.records import METADATA_NAME, PROFILE, SOURCE_NAME
 from cxbridge.trace.sourcing import SourceNamer
 
-_FLUSH_INTERVAL_S = 0.5  # real time
-_MAX_PENDING_EVENTS = 512  # events whose writing together is cheaper
+_FLUSH_INTERVAL_S = 0.5  # in real time
+_MAX_PENDING_EVENTS = 512  # writing many events in a row costs a third of writing single events
 
 
 class McapWriter(RunWriter):
     """An mcap file.
 
-    Events that are older than half a second of real time at the next event are in the file, so a killed run
-    can be read up to there.
+    A write flushes the file if the last flush was half a second of real time ago: a killed run loses few
+    events.
 
     :param path: replaced if it exists.
-    :param definition: returns the definition of an interface type, to attach it before the first event.
+    :param definition: returns the definition of an interface type, which is attached before the first event
+        of the type; gets the type and the time in microseconds.
     :param files: whether to attach the run's sources.
     :raises TraceError: if the file cannot be created.
     """
@@ -61,7 +62,7 @@ class McapWriter(RunWriter):
                 self._mcap = McapFile(self._file, PROFILE, f"cxbridge {VERSION}")
                 self._file.flush()
         except TraceError:
-            with suppress(OSError):  # once more for data that could not be written before
+            with suppress(OSError):  # closing tries once more to write the data
                 self._file.close()
             raise
 
@@ -70,7 +71,6 @@ class McapWriter(RunWriter):
 
     def write(self, event: Event) -> None:
         """Queue an event for the next write."""
-        # writing many events in a row costs a third of writing single ones
         self._pending.append(event)
         if len(self._pending) >= _MAX_PENDING_EVENTS:
             self._write_pending()
@@ -117,7 +117,7 @@ class McapWriter(RunWriter):
         )
 
     def _store_source(self, event: SourceRead) -> None:
-        """Write the record of a source, and attach it if it is new."""
+        """Write the record of a source, and attach the content if it is new."""
         record, attachment = self._source_namer.make_record(event)
         if attachment is not None:
             self._store_attachment(attachment)
@@ -154,7 +154,7 @@ class McapWriter(RunWriter):
     def _add_channel(self, event_type: type[Event], topic_end: str) -> int:
         """Add the channel of a kind of event, with its schema.
 
-        :param about: the value of the field with which its topic ends.
+        :param topic_end: the value with which the topic ends, such as the uid of an interface.
         """
         schema = self._schemas.get(event_type)
         if schema is None:

@@ -16,9 +16,9 @@ import rosbags.rosbag2.reader as bag_module
 import rosbags.rosbag2.storage_mcap as mcap_module
 from rosbags.rosbag2 import ReaderError
 
-from cxbridge.trace.formats.mcap.records import MAX_RECORD
+from cxbridge.trace.formats.mcap.records import MAX_RECORD_SIZE
 
-MAX_UNPACKED_BYTES: Final = MAX_RECORD  # limit of an unpacked chunk or message, in bytes
+MAX_UNPACKED_BYTES: Final = MAX_RECORD_SIZE  # limit of an unpacked chunk or message, in bytes
 
 # Limit of the expansion of a packed file. Smaller files may expand to `MAX_UNPACKED_BYTES`.
 MAX_EXPANSION_FACTOR: Final = 100

@@ -10,7 +10,7 @@ import typer
 from cxbridge.cli.console import complain, say, say_json
 
 if TYPE_CHECKING:
-    from cxbridge_studio.repair.recordings import Mending
+    from cxbridge_studio.repair.recordings import Repair
 
 UNREADABLE = 2
 """The exit status if a file is not a recording, or cannot be read, repaired or written."""
@@ -41,7 +41,7 @@ def repair(
     Example: cxbridge trace repair out/run.mcap --dry-run
     """
     from cxbridge.errors import CxbridgeError
-    from cxbridge_studio.repair.recordings import files_of
+    from cxbridge_studio.repair.recordings import recordings_in
 
     if output is not None and in_place:
         raise typer.BadParameter("not together with --in-place", param_hint="--output")
@@ -49,7 +49,7 @@ def repair(
         raise typer.BadParameter(f"'{output}' exists already", param_hint="--output")
     status = 0
     results = []
-    files = list(files_of(file)) if file.is_dir() else [file]
+    files = list(recordings_in(file)) if file.is_dir() else [file]
     if not files:
         raise typer.BadParameter("no recording in this folder", param_hint="FILE")
     if output is not None and file.is_dir() and not dry_run:
@@ -74,35 +74,35 @@ def repair(
 
 def _repair(path: Path, output: Path | None, *, in_place: bool, dry_run: bool) -> dict[str, Any]:
     """Repair one file; return the result."""
-    from cxbridge_studio.repair.recordings import examine, read_whole
+    from cxbridge_studio.repair.recordings import check_events, examine
 
-    mending = examine(path)
-    if not mending.actions:
-        read_whole(path)  # only a file that can be read to its end is reported as fine
-    written, backup = (None, None) if dry_run else _write(mending, output, in_place=in_place)
+    file_repair = examine(path)
+    if not file_repair.actions:
+        check_events(path)  # only a file that can be read to its end is reported as fine
+    written, backup = (None, None) if dry_run else _write(file_repair, output, in_place=in_place)
     if written is not None:
-        read_whole(written)
+        check_events(written)
     return {
         "path": str(path),
-        "format": mending.format,
-        "actions": mending.actions,
-        "repaired": written is not None and bool(mending.actions),
+        "format": file_repair.format,
+        "actions": file_repair.actions,
+        "repaired": written is not None and bool(file_repair.actions),
         "output": None if written is None else str(written),
         "backup": None if backup is None else str(backup),
     }
 
 
-def _write(mending: Mending, output: Path | None, *, in_place: bool) -> tuple[Path | None, Path | None]:
+def _write(file_repair: Repair, output: Path | None, *, in_place: bool) -> tuple[Path | None, Path | None]:
     """Write the repaired file; return its path and the path of the backup, each None without the file."""
     if output is not None:
-        mending.write_copy(output)
+        file_repair.write_copy(output)
         return output, None
-    if not mending.actions:
+    if not file_repair.actions:
         return None, None
     if in_place:
-        mending.write_copy(mending.path)
-        return mending.path, None
-    return mending.path, mending.write_with_backup()
+        file_repair.write_copy(file_repair.path)
+        return file_repair.path, None
+    return file_repair.path, file_repair.write_with_backup()
 
 
 def _print(result: dict[str, Any], *, several: bool) -> None:

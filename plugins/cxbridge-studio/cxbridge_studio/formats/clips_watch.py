@@ -13,16 +13,16 @@ from cxbridge.trace.formats.base import Format, Run
 from cxbridge.trace.formats.fawkes_log import parse_clips_event
 from cxbridge.trace.formats.files import MAX_LINE, read_lines
 
-ENV = "executive"
+ENVIRONMENT = "executive"
 """The environment of all events: the text does not name the environment."""
 
 MAX_FACTS = 100_000
 """The maximum number of remembered facts, after which the oldest fact is dropped."""
 
 # The beginnings of an entry: a fact, an activation, a change of focus, or a firing.
-_STARTS = rb"(?:==>|<==) (?:f-\d+ +\(|Activation -?\d|Focus \S)|FIRE +\d+ [^: ]+:"
-_HEAD = re.compile(rb"^(?:" + _STARTS + rb")", re.MULTILINE)
-_START = re.compile(_STARTS.decode())
+_ENTRY_STARTS = rb"(?:==>|<==) (?:f-\d+ +\(|Activation -?\d|Focus \S)|FIRE +\d+ [^: ]+:"
+_FIRST_ENTRY = re.compile(rb"^(?:" + _ENTRY_STARTS + rb")", re.MULTILINE)
+_ENTRY_START = re.compile(_ENTRY_STARTS.decode())
 _FACT = re.compile(r"(?:==>|<==) f-\d+ +(\(.*)", re.DOTALL)
 _TEMPLATE_FACT = re.compile(r"\([^\s()]+ (?:\.\.\. )?\(")
 # An entry at the end of a line in which the program has printed text without a line feed.
@@ -46,12 +46,12 @@ class ClipsWatch(Run):
     def __iter__(self) -> Iterator[Event]:
         """Yield firings, fact changes with their transitions, and log lines."""
         facts = _WatchedFacts()
-        for line, text, whole in self._entries():
-            if not whole:
+        for line, text, is_complete in self._entries():
+            if not is_complete:
                 self.note(f"line {line}: the file ends within this entry")
-            event = parse_clips_event(line, ENV, text)
+            event = parse_clips_event(line, ENVIRONMENT, text)
             if event is None:
-                yield LogLine(line, Level.DEBUG, f"CLIPS ({ENV})", text)
+                yield LogLine(line, Level.DEBUG, f"CLIPS ({ENVIRONMENT})", text)
             elif isinstance(event, FactChange):
                 try:
                     change, transition = facts.change(event)
@@ -62,32 +62,34 @@ class ClipsWatch(Run):
                 if transition is not None:
                     yield transition
             # A cut firing would have a wrong list of facts.
-            elif whole or not isinstance(event, RuleFired):
+            elif is_complete or not isinstance(event, RuleFired):
                 yield event
 
     def _entries(self) -> Iterator[tuple[int, str, bool]]:
         """Yield the first line number and the text of each entry, and whether the entry is complete."""
-        first, lines, size, whole = 0, list[str](), 0, True
-        for number, line, ends in read_lines(self.path):
+        first_line, lines, size, is_complete = 0, list[str](), 0, True
+        for number, line, has_line_end in read_lines(self.path):
             text = line
-            if lines and _START.match(text):
-                yield first, "\n".join(lines), True
+            if lines and _ENTRY_START.match(text):
+                yield first_line, "\n".join(lines), True
                 lines = []
-            if not lines and (entry := _ENTRY_AFTER_TEXT.search(text)) and not _START.match(text):
+            if not lines and (entry := _ENTRY_AFTER_TEXT.search(text)) and not _ENTRY_START.match(text):
                 yield number, text[: entry.start()], True  # the text that the program has printed
                 text = text[entry.start() :]
             if not lines:
-                first, size = number, 0
+                first_line, size = number, 0
             lines.append(text)
             size += len(text) + 1
-            whole = ends  # a line without a line end is the last, and may be cut
+            is_complete = has_line_end  # a line without a line end is the last, and may be cut
             if size > MAX_LINE:
-                raise TraceError(f"an entry of more than {MAX_LINE >> 20} MiB", file=self.path, line=first)
-            if ends and not _is_incomplete(lines):
-                yield first, "\n".join(lines), True
+                raise TraceError(
+                    f"an entry of more than {MAX_LINE >> 20} MiB", file=self.path, line=first_line
+                )
+            if has_line_end and not _is_incomplete(lines):
+                yield first_line, "\n".join(lines), True
                 lines = []
         if lines:
-            yield first, "\n".join(lines), whole
+            yield first_line, "\n".join(lines), is_complete
 
 
 class _WatchedFacts:
@@ -95,7 +97,7 @@ class _WatchedFacts:
 
     def __init__(self) -> None:
         self._texts: dict[int, str] = {}
-        self._tracker = TransitionTracker(ENV)
+        self._tracker = TransitionTracker(ENVIRONMENT)
 
     def change(self, event: FactChange) -> tuple[FactChange, Transition | None]:
         """Return the change with the text of the whole fact, and its transition, if any.
@@ -103,13 +105,13 @@ class _WatchedFacts:
         :raises FactSyntaxError: if the fact cannot be parsed.
         """
         text = self._whole_text(event)
-        modified = text != event.text
-        if modified:
-            event = FactChange(event.time_us, ENV, event.asserted, event.index, event.template, text)
+        is_modified = text != event.text
+        if is_modified:
+            event = FactChange(event.time_us, ENVIRONMENT, event.asserted, event.index, event.template, text)
         transition = self._tracker.change(event)
         if event.asserted:
             self._remember(event.index, text)
-        elif not modified:  # a modified fact is asserted next, and needs the slots of its previous text
+        elif not is_modified:  # a modified fact is asserted next, and needs the slots of its previous text
             self._texts.pop(event.index, None)
         return event, transition
 
@@ -128,15 +130,15 @@ class _WatchedFacts:
         if _OMITTED_SLOTS not in event.text:
             return event.text
         try:
-            template, shown, whole = parse_slots(event.text)
+            template, shown_slots, is_complete = parse_slots(event.text)
         except FactSyntaxError:
             return event.text  # an ordered fact; otherwise readers of its slots report the error
-        if whole:
+        if is_complete:
             return event.text
-        before = self._texts.get(event.index)
-        if before is None:
+        previous_text = self._texts.get(event.index)
+        if previous_text is None:
             raise FactSyntaxError("not all its slots are shown, and it was not asserted before")
-        slots = {**parse_fact(before)[1], **shown}
+        slots = {**parse_fact(previous_text)[1], **shown_slots}
         texts = (f" ({name} {value})" if value else f" ({name})" for name, value in slots.items())
         return f"({template}{''.join(texts)})"
 
@@ -166,7 +168,7 @@ FORMATS = (
     Format(
         "clips-watch",
         80,
-        recognises=lambda _, head: _HEAD.search(head) is not None,
+        recognises=lambda _, head: _FIRST_ENTRY.search(head) is not None,
         reader=f"{__name__}:ClipsWatch",
     ),
 )

@@ -1,4 +1,4 @@
-"""Repair of truncated or damaged mcap files: copies the intact records and writes a new index.
+"""Repair of truncated or damaged mcap files: copies the intact records, and writes a new index.
 
 The repair copies records without decoding the events in them: a repaired file keeps the events that only a
 later version of cxbridge knows.
@@ -17,16 +17,23 @@ from cxbridge.resources import VERSION
 from cxbridge.trace.formats.files import reading
 from cxbridge.trace.formats.mcap import records as mcap
 from cxbridge.trace.formats.mcap.file import CHUNK_SIZE, McapFile, pack_record
-from cxbridge.trace.formats.mcap.records import DamageError, Fields, Record, unpack_chunk, content, walk_records
+from cxbridge.trace.formats.mcap.records import (
+    DamageError,
+    Fields,
+    Record,
+    read_content,
+    unpack_chunk,
+    walk_records,
+)
 
 
 class _McapCopy(McapFile):
-    """An mcap file with the records of another file."""
+    """A new mcap file with records of the damaged file."""
 
     def copy_record(self, kind: int, content: bytes) -> None:
-        """Write a record; the numbers of schemas and channels stay.
+        """Write a record with its numbers of schemas and channels.
 
-        Records whose schema or channel is missing in this file are left out.
+        A record whose schema or channel is missing is left out.
 
         :raises DamageError: if a field is invalid.
         """
@@ -46,13 +53,17 @@ class _McapCopy(McapFile):
                     self._chunk += record
             case mcap.METADATA:
                 fields.text()
-                self._append_indexed(record, self._metadata_index, mcap.METADATA_INDEX, content[: fields.offset])
+                self._append_indexed(
+                    record, self._metadata_index, mcap.METADATA_INDEX, content[: fields.offset]
+                )
             case mcap.ATTACHMENT:
                 times, _ = content[:16], (fields.long(), fields.long())
                 fields.text(), fields.text()
                 names = content[16 : fields.offset]
                 size = struct.pack("<Q", fields.long())
-                self._append_indexed(record, self._attachment_index, mcap.ATTACHMENT_INDEX, times, size, names)
+                self._append_indexed(
+                    record, self._attachment_index, mcap.ATTACHMENT_INDEX, times, size, names
+                )
         if len(self._chunk) >= CHUNK_SIZE:
             self.finish_chunk()
 
@@ -62,53 +73,53 @@ def examine_mcap(path: Path) -> tuple[list[str], Callable[[Path], None]]:
 
     :raises TraceError: if nothing can be read.
     """
-    # a dry run: the copy tells the damage
-    with open(os.devnull, "wb") as null_device:  # noqa: PTH123 - no path of a file
-        problems = _copy(path, null_device)
+    # a copy to nowhere: only copying all records shows the damage
+    with open(os.devnull, "wb") as null_device:  # noqa: PTH123 - os.devnull is a text
+        problems = _copy_records(path, null_device)
 
     def write(target: Path) -> None:
         with target.open("wb") as file:
-            _copy(path, file)
+            _copy_records(path, file)
 
     return problems, write
 
 
-def _copy(source: Path, target: IO[bytes]) -> list[str]:
+def _copy_records(source: Path, target: IO[bytes]) -> list[str]:
     """Write the intact records of ``source`` to ``target``, with summary and footer; return the damage."""
-    left_out = 0
-    ended = False
+    damaged_count = 0
+    has_end = False
     copy: _McapCopy | None = None
     with reading(source), source.open("rb") as file:
         try:
             for record in walk_records(file):
                 try:
-                    for kind, data in _records_of(file, record):
+                    for kind, data in _unpack_records(file, record):
                         # the first record has the profile, which the header of the copy repeats
                         if copy is None:
                             profile = Fields(data).text() if kind == mcap.HEADER else ""
                             copy = _McapCopy(target, profile, f"cxbridge {VERSION}")
                         copy.copy_record(kind, data)
                 except DamageError:
-                    left_out += 1
+                    damaged_count += 1
                 if record.kind == mcap.FOOTER and record.is_complete:
                     file.seek(record.start + record.size)
-                    ended = file.read(len(mcap.MAGIC)) == mcap.MAGIC
+                    has_end = file.read(len(mcap.MAGIC)) == mcap.MAGIC
         except DamageError:
-            ended = False
+            has_end = False
     if copy is None:
         raise TraceError("damaged or cut off before the first record", file=source)
     copy.finish()
-    problems = [f"FIXING: {left_out} damaged records, left out"] if left_out else []
-    if not ended:
+    problems = [f"FIXING: {damaged_count} damaged records, left out"] if damaged_count else []
+    if not has_end:
         problems.append("FIXING: file without its end, keeping what is whole, writing summary and footer")
     return problems
 
 
-def _records_of(file: IO[bytes], record: Record) -> Iterator[tuple[int, bytes]]:
-    """Yield a record, or those within a chunk; of a truncated chunk its complete records."""
+def _unpack_records(file: IO[bytes], record: Record) -> Iterator[tuple[int, bytes]]:
+    """Yield the record, or the records of a chunk; of a truncated chunk the complete records."""
     if record.kind != mcap.CHUNK:
         if record.is_complete:
-            yield record.kind, content(file, record)
+            yield record.kind, read_content(file, record)
         return
     file.seek(record.start)
     data = unpack_chunk(file.read(min(record.size, mcap.MAX_RECORD_SIZE)), is_complete=record.is_complete)

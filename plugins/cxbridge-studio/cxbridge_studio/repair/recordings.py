@@ -1,4 +1,8 @@
-"""Repair of recorded runs that are truncated or have wrong headers; see docs/formats.md."""
+"""Repair of recorded runs that are truncated or have wrong headers; see docs/formats.md.
+
+:func:`examine` finds the damage of a file and changes nothing; the returned :class:`Repair` writes the
+repaired file. Texts about the damage are those of Fawkes' ``ffbblog repair``.
+"""
 
 from __future__ import annotations
 
@@ -18,15 +22,15 @@ from cxbridge.trace.formats.bblogger.reader import BBLoggerFile
 from cxbridge.trace.formats.files import reading, writing
 from cxbridge.trace.formats.registry import open_run
 
-_SEARCH_SIZE = 1 << 16  # bytes searched at once for the last line feed, from the end
-_UINT32 = 0xFFFFFFFF  # the count has 32 bits and wraps, as in ffbblog
+_SEARCH_SIZE = 1 << 16  # the bytes that are searched at once for the last line feed
+_UINT32 = 0xFFFFFFFF  # the count of a header has 32 bits and wraps, as in ffbblog
 
 
 @dataclass(frozen=True)
-class Mending:
+class Repair:
     """The damage of a file and its repair.
 
-    :param actions: the changes in the words of ``ffbblog repair``; empty for an intact file.
+    :param actions: the changes, in the words of ``ffbblog repair``; empty for an intact file.
     :param write: writes the repaired file to a path.
     """
 
@@ -38,7 +42,7 @@ class Mending:
     def write_copy(self, target: Path) -> None:
         """Write the repaired file to ``target`` atomically, replacing an existing file.
 
-        :raises CxbridgeError: if it cannot be written.
+        :raises CxbridgeError: if the file cannot be written.
         """
         with replacing(target) as fresh:
             self.write(fresh)
@@ -48,23 +52,23 @@ class Mending:
     def write_with_backup(self) -> Path:
         """Repair the file; return the path of the backup.
 
-        :raises TraceError: if it cannot be written.
+        :raises TraceError: if a file cannot be written.
         """
         backup = _unused_backup_path(self.path)
         try:
-            # a link costs nothing, and the copy then replaces the name only
+            # a link is cheap and safe: the repaired file replaces the name, not the content
             os.link(self.path, backup)
-        except OSError:
+        except OSError:  # a file system without links
             with writing(backup):
-                shutil.copy2(self.path, backup)  # a file system without links
+                shutil.copy2(self.path, backup)
         self.write_copy(self.path)
         return backup
 
 
-def examine(path: Path) -> Mending:
-    """Return the damage of a recorded run without changing it.
+def examine(path: Path) -> Repair:
+    """Return the damage of a recorded run without changing the file.
 
-    :raises TraceError: if it is not a recorded run, cannot be read, or cannot be repaired.
+    :raises TraceError: if the file is not a recorded run, cannot be read, or cannot be repaired.
     """
     run = open_run(path)
     if isinstance(run, BBLoggerFile):
@@ -75,20 +79,20 @@ def examine(path: Path) -> Mending:
         from cxbridge_studio.repair.mcap import examine_mcap  # noqa: PLC0415 - repairs of other files start faster
 
         actions, write = examine_mcap(path)
-        return Mending(path, run.format, actions, write if actions else partial(shutil.copyfile, path))
+        return Repair(path, run.format, actions, write if actions else partial(shutil.copyfile, path))
     return _examine_text(run)
 
 
-def read_whole(path: Path) -> None:
+def check_events(path: Path) -> None:
     """Read all events of a recorded run.
 
-    :raises TraceError: if an event cannot be read, which no repair fixes.
+    :raises TraceError: if an event cannot be read, which no repair can mend.
     """
     for _ in open_run(path):
         pass
 
 
-def files_of(folder: Path) -> Iterator[Path]:
+def recordings_in(folder: Path) -> Iterator[Path]:
     """Yield the recorded runs among the files in a folder, by name.
 
     :raises TraceError: if the folder cannot be read.
@@ -104,10 +108,10 @@ def files_of(folder: Path) -> Iterator[Path]:
             yield path
 
 
-def _examine_bblogger(run: BBLoggerFile) -> Mending:
+def _examine_bblogger(run: BBLoggerFile) -> Repair:
     """Return the repair of a bblogger file: of its byte order flag, end and count."""
     header = run.header
-    size = _size(run.path)
+    size = _file_size(run.path)
     actions = []
     patches = []
     if header.says_big_endian:
@@ -118,11 +122,11 @@ def _examine_bblogger(run: BBLoggerFile) -> Mending:
     if header.count != count:
         actions.append(_count_action(run.path, header, count))
         patches.append((COUNT_OFFSET, pack_count(count & _UINT32)))
-    write = partial(_copy_start, run.path, size - extra, patches)
-    return Mending(run.path, run.format, actions, write)
+    write = partial(_copy_patched_start, run.path, size - extra, patches)
+    return Repair(run.path, run.format, actions, write)
 
 
-def _copy_start(source: Path, size: int, patches: Sequence[tuple[int, bytes]], target: Path) -> None:
+def _copy_patched_start(source: Path, size: int, patches: Sequence[tuple[int, bytes]], target: Path) -> None:
     """Copy the start of a file.
 
     :param size: the number of bytes to copy.
@@ -137,7 +141,7 @@ def _copy_start(source: Path, size: int, patches: Sequence[tuple[int, bytes]], t
 
 
 def _truncation_actions(extra: int) -> list[str]:
-    """Return the removal of bytes at the end, in the words of ``ffbblog repair`` with its spelling."""
+    """Return the removal of bytes at the end, in the words and the spelling of ``ffbblog repair``."""
     return [f"FIXING: errorneous bytes at end of file, truncating by {extra} b"] if extra else []
 
 
@@ -147,20 +151,20 @@ def _count_action(path: Path, header: Header, count: int) -> str:
     return f"FIXING: header has {header.count} data items, but expecting {count}, setting"
 
 
-def _examine_text(run: Run) -> Mending:
+def _examine_text(run: Run) -> Repair:
     """Return the repair of a text, which removes an incomplete last line.
 
     :raises TraceError: if no line is complete.
     """
-    size = _size(run.path)
-    end = _end_of_lines(run.path, size)
+    size = _file_size(run.path)
+    end = _find_end_of_lines(run.path, size)
     actions = _truncation_actions(size - end)
     if not end and size:
         raise TraceError("not one line of it is whole", file=run.path)
-    return Mending(run.path, run.format, actions, partial(_copy_start, run.path, end, []))
+    return Repair(run.path, run.format, actions, partial(_copy_patched_start, run.path, end, []))
 
 
-def _end_of_lines(path: Path, size: int) -> int:
+def _find_end_of_lines(path: Path, size: int) -> int:
     """Return the end of the last complete line of a file."""
     with reading(path), path.open("rb") as file:
         end = size
@@ -174,7 +178,7 @@ def _end_of_lines(path: Path, size: int) -> int:
     return 0
 
 
-def _size(path: Path) -> int:
+def _file_size(path: Path) -> int:
     with reading(path):
         return path.stat().st_size
 

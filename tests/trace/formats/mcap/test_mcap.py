@@ -100,7 +100,7 @@ def test_a_run_that_was_killed_reads_up_to_the_last_flush(tmp_path: Path) -> Non
 
 
 def test_old_events_are_flushed_while_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cxbridge.trace.formats.mcap.writer._FLUSH_SECONDS", -1)
+    monkeypatch.setattr("cxbridge.trace.formats.mcap.writer._FLUSH_INTERVAL_S", -1)
     with McapWriter(tmp_path / "run") as writer:
         writer.write(family()[0])
         assert list(open_run(tmp_path / "run")) == family()[:1]
@@ -134,7 +134,7 @@ def test_a_damaged_file_reads_up_to_the_damage_or_is_refused(tmp_path: Path, cha
 
 def test_a_chunk_that_claims_to_be_huge_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write(tmp_path / "run", family())
-    monkeypatch.setattr(mcap_records, "MAX_RECORD", 100)
+    monkeypatch.setattr(mcap_records, "MAX_RECORD_SIZE", 100)
     with pytest.raises(TraceError, match="damaged or cut off before the first event"):
         list(open_run(path))
 

@@ -1,6 +1,6 @@
-"""The CSV files of ``ffbblog convert``, one per interface.
+"""The CSV files of Fawkes' ``ffbblog convert``, one per interface.
 
-They are only written: without quoting, a text with semicolons cannot be distinguished from two texts.
+CSV files are written and not read: without quoting, a text with semicolons looks like two texts.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from cxbridge.trace.formats.base import CopyFormat, Format
 from cxbridge.trace.formats.files import files_with_start
 
 TITLE: Final = "# Time relative to beginning (in sec)"
-"""The title of the first column, with which these files start."""
+"""The title of the first column, with which each file starts."""
 
 
-def refuse(path: Path, _registry: InterfaceRegistry | None) -> NoReturn:
+def refuse_csv(path: Path, _registry: InterfaceRegistry | None) -> NoReturn:
     """Refuse to read a CSV file or a folder of them.
 
     :raises TraceError: always.
@@ -29,7 +29,8 @@ def refuse(path: Path, _registry: InterfaceRegistry | None) -> NoReturn:
     )
 
 
-def _starts_well(head: bytes) -> bool:
+def _is_csv_start(head: bytes) -> bool:
+    """Return whether a file with these first bytes is a CSV file of this format."""
     title = TITLE.encode()
     return head.startswith((title + b";", title + b"\n"))
 
@@ -39,9 +40,9 @@ FORMATS = (
         "csv",
         50,
         recognises=lambda path, head: (
-            _starts_well(head) or bool(files_with_start(path, "*.csv", len(TITLE) + 1, _starts_well))
+            _is_csv_start(head) or bool(files_with_start(path, "*.csv", len(TITLE) + 1, _is_csv_start))
         ),
-        reader=f"{__name__}:refuse",
+        reader=f"{__name__}:refuse_csv",
     ),
 )
 COPIES = (

@@ -1,4 +1,4 @@
-"""Writer of interfaces as CSV, byte for byte as ``ffbblog convert`` writes it; see docs/formats.md."""
+"""Writer of interfaces as CSV, with the bytes of Fawkes' ``ffbblog convert``; see docs/formats.md."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from cxbridge.trace.formats.blocks import BlockDecoder
 from cxbridge.trace.formats.files import writing
 from cxbridge_studio.formats.csv import TITLE
 
-# What stands for a number that is not an item of an enum.
+# As in ffbblog, this text stands for a number that is not an item of an enum.
 _UNKNOWN_ITEM: Final = "UNKNOWN"
 
 _SUFFIX = ".csv"
 _SCENARIO_FILE = "scenario.yaml"
-# The bytes of a scenario's name in names of files, as in the header of bblogger's files.
+# The maximal bytes of a scenario's name in names of files, as in the header of a bblogger file.
 _NAME_SIZE = 31
 
 
 def convert_bblogger(run: Run, path: Path) -> list[str] | None:
-    """Convert bblogger files to CSV files directly, with the times and texts of the files.
+    """Convert bblogger files to CSV files directly, with the times and the bytes of texts in the files.
 
-    :param path: a file; a folder for several files.
+    :param path: the CSV file; for several files, the folder of CSV files.
     :returns: notes for the user, or None for a run of another format.
     :raises TraceError: if a file cannot be read or written.
     """
@@ -46,7 +46,7 @@ def convert_bblogger(run: Run, path: Path) -> list[str] | None:
         return None
     files = run.file_runs()
     if path.suffix == _SUFFIX and len(files) != 1:
-        raise _several_interfaces(path)
+        raise _several_interfaces_error(path)
     notes = list(run.notes)
     if path.suffix != _SUFFIX:
         _make_folder(path)
@@ -62,27 +62,27 @@ def convert_bblogger(run: Run, path: Path) -> list[str] | None:
 class CsvWriter(RunWriter):
     """CSV files of the interface writes of any run; times count from the first write.
 
-    :param path: a name with ``.csv`` is the file of a single interface, any other a folder.
+    :param path: the file of a single interface if the name ends with ``.csv``, otherwise a folder.
     :raises TraceError: if the folder cannot be created.
     """
 
     def __init__(self, path: Path, registry: InterfaceRegistry) -> None:
         self._path = path
         self._registry = registry
-        self._single = path.suffix == _SUFFIX
+        self._is_single_file = path.suffix == _SUFFIX
         self._scenario = "run"
         self._start_us: int | None = None
         self._files: dict[str, _CsvFile] = {}
-        self._left_out: dict[str, str] = {}
-        if self._single:
-            _open(path).close()
+        self._reasons_by_uid: dict[str, str] = {}
+        if self._is_single_file:
+            _create(path).close()
         else:
             _make_folder(path)
 
     @property
     def notes(self) -> list[str]:
         """Notes for the user about interfaces that were left out."""
-        return [f"{uid}: left out: {reason}" for uid, reason in self._left_out.items()]
+        return [f"{uid}: left out: {reason}" for uid, reason in self._reasons_by_uid.items()]
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - CSV has only interface writes at any level
         return frozenset({InterfaceWrite})
@@ -93,7 +93,7 @@ class CsvWriter(RunWriter):
 
     def write(self, event: Event) -> None:
         """Write a row; the first write of an interface creates its file."""
-        if not isinstance(event, InterfaceWrite) or event.uid in self._left_out:
+        if not isinstance(event, InterfaceWrite) or event.uid in self._reasons_by_uid:
             return
         if self._start_us is None:
             self._start_us = event.time_us
@@ -102,7 +102,7 @@ class CsvWriter(RunWriter):
             try:
                 file = self._create_file(event.uid)
             except InterfaceError as error:
-                self._left_out[event.uid] = error.message
+                self._reasons_by_uid[event.uid] = error.message
                 return
             self._files[event.uid] = file
         file.write(event.time_us - self._start_us, event.values)
@@ -110,9 +110,9 @@ class CsvWriter(RunWriter):
     def _create_file(self, uid: str) -> _CsvFile:
         """Create the file of an interface."""
         schema = self._registry.schema(uid.partition("::")[0])
-        if self._single:
+        if self._is_single_file:
             if self._files:
-                raise _several_interfaces(self._path)
+                raise _several_interfaces_error(self._path)
             return _CsvFile(self._path, schema)
         name = Path(file_name(self._scenario, uid, self._start_us or 0)).with_suffix(_SUFFIX)
         return _CsvFile(self._path / name, schema)
@@ -132,18 +132,18 @@ class _CsvFile:
     def __init__(self, path: Path, schema: InterfaceSchema) -> None:
         self._path = path
         self._columns = [
-            (field.name, None if field.is_string else formatter(field.type), field.is_array)
+            (field.name, None if field.is_string else make_formatter(field.type), field.is_array)
             for field in schema.fields
         ]
-        self._file = _open(path)
-        self._write_line(heading(schema).encode())
+        self._file = _create(path)
+        self._write_line(format_heading(schema).encode())
 
     def write(self, since_us: int, values: Mapping[str, Any]) -> None:
         """Write a row.
 
-        :param values: the values by field; a text may be bytes, which are written unchanged.
+        :param values: the values by field; bytes are written unchanged.
         """
-        cells = [_time(since_us)]
+        cells = [_format_seconds(since_us)]
         for name, format_element, is_array in self._columns:
             value = values.get(name, "")
             if isinstance(value, bytes):
@@ -185,18 +185,18 @@ def _convert_file(run: BBLoggerFile, path: Path) -> None:
 
 
 def _text_bytes(field: bytes) -> bytes:
-    # as in ffbblog a text ends at its first zero, but a single char is written in any case
+    # as in ffbblog: a text ends at its first zero, but a field of one byte is written even if it is zero
     return field if len(field) == 1 else field.split(b"\0", 1)[0]
 
 
-def _time(since_us: int) -> bytes:
+def _format_seconds(since_us: int) -> bytes:
     """Return microseconds as seconds, rounded as in Fawkes."""
-    # Fawkes adds two doubles, which rounds differently from one division
+    # Fawkes adds two doubles: one division would round differently
     seconds, microseconds = divmod(since_us, MICROSECONDS)
     return b"%f" % (seconds + microseconds / MICROSECONDS)
 
 
-def _open(path: Path) -> IO[bytes]:
+def _create(path: Path) -> IO[bytes]:
     """Create a file."""
     with writing(path):
         return path.open("wb")
@@ -215,7 +215,7 @@ def _make_folder(path: Path) -> None:
 
 
 def _scenario_name(metadata: Mapping[str, str]) -> str:
-    """Return the name of a run's scenario, from the folder of its configuration file or from the spec."""
+    """Return the name of a run's scenario: the folder of its configuration file, or the spec."""
     text = metadata.get("scenario", "")
     if len(file := PurePath(text).parts) > 1:
         text = file[-2] if file[-1] == _SCENARIO_FILE else metadata.get("spec") or PurePath(text).stem
@@ -223,19 +223,19 @@ def _scenario_name(metadata: Mapping[str, str]) -> str:
     return fit_text(name, _NAME_SIZE).decode("utf-8", "surrogateescape")
 
 
-def _several_interfaces(path: Path) -> TraceError:
+def _several_interfaces_error(path: Path) -> TraceError:
     return TraceError(
         "the run has several interfaces, or none", file=path, hint="name a folder: each gets a file in it"
     )
 
 
-def heading(schema: InterfaceSchema) -> str:
+def format_heading(schema: InterfaceSchema) -> str:
     """Return the first line of a file without line feed."""
     columns = (f";{field.name} ({field.type}[{field.runtime_length}])" for field in schema.fields)
     return "".join([TITLE, *columns])
 
 
-def formatter(kind: str) -> Callable[[Any], str]:
+def make_formatter(kind: str) -> Callable[[Any], str]:
     """Return a function for one element of a type other than ``string``."""
     if kind == "bool":
         return lambda value: "true" if value else "false"

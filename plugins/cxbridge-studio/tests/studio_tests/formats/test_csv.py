@@ -14,13 +14,13 @@ from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_studio.formats.csv.writer import formatter, heading
+from cxbridge_studio.formats.csv.writer import format_heading, make_formatter
 from tests.support import needs_shared
 from tests.trace.bblog_files import KIND, START_S, make
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun
 
 NAME = f"test-{KIND}-Flite-2014-05-13-16-53-20.csv"
-HEADING = heading(default_registry().schema(KIND))
+HEADING = format_heading(default_registry().schema(KIND))
 
 
 def recordings() -> Iterator[Path]:
@@ -95,8 +95,8 @@ def test_bytes_stay_as_they_are(tmp_path: Path) -> None:
     )
     convert(open_run(tmp_path / "a.log"), tmp_path / "a.csv", "csv")
     assert (tmp_path / "a.csv").read_bytes() == f"{HEADING}\n".encode() + b"1.000000;\xff;\n;0;false;-nan\n"
-    assert formatter("SomeEnum")(7) == "UNKNOWN"
-    assert formatter("double")(math.inf) == "inf"
+    assert make_formatter("SomeEnum")(7) == "UNKNOWN"
+    assert make_formatter("double")(math.inf) == "inf"
 
 
 @pytest.mark.parametrize("command", [["info"], ["diff"], ["transitions"], ["repair"]])
