@@ -118,7 +118,7 @@ class McapRun(Run):
             ) from error
 
     def _message_blocks(self, file: IO[bytes]) -> Iterator[bytes]:
-        """Yield the content of each chunk, and each record with definitions or a message outside of chunks."""
+        """Yield the content of each chunk, and each record with a definition or message outside of chunks."""
         for record in self._intact_records(file, mcap.CHUNK, mcap.SCHEMA, mcap.CHANNEL, mcap.MESSAGE):
             try:
                 if record.kind == mcap.CHUNK:
