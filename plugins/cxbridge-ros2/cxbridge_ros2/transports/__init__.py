@@ -1,8 +1,9 @@
-"""The transports to nodes of ROS 2, one module or package each."""
+"""The transports, each with a class of nodes: DDS, rclpy, rosbridge, Zenoh, and nodes of this process."""
 
 from typing import Final
 
-# The function that makes a node, ``module:function``, by its transport: see :meth:`NodeSettings.join`.
+# By transport: the function that makes a node, as ``module:function``. NodeSettings.join calls the function.
+# `local` is missing, since such nodes reach only nodes of this process.
 TRANSPORTS: Final = {
     "dds": "cxbridge_ros2.transports.dds:join",
     "rclpy": "cxbridge_ros2.transports.rclpy:join",

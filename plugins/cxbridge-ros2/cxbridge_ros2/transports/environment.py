@@ -1,4 +1,4 @@
-"""The ROS environment of this process: its domain, its range of discovery, its client library."""
+"""The ROS environment of this process: domain, range of discovery, and client library."""
 
 from __future__ import annotations
 
@@ -10,31 +10,32 @@ from typing import Final
 
 from cxbridge.errors import Ros2Error
 
-MAX_DDS_DOMAIN: Final = 232  # ports of DDS allow no higher domain
+MAX_DDS_DOMAIN: Final = 232  # DDS computes port numbers from the domain, and those of 233 exceed 65535
 
 
-def domain_id(limit: int | None = None) -> int:
+def read_domain_id(max_id: int | None = None) -> int:
     """Return ``ROS_DOMAIN_ID``, or 0 if it is unset.
 
-    :param limit: the highest domain of the transport.
+    :param max_id: the highest domain of the transport; None for no limit.
+    :raises Ros2Error: if the variable is not a domain.
     """
     text = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
-    # isdecimal() alone accepts the digits of other scripts
-    if not (text.isascii() and text.isdecimal()) or (limit is not None and int(text) > limit):
+    # isdecimal() alone accepts digits of other scripts, such as Arabic ones
+    if not (text.isascii() and text.isdecimal()) or (max_id is not None and int(text) > max_id):
         # 101 instead of 232: on Linux, the ports of higher domains overlap with ephemeral ports
-        hint = "it is a number from 0 to 101 on most systems" if limit is not None else "it is a number"
+        hint = "it is a number from 0 to 101 on most systems" if max_id is not None else "it is a number"
         raise Ros2Error(f"ROS_DOMAIN_ID={text} is no domain", hint=hint)
     return int(text)
 
 
-def default_reach(unset: str = "localhost") -> str:
+def default_reach(default_range: str = "localhost") -> str:
     """Return the discovery range of the environment (ROS_AUTOMATIC_DISCOVERY_RANGE).
 
-    :param unset: the range if the environment names none.
+    :param default_range: the range if the environment does not name a range.
     """
     if os.environ.get("ROS_LOCALHOST_ONLY") == "1":  # the older variable wins, as in Jazzy's RMWs
         return "localhost"
-    return os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", unset).lower()
+    return os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", default_range).lower()
 
 
 def has_rclpy() -> bool:
@@ -43,7 +44,7 @@ def has_rclpy() -> bool:
         spec = find_spec("rclpy")
     except (ImportError, ValueError):
         return False
-    # a ROS for another Python has the folder, too, but no extension module that this Python can load
+    # a ROS for another Python has the package, too, but without an extension module for this Python
     folders = () if spec is None else spec.submodule_search_locations or ()
     names = [f"_rclpy_pybind11{suffix}" for suffix in EXTENSION_SUFFIXES]
     return any((Path(folder) / name).is_file() for folder in folders for name in names)

@@ -1,6 +1,7 @@
-"""Nodes within a process: a message waits in the receiver's queue until it is polled, without delay.
+"""Nodes that reach only the other nodes of this process, for agents without a network and for tests.
 
-Messages are encoded to CDR and decoded again, so that nodes share no objects and invalid messages are found.
+A message waits in the queue of the receiving node until the node is polled. Messages are encoded to CDR and
+decoded again, so that nodes share no objects, and invalid messages are errors as over a network.
 """
 
 from __future__ import annotations
@@ -27,32 +28,32 @@ from cxbridge_ros2.node import (
 )
 from cxbridge_ros2.qos import PROFILES, QosProfile
 
-# the limit stops two nodes that answer each other forever; otherwise the clock would never advance
-MAX_ROUNDS: Final = 10_000
+# Limit for nodes that respond to each other forever, in whose presence the clock would never advance.
+MAX_SETTLING_ROUNDS: Final = 10_000
 
 
 class _Subscription(Struct, eq=False):
     node: LocalNode
-    kind: TypeName
+    type_name: TypeName
     callback: MessageCallback
 
 
 class _Server(Struct, eq=False):
     node: LocalNode
-    kind: TypeName
+    type_name: TypeName
     handler: RequestHandler
     number: int
 
 
 class LocalGraph:
-    """The nodes of a process that reach each other."""
+    """A group of nodes that reach each other, with their subscriptions and services."""
 
     def __init__(self, definitions: Definitions) -> None:
         self.codec = Codec(definitions)
         self.subscriptions: dict[str, list[_Subscription]] = {}
         self.servers: dict[str, _Server] = {}
-        # last messages of latched topics, for late subscriptions
-        self.latched: dict[str, deque[tuple[TypeName, bytes]]] = {}
+        # the last messages of topics with transient-local durability, for late subscriptions
+        self.latched_messages: dict[str, deque[tuple[TypeName, bytes]]] = {}
         self.numbers = count(1)
         self._nodes: list[LocalNode] = []
 
@@ -77,8 +78,8 @@ class LocalGraph:
 
     def settle(self) -> bool:
         """Poll all nodes until no messages are left; return False if the nodes do not stop."""
-        for _ in range(MAX_ROUNDS):
-            # a list, since any() of a generator would stop at the first node that had a message
+        for _ in range(MAX_SETTLING_ROUNDS):
+            # a list, since any() of a generator would stop polling at the first node with a message
             handled = [node.poll() for node in list(self._nodes)]
             if not any(handled):
                 return True
@@ -86,48 +87,48 @@ class LocalGraph:
 
 
 class LocalNode(Node):
-    """A node of this process."""
+    """A node that reaches the nodes of its graph."""
 
     def __init__(self, graph: LocalGraph, name: str, report: ProblemCallback | None = None) -> None:
         super().__init__(report)
         self.name = name
         self.graph = graph
-        self.queue: deque[Callable[[], None]] = deque()
+        self.deliveries: deque[Callable[[], None]] = deque()
 
-    def _topic_type(self, message_type: str) -> TypeName:
-        kind = parse_type(message_type)
-        self.graph.codec.encode(kind, {})  # raises the error about an unknown type
-        return kind
+    def _check_message_type(self, message_type: str) -> TypeName:
+        type_name = parse_type(message_type)
+        self.graph.codec.encode(type_name, {})  # raises the error about an unknown type
+        return type_name
 
-    def _service_type(self, service_type: str) -> TypeName:
-        kind = parse_type(service_type, "srv")
-        self.graph.codec.encode(kind.derive("Request"), {})
-        return kind
+    def _check_service_type(self, service_type: str) -> TypeName:
+        type_name = parse_type(service_type, "srv")
+        self.graph.codec.encode(type_name.derive("Request"), {})
+        return type_name
 
     def create_publisher(
         self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
     ) -> Publisher:
-        graph, kind = self.graph, self._topic_type(message_type)
+        graph, type_name = self.graph, self._check_message_type(message_type)
         check_topic(topic)
 
         def publish(message: Mapping[str, Any]) -> None:
-            data = graph.codec.encode(kind, message)
+            data = graph.codec.encode(type_name, message)
             if qos.durability == "transient_local":
-                graph.latched.setdefault(topic, deque(maxlen=qos.depth)).append((kind, data))
+                graph.latched_messages.setdefault(topic, deque(maxlen=qos.depth)).append((type_name, data))
             for subscription in list(graph.subscriptions.get(topic, ())):
-                subscription.node.enqueue(topic, subscription, kind, data)
+                subscription.node.queue_message(topic, subscription, type_name, data)
 
         return Publisher(publish, lambda: len(graph.subscriptions.get(topic, ())), lambda: None)
 
     def _subscribe(
         self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
-        subscription = _Subscription(self, self._topic_type(message_type), callback)
+        subscription = _Subscription(self, self._check_message_type(message_type), callback)
         subscriptions = self.graph.subscriptions.setdefault(check_topic(topic), [])
         subscriptions.append(subscription)
         if qos.durability == "transient_local":
-            for kind, data in self.graph.latched.get(topic, ()):
-                self.enqueue(topic, subscription, kind, data)
+            for type_name, data in self.graph.latched_messages.get(topic, ()):
+                self.queue_message(topic, subscription, type_name, data)
 
         def end() -> None:
             if subscription in subscriptions:
@@ -135,23 +136,27 @@ class LocalNode(Node):
 
         return end
 
-    def enqueue(self, topic: str, subscription: _Subscription, kind: TypeName, data: bytes) -> None:
-        """Queue a message for a subscription until this node is polled."""
-        if kind != subscription.kind:
-            self.complain(f"type {topic}", f"{topic}: {kind} comes, {subscription.kind} is wanted")
+    def queue_message(
+        self, topic: str, subscription: _Subscription, type_name: TypeName, data: bytes
+    ) -> None:
+        """Queue a message for a subscription of this node, until the node is polled."""
+        if type_name != subscription.type_name:
+            self.complain(f"type {topic}", f"{topic}: {type_name} comes, {subscription.type_name} is wanted")
             return
 
         def deliver() -> None:
-            if subscription in self.graph.subscriptions[topic]:  # the subscription may have ended meanwhile
-                subscription.callback(self.graph.codec.decode(kind, data))
+            if (
+                subscription in self.graph.subscriptions[topic]
+            ):  # it may have ended after the message was queued
+                subscription.callback(self.graph.codec.decode(type_name, data))
 
-        self.queue.append(deliver)
+        self.deliveries.append(deliver)
 
     def create_client(self, service: str, service_type: str) -> Client:
-        return _LocalClient(self, check_topic(service), self._service_type(service_type))
+        return _LocalClient(self, check_topic(service), self._check_service_type(service_type))
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
-        server = _Server(self, self._service_type(service_type), handler, next(self.graph.numbers))
+        server = _Server(self, self._check_service_type(service_type), handler, next(self.graph.numbers))
         self.graph.servers[check_topic(service)] = server
 
         def end() -> None:
@@ -161,21 +166,21 @@ class LocalNode(Node):
         return end
 
     def poll(self, timeout_s: float = 0.0) -> bool:  # noqa: ARG002 - a wait would receive nothing
-        # messages that callbacks queue meanwhile belong to the next poll
-        queued = len(self.queue)
-        for _ in range(queued):
-            self.queue.popleft()()
-        return queued > 0
+        # the number is taken first, since messages that callbacks queue belong to the next poll
+        message_count = len(self.deliveries)
+        for _ in range(message_count):
+            self.deliveries.popleft()()
+        return message_count > 0
 
     def close(self) -> None:
-        self.queue.clear()
+        self.deliveries.clear()
         self.graph.leave(self)
 
 
 class _LocalClient(Client):
-    def __init__(self, node: LocalNode, service: str, kind: TypeName) -> None:
+    def __init__(self, node: LocalNode, service: str, type_name: TypeName) -> None:
         super().__init__()
-        self._node, self._service, self._kind = node, service, kind
+        self._node, self._service, self._type_name = node, service, type_name
 
     def call(
         self,
@@ -183,26 +188,31 @@ class _LocalClient(Client):
         on_response: MessageCallback,
         on_failure: FailureCallback | None = None,
     ) -> int:
-        """Send a request; without a server it is lost, as on a network."""
+        """Send a request. Without a server the request is lost, as over a network."""
         number = self._register_request(on_response, on_failure)
-        sent = self._transfer("Request", request)
+        received_request = self._copy_message("Request", request)
         server = self._server
         if server is not None:
-            server.node.queue.append(partial(self._handle, server, sent, number))
+            server.node.deliveries.append(partial(self._handle_request, server, received_request, number))
         return number
 
-    def _transfer(self, part: str, message: Mapping[str, Any]) -> Message:
-        """Return a message as the other node receives it."""
-        codec, kind = self._node.graph.codec, self._kind.derive(part)
-        return codec.decode(kind, codec.encode(kind, message))
+    def _copy_message(self, suffix: str, message: Mapping[str, Any]) -> Message:
+        """Return the message that the other node receives.
 
-    def _handle(self, server: _Server, request: Message, number: int) -> None:
+        :param suffix: ``Request`` or ``Response``.
+        """
+        codec, type_name = self._node.graph.codec, self._type_name.derive(suffix)
+        return codec.decode(type_name, codec.encode(type_name, message))
+
+    def _handle_request(self, server: _Server, request: Message, number: int) -> None:
         def reply(response: Mapping[str, Any]) -> None:
-            self._node.queue.append(partial(self._finish, number, self._transfer("Response", response)))
+            self._node.deliveries.append(
+                partial(self._handle_response, number, self._copy_message("Response", response))
+            )
 
         server.handler(request, reply)
 
-    def _finish(self, number: int, response: Message) -> None:
+    def _handle_response(self, number: int, response: Message) -> None:
         if number in self._pending_callbacks:
             on_response, _failed = self._pending_callbacks.pop(number)
             on_response(response)
@@ -210,7 +220,7 @@ class _LocalClient(Client):
     @property
     def _server(self) -> _Server | None:
         server = self._node.graph.servers.get(self._service)
-        return None if server is None or server.kind != self._kind else server
+        return None if server is None or server.type_name != self._type_name else server
 
     @property
     def server_numbers(self) -> frozenset[int]:

@@ -1,7 +1,7 @@
-"""Texts about endpoints that do not fit together, for all transports.
+"""Texts about endpoints of ROS nodes that do not fit together, for all transports.
 
-The topics and services of an action have separate types and names in the graph. The texts name the
-action, as users know it.
+An endpoint is a publisher, a subscription, a server or a client. In discovery, the topics and services of an
+action have separate names and types; the texts have the name and type of the action.
 """
 
 from __future__ import annotations
@@ -14,61 +14,65 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.names import TypeName
 
 _DDS_TYPE: Final = re.compile(r"(\w+)::(msg|srv|action)::dds_::(\w+)_")
-# ends of the names of types that ROS derives from a service or an action
-_DERIVED: Final = re.compile(
+# The end of the name of a type that ROS derives from a service or an action.
+_DERIVED_SUFFIX: Final = re.compile(
     r"(_(SendGoal|GetResult))?_(Request|Response)$|_(SendGoal|GetResult|FeedbackMessage)$"
 )
-_ACTION: Final = re.compile(r"/_action/\w+$")
+_ACTION_SUFFIX: Final = re.compile(r"/_action/\w+$")
 
 
-def public_type(name: TypeName) -> str:
-    """Return a message, or the service or action from which a type is derived."""
-    return str(name if name.kind == "msg" else TypeName(name.package, name.kind, _DERIVED.sub("", name.name)))
+def public_type_name(name: TypeName) -> str:
+    """Return the name of a message, or of the service or action from which a type is derived."""
+    return str(
+        name if name.kind == "msg" else TypeName(name.package, name.kind, _DERIVED_SUFFIX.sub("", name.name))
+    )
 
 
-def ros_type(dds_type: str) -> str:
-    """Return the ROS name of a DDS type; other names stay unchanged."""
+def ros_type_name(dds_type: str) -> str:
+    """Return the ROS name of a DDS type; names of another form stay unchanged."""
     match = _DDS_TYPE.fullmatch(dds_type)
-    return dds_type if match is None else public_type(TypeName(match[1], match[2], match[3]))
+    return dds_type if match is None else public_type_name(TypeName(match[1], match[2], match[3]))
 
 
 def public_name(name: str) -> str:
-    """Return a topic or service, or the action to which it belongs."""
-    return _ACTION.sub("", name)
+    """Return the name of a topic or service, or of the action to which it belongs."""
+    return _ACTION_SUFFIX.sub("", name)
 
 
-def mismatch(
+def describe_mismatch(
     name: str, peer: str, their_type: str, their_hash: str, our_type: TypeName, our_hash: str
 ) -> str:
-    """Return how the type of another node's endpoint differs from ours; empty if the types are equal.
+    """Return how the types of two endpoints of a topic or service differ; empty if the types are equal.
 
     :param name: the topic, service or action.
-    :param peer: the kind of the other endpoint, such as ``publisher``.
-    :param their_type: the DDS type of the other endpoint.
-    :param their_hash: the other endpoint's hash of the type; an empty hash is unknown, as in Humble.
+    :param peer: the kind of the other node's endpoint, such as ``publisher``.
+    :param their_type: the DDS type of the other node's endpoint.
+    :param their_hash: its type hash; empty if unknown, since Humble has no hashes.
+    :param our_hash: the type hash of our endpoint; may be empty.
     """
+    our_name = public_type_name(our_type)
     if their_type != our_type.dds_name:
-        return (
-            f"{name}: a {peer} there has the type {ros_type(their_type)}, here it is {public_type(our_type)}"
-        )
+        return f"{name}: a {peer} there has the type {ros_type_name(their_type)}, here it is {our_name}"
     if not their_hash or not our_hash or their_hash == our_hash:
         return ""
     return (
-        f"{name}: a {peer} there has another {public_type(our_type)}, with the hash {their_hash}; here it is "
+        f"{name}: a {peer} there has another {our_name}, with the hash {their_hash}; here it is "
         f"{our_hash}: name the folder of its package in 'packages'"
     )
 
 
-def missing_server_reason(name: str, kind: TypeName, served: Mapping[str, str], alone_in: str) -> str:
+def describe_missing_server(
+    name: str, client_type: TypeName, served_types: Mapping[str, str], empty_network: str
+) -> str:
     """Return why a service or an action has no server; empty if unknown.
 
-    :param kind: the type of our client.
-    :param served: services and actions of other nodes with their DDS types.
-    :param alone_in: the part of the network without other nodes; empty if it has more nodes.
+    :param client_type: the type of our client.
+    :param served_types: the DDS types of the services and actions of other nodes, by name.
+    :param empty_network: describes our part of the network if there is no other node; otherwise empty.
     """
-    if alone_in:
-        return f"there is no other node in {alone_in}"
-    if name not in served:
-        return did_you_mean(name, sorted(served))
-    served_type = ros_type(served[name])
-    return "" if served_type == public_type(kind) else f"it is served as {served_type}"
+    if empty_network:
+        return f"there is no other node in {empty_network}"
+    if name not in served_types:
+        return did_you_mean(name, sorted(served_types))
+    served_type = ros_type_name(served_types[name])
+    return "" if served_type == public_type_name(client_type) else f"it is served as {served_type}"

@@ -1,7 +1,7 @@
-"""ROS 2 by its own client library in a sourced ROS 2 environment, with any RMW.
+"""A node of rclpy, ROS' own client library, in a sourced ROS 2 environment with any RMW (ROS middleware).
 
-Messages go through CDR (:mod:`cxbridge_ros2.messages`) for the same checks as in other transports: topics
-carry the bytes, and rclpy makes objects from them for services.
+Messages are encoded to CDR (:mod:`cxbridge_ros2.messages`) for the checks that other transports have. rclpy
+sends and receives the bytes on topics; for services, rclpy converts the bytes to its objects and back.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ from cxbridge_ros2.node import (
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.transports.environment import MAX_DDS_DOMAIN
 
-# Members of an action's Python class (`Impl`), by the suffix of their types.
+# By suffix of the type's name: the member of `Impl` in the Python class of an action.
 _ACTION_MEMBERS: Final = {
     "SendGoal": "SendGoalService",
     "GetResult": "GetResultService",
     "FeedbackMessage": "FeedbackMessage",
 }
 
-_BATCH: Final = 256  # callbacks per poll, so that a fast topic does not starve the loop
+_MAX_CALLBACKS: Final = 256  # limit per poll, so that a fast topic does not starve the loop
 
 
 class RclpyNode(Node):
     """A node of rclpy.
 
-    :param definitions: the types, which must equal those of the sourced environment.
+    :param definitions: the types, whose fields must equal those in the sourced environment.
     :param domain: the domain; by default ``ROS_DOMAIN_ID``.
     :param report: see the base class.
-    :raises Ros2Error: if ROS cannot start.
+    :raises Ros2Error: if rclpy is not installed, or cannot start.
     """
 
     def __init__(
@@ -60,15 +60,18 @@ class RclpyNode(Node):
         self._definitions = definitions
         self._codec = Codec(definitions)
         self._rclpy = rclpy = _import_rclpy()
-        if domain is not None and domain > MAX_DDS_DOMAIN and "zenoh" not in _rmw(rclpy):
+        if domain is not None and domain > MAX_DDS_DOMAIN and "zenoh" not in _rmw_name(rclpy):
             # some RMWs abort the process for an invalid domain
-            raise Ros2Error(f"there is no domain {domain}: the last of {_rmw(rclpy)} is {MAX_DDS_DOMAIN}")
+            raise Ros2Error(
+                f"there is no domain {domain}: the last of {_rmw_name(rclpy)} is {MAX_DDS_DOMAIN}"
+            )
         self._context = rclpy.context.Context()
         try:
             rclpy.init(
                 args=[],
                 context=self._context,
                 domain_id=domain,
+                # cxbridge handles signals
                 signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
             )
             self._node = rclpy.create_node(
@@ -76,7 +79,7 @@ class RclpyNode(Node):
                 context=self._context,
                 use_global_arguments=False,
                 start_parameter_services=False,  # the class Parameters serves them
-                enable_rosout=False,
+                enable_rosout=False,  # the class RosoutPublisher publishes the log
             )
         except Exception as error:  # noqa: BLE001 - rclpy's errors have no common base class
             raise Ros2Error(
@@ -85,90 +88,99 @@ class RclpyNode(Node):
             ) from None
         self._executor = rclpy.executors.SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._received = 0  # number of messages so far
+        self._received_count = 0  # number of messages so far
 
     # --- the interface of a node --------------------------------------------------------------------------
 
     def create_publisher(
         self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
     ) -> Publisher:
-        name = parse_type(message_type)
+        type_name = parse_type(message_type)
         rcl_publisher = self._node.create_publisher(
-            self._message_class(name), check_topic(topic), self._qos(qos)
+            self._message_class(type_name), check_topic(topic), self._make_qos(qos)
         )
         return Publisher(
-            lambda message: rcl_publisher.publish(self._codec.encode(name, message)),
+            lambda message: rcl_publisher.publish(self._codec.encode(type_name, message)),
             lambda: int(rcl_publisher.get_subscription_count()),
-            self._make_closer("publisher", rcl_publisher),
+            self._make_close_function("publisher", rcl_publisher),
         )
 
     def _subscribe(
         self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
-        name = parse_type(message_type)
+        type_name = parse_type(message_type)
 
-        def take(data: bytes) -> None:
-            self._received += 1
-            message = self._try_decode(topic, partial(self._codec.decode, name, data))
+        def receive(data: bytes) -> None:
+            self._received_count += 1
+            message = self._try_decode(topic, partial(self._codec.decode, type_name, data))
             if message is not None:
                 callback(message)
 
         rcl_subscription = self._node.create_subscription(
-            self._message_class(name), check_topic(topic), take, self._qos(qos), raw=True
+            self._message_class(type_name), check_topic(topic), receive, self._make_qos(qos), raw=True
         )
-        return self._make_closer("subscription", rcl_subscription)
+        return self._make_close_function("subscription", rcl_subscription)
 
     def create_client(self, service: str, service_type: str) -> Client:
-        name = parse_type(service_type, "srv")
-        kind = self._service_class(name)
+        type_name = parse_type(service_type, "srv")
+        service_class = self._service_class(type_name)
         rcl_client = self._node.create_client(
-            kind, check_topic(service), qos_profile=self._qos(PROFILES["services_default"])
+            service_class, check_topic(service), qos_profile=self._make_qos(PROFILES["services_default"])
         )
-        request, response = name.derive("Request"), name.derive("Response")
+        request, response = type_name.derive("Request"), type_name.derive("Response")
 
         def encode(message: Mapping[str, Any]) -> Any:
-            return self._to_object(kind.Request, request, message)
+            return self._to_object(service_class.Request, request, message)
 
         def decode(message: Any) -> Message:
-            self._received += 1
+            self._received_count += 1
             return self._from_object(response, message)
 
         return _Client(
             rcl_client,
             encode,
             decode,
-            lambda: self._servers(rcl_client, service),
-            self._make_closer("client", rcl_client),
+            lambda: self._find_server_numbers(rcl_client, service),
+            self._make_close_function("client", rcl_client),
         )
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
-        name = parse_type(service_type, "srv")
-        kind = self._service_class(name)
-        request, response = name.derive("Request"), name.derive("Response")
+        type_name = parse_type(service_type, "srv")
+        service_class = self._service_class(type_name)
+        request, response = type_name.derive("Request"), type_name.derive("Response")
 
-        def take(message: Any, _response: object) -> _Response:
-            self._received += 1
-            response_later = _Response(lambda reply: self._to_object(kind.Response, response, reply))
-            handler(self._from_object(request, message), response_later.reply)
-            return response_later
+        def receive(message: Any, _encoded_response: object) -> _DeferredResponse:
+            self._received_count += 1
+            deferred_response = _DeferredResponse(
+                lambda set_response: self._to_object(service_class.Response, response, set_response)
+            )
+            handler(self._from_object(request, message), deferred_response.set_response)
+            return deferred_response
 
         rcl_service = self._node.create_service(
-            kind, check_topic(service), take, qos_profile=self._qos(PROFILES["services_default"])
+            service_class,
+            check_topic(service),
+            receive,
+            qos_profile=self._make_qos(PROFILES["services_default"]),
         )
-        # in rclpy, a later response takes a coroutine, which would keep its executor busy until the response
+        # rclpy supports later responses by coroutines only, which would keep its executor busy until the
+        # response. Therefore the callback returns a deferred response, and this replaces the function of
+        # rclpy that sends the returned object.
         send = rcl_service.send_response
-        rcl_service.send_response = lambda later, header: later.send_with(lambda reply: send(reply, header))
-        return self._make_closer("service", rcl_service)
+        rcl_service.send_response = lambda later, header: later.set_sender(
+            lambda set_response: send(set_response, header)
+        )
+        return self._make_close_function("service", rcl_service)
 
     def poll(self, timeout_s: float = 0.0) -> bool:
-        received_before = self._received
+        count_before = self._received_count
         self._executor.spin_once(timeout_sec=max(0.0, timeout_s))  # one callback
-        for _ in range(_BATCH):
-            received = self._received
+        for _ in range(_MAX_CALLBACKS):
+            received_count = self._received_count
             self._executor.spin_once(timeout_sec=0.0)
-            if received == self._received:
+            if received_count == self._received_count:
                 break
-        return self._received != received_before
+        return self._received_count != count_before
 
     def close(self) -> None:
         if self._context.ok():
@@ -178,50 +190,60 @@ class RclpyNode(Node):
 
     # --- rclpy --------------------------------------------------------------------------------------------
 
-    def _make_closer(self, kind: str, entity: Any) -> Callable[[], None]:
-        """Return the function that closes an entity of this node."""
-        destroy = getattr(self._node, f"destroy_{kind}")
+    def _make_close_function(self, service_class: str, entity: Any) -> Callable[[], None]:
+        """Return the function that destroys an entity of the node.
+
+        :param kind: ``publisher``, ``subscription``, ``client`` or ``service``.
+        """
+        destroy = getattr(self._node, f"destroy_{service_class}")
         return lambda: destroy(entity) if self._context.ok() else None
 
-    def _servers(self, client: Any, service: str) -> frozenset[int]:
+    def _find_server_numbers(self, client: Any, service: str) -> frozenset[int]:
         if not self._context.ok() or not client.service_is_ready():
             return frozenset()
         publishers = self._node.get_publishers_info_by_topic(f"rr{service}Reply", no_mangle=True)
-        # an RMW without DDS has no such topics; then all servers count as one
+        # an RMW without DDS has no such topics: all servers of a service count as one, with the number 0
         gids = (bytes(publisher.endpoint_gid) for publisher in publishers)
         return frozenset(int.from_bytes(gid, "big") for gid in gids) or frozenset({0})
 
-    def _message_class(self, name: TypeName) -> Any:
-        """Return the Python class of a message."""
-        self._definitions.fields(name)  # raises the error about an unknown type
-        message_class = _python_class(name)
-        self._check_fields(name, message_class)
+    def _message_class(self, type_name: TypeName) -> Any:
+        """Return the Python class of a message, after a check of its fields."""
+        self._definitions.fields(type_name)  # raises the error about an unknown type
+        message_class = _import_class(type_name)
+        self._check_fields(type_name, message_class)
         return message_class
 
-    def _service_class(self, name: TypeName) -> Any:
-        """Return the Python class of a service."""
-        self._definitions.fields(name.derive("Request"))  # raises the error about an unknown type
-        service_class = _python_class(name)
-        self._check_fields(name.derive("Request"), service_class.Request)
-        self._check_fields(name.derive("Response"), service_class.Response)
+    def _service_class(self, type_name: TypeName) -> Any:
+        """Return the Python class of a service, after a check of the fields of its messages."""
+        self._definitions.fields(type_name.derive("Request"))  # raises the error about an unknown type
+        service_class = _import_class(type_name)
+        self._check_fields(type_name.derive("Request"), service_class.Request)
+        self._check_fields(type_name.derive("Response"), service_class.Response)
         return service_class
 
-    def _check_fields(self, name: TypeName, sourced_class: Any) -> None:
-        """Check that the sourced type equals our definition, since CDR does not reveal a difference."""
-        ours = [field for field, _ in self._definitions.fields(name) if field != EMPTY_MESSAGE_FIELD]
-        theirs = list(sourced_class.get_fields_and_field_types())
-        if ours != theirs:
+    def _check_fields(self, type_name: TypeName, sourced_class: Any) -> None:
+        """Raise an error if a sourced type has other fields than our definition.
+
+        CDR contains no names of fields, so that messages of another type would be misread.
+        """
+        our_fields = [
+            field for field, _ in self._definitions.fields(type_name) if field != EMPTY_MESSAGE_FIELD
+        ]
+        sourced_fields = list(sourced_class.get_fields_and_field_types())
+        if our_fields != sourced_fields:
             hint = "name no older package in 'packages'"
-            difference = f"{', '.join(theirs) or 'nothing'}, not {', '.join(ours) or 'nothing'}"
-            raise Ros2Error(f"the sourced {name} has the fields {difference}", hint=hint)
+            difference = f"{', '.join(sourced_fields) or 'nothing'}, not {', '.join(our_fields) or 'nothing'}"
+            raise Ros2Error(f"the sourced {type_name} has the fields {difference}", hint=hint)
 
-    def _to_object(self, kind: Any, name: TypeName, message: Mapping[str, Any]) -> Any:
-        return self._rclpy.serialization.deserialize_message(self._codec.encode(name, message), kind)
+    def _to_object(self, service_class: Any, type_name: TypeName, message: Mapping[str, Any]) -> Any:
+        return self._rclpy.serialization.deserialize_message(
+            self._codec.encode(type_name, message), service_class
+        )
 
-    def _from_object(self, name: TypeName, message: Any) -> Message:
-        return self._codec.decode(name, self._rclpy.serialization.serialize_message(message))
+    def _from_object(self, type_name: TypeName, message: Any) -> Message:
+        return self._codec.decode(type_name, self._rclpy.serialization.serialize_message(message))
 
-    def _qos(self, profile: QosProfile) -> Any:
+    def _make_qos(self, profile: QosProfile) -> Any:
         qos = self._rclpy.qos
         return qos.QoSProfile(
             depth=profile.depth,
@@ -240,12 +262,12 @@ class _Client(Client):
         client: Any,
         encode: Callable[[Mapping[str, Any]], Any],
         decode: Callable[[Any], Message],
-        servers: Callable[[], frozenset[int]],
-        end: Callable[[], None],
+        find_server_numbers: Callable[[], frozenset[int]],
+        close_client: Callable[[], None],
     ) -> None:
         super().__init__()
         self._client, self._encode, self._decode = client, encode, decode
-        self._servers, self._end = servers, end
+        self._find_server_numbers, self._close_client = find_server_numbers, close_client
         self._futures: dict[int, Any] = {}
 
     def call(
@@ -271,36 +293,36 @@ class _Client(Client):
 
     @property
     def server_numbers(self) -> frozenset[int]:
-        return self._servers()
+        return self._find_server_numbers()
 
     def close(self) -> None:
         self._futures.clear()
-        self._end()
+        self._close_client()
 
 
-class _Response:
-    """A response that is sent as soon as both its content and its header are known."""
+class _DeferredResponse:
+    """A response that is sent when the handler has given the content, and rclpy the function to send."""
 
     def __init__(self, encode: Callable[[Mapping[str, Any]], Any]) -> None:
         self._encode = encode
-        self._response: Any = None
-        self._send: Callable[[Any], None] | None = None
+        self._encoded_response: Any = None
+        self._sender: Callable[[Any], None] | None = None
 
-    def reply(self, response: Mapping[str, Any]) -> None:
-        self._response = self._encode(response)
+    def set_response(self, response: Mapping[str, Any]) -> None:
+        self._encoded_response = self._encode(response)
         self._send_if_complete()
 
-    def send_with(self, send: Callable[[Any], None]) -> None:
-        self._send = send
+    def set_sender(self, send: Callable[[Any], None]) -> None:
+        self._sender = send
         self._send_if_complete()
 
     def _send_if_complete(self) -> None:
-        if self._send is not None and self._response is not None:
-            self._send(self._response)
+        if self._sender is not None and self._encoded_response is not None:
+            self._sender(self._encoded_response)
 
 
 def _import_rclpy() -> Any:
-    """Return rclpy with all modules that are used here."""
+    """Import rclpy and the modules of rclpy that this module uses."""
     try:
         for module in ("context", "executors", "qos", "serialization", "signals", "utilities"):
             import_module(f"rclpy.{module}")
@@ -313,22 +335,22 @@ def _import_rclpy() -> Any:
         ) from None
 
 
-def _rmw(rclpy: Any) -> str:
+def _rmw_name(rclpy: Any) -> str:
     return str(rclpy.utilities.get_rmw_implementation_identifier())
 
 
-def _python_class(name: TypeName) -> Any:
-    """Return the Python class of a message or a service."""
-    action, _, suffix = name.name.rpartition("_")
+def _import_class(type_name: TypeName) -> Any:
+    """Import the Python class of a message or a service, which may be derived from an action."""
+    action, _, suffix = type_name.name.rpartition("_")
     try:
-        module = import_module(f"{name.package}.{name.kind}")
-        if name.kind == "action":
+        module = import_module(f"{type_name.package}.{type_name.kind}")
+        if type_name.kind == "action":
             return getattr(getattr(module, action).Impl, _ACTION_MEMBERS[suffix])
-        return getattr(module, name.name)
+        return getattr(module, type_name.name)
     except (ImportError, AttributeError, KeyError) as error:
         raise Ros2Error(
-            f"ROS has no {name} for Python: {_one_line(error)}",
-            hint=f"source the workspace that the package {name.package} was built in",
+            f"ROS has no {type_name} for Python: {_one_line(error)}",
+            hint=f"source the workspace that the package {type_name.package} was built in",
         ) from None
 
 

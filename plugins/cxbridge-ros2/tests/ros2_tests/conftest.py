@@ -51,12 +51,12 @@ def qos_is_read_by_one_thread() -> Iterator[None]:
     with suppress(ImportError), pytest.MonkeyPatch.context() as patch:
         from cyclonedds.qos import _CQos
 
-        from cxbridge_ros2.transports.dds.domain import READ_QOS
+        from cxbridge_ros2.transports.dds.domain import QOS_LOCK
 
         read = _CQos.cqos_to_qos
 
         def checked(pointer: object) -> object:
-            assert READ_QOS.locked(), "a Qos is read without READ_QOS"
+            assert QOS_LOCK.locked(), "a Qos is read without READ_QOS"
             return read(pointer)
 
         patch.setattr(_CQos, "cqos_to_qos", checked)

@@ -25,7 +25,7 @@ from cxbridge_ros2.names import TypeName, parse_type
 from cxbridge_ros2.node import RequestHandler, SendResponse
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
-from cxbridge_ros2.transports.dds.services import write
+from cxbridge_ros2.transports.dds.services import write_data
 from ros2_tests.clients import ParameterClient
 from ros2_tests.hub import Side
 from ros2_tests.peer import PACKAGES
@@ -134,10 +134,12 @@ def test_a_daemon_survives_what_others_send(domain: int, tmp_path: Path, seed: i
         running(DaemonOptions(config=file)) as (daemon, lines, outcome),
         DdsNode("enemy", types, where, report=lambda _text: None) as node,
     ):
-        until(node, lambda: len(node._discovery._discovered[False]) > 20)
+        until(node, lambda: len(node._discovery._discovered_endpoints[False]) > 20)
         until(node, lambda: not node.poll(0.5))
         node._discovery.update()
-        read = {each.topic_name: each.type_name for each in node._discovery._discovered[False].values()}
+        read = {
+            each.topic_name: each.type_name for each in node._discovery._discovered_endpoints[False].values()
+        }
         assert {"rt/tf", "rt/pose", "rt/actions_hub", "rt/skill_board", "rq/victim/change_stateRequest"} <= {
             *read
         }
@@ -146,11 +148,11 @@ def test_a_daemon_survives_what_others_send(domain: int, tmp_path: Path, seed: i
             if found is None or topic == "ros_discovery_info" or "change_state" in topic:
                 continue  # with change_state anybody may end it: that is no mistake
             name = TypeName(found[1], found[2], found[3])
-            writer = node._writer(topic, name, PROFILES["tf_static" if "static" in topic else "default"])
+            writer = node._open_writer(topic, name, PROFILES["tf_static" if "static" in topic else "default"])
             head = b"" if topic.startswith("rt/") else enemy.random.randbytes(8) + bytes(8)
             for _ in range(ROUNDS):
                 data = enemy.data(name)
-                write(writer, data[:4] + head + data[4:])
+                write_data(writer, data[:4] + head + data[4:])
                 node.poll(0.004)
         loops = daemon.loop.loops
         until(node, lambda: outcome or daemon.loop.loops > loops + 30)

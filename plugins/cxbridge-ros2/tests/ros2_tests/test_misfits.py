@@ -69,7 +69,7 @@ def test_another_type_on_the_topic(join: Join):
 def test_it_is_found_whoever_was_there_first(join: Join):
     (ours, said), (theirs, _) = join(), join()
     theirs.create_publisher("/chatter", "std_msgs/msg/Int32")
-    poll_until(ours, lambda: any(ours._discovery._discovered.values()))
+    poll_until(ours, lambda: any(ours._discovery._discovered_endpoints.values()))
     ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None)
     assert [each.partition(":")[0] for each in said] == ["/chatter"]
 

@@ -22,14 +22,14 @@ from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.skiller.board import SkillCall
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge_ros2.skills import RosSkills, fill_template
-from cxbridge_ros2.transports.dds.domain import _local_configuration
+from cxbridge_ros2.transports.dds.domain import _make_local_configuration
 from ros2_tests.conftest import SETUP, forked, needs_ros, start, stop
 from ros2_tests.peer import PACKAGES
 from tests.forked import Piped, nursery
 from tests.support import ROOT
 
 WAYS = 7
-MISSED_SOON = _local_configuration("localhost").replace(
+MISSED_SOON = _make_local_configuration("localhost").replace(
     "<Discovery>", "<Discovery><LeaseDuration>2s</LeaseDuration>"
 )
 """Makes other nodes drop a process when they hear nothing for two seconds, not ten."""

@@ -27,7 +27,12 @@ from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.transports.dds import DdsNode
 from cxbridge_ros2.transports.dds.domain import _domains
-from cxbridge_ros2.transports.dds.services import _Introduction, matched_handles, owner_data, write
+from cxbridge_ros2.transports.dds.services import (
+    _Introduction,
+    list_matched_handles,
+    make_owner_data,
+    write_data,
+)
 from cxbridge_ros2.transports.environment import has_rclpy
 from cxbridge_ros2.transports.rclpy import RclpyNode
 from cxbridge_ros2.transports.rosbridge import RosbridgeNode
@@ -387,21 +392,23 @@ def test_a_response_waits_until_its_reader_is_found(domain: int):
     types = Definitions([PACKAGES], environment={})
     kind = parse_type(service, "srv")
     request, response = kind.derive("Request"), kind.derive("Response")
-    qos, whose = PROFILES["services_default"], owner_data("clientid")
+    qos, whose = PROFILES["services_default"], make_owner_data("clientid")
     with DdsNode("server", types, domain + 7) as server, DdsNode("asks", types, domain + 7) as asks:
         server.serve("/late", service, lambda each: {"sum": each["a"] + each["b"]})
-        writer = asks._writer("rq/lateRequest", request, qos, whose)
+        writer = asks._open_writer("rq/lateRequest", request, qos, whose)
         got: list[bytes] = []
         introduction = _Introduction(writer)
-        poll_until(server, lambda: introduction.filter(frozenset(writer.get_matched_subscriptions())))
+        poll_until(
+            server, lambda: introduction.filter_introduced(frozenset(writer.get_matched_subscriptions()))
+        )
         made = Codec(types).encode(request, {"a": 1, "b": 2})
-        write(writer, made[:4] + bytes(16) + made[4:])
-        poll_until(server, lambda: server._servers[0]._unsent)
-        asks._reader("rr/lateReply", response, qos, lambda sample: got.append(sample.cdr), whose)
+        write_data(writer, made[:4] + bytes(16) + made[4:])
+        poll_until(server, lambda: server._servers[0]._unsent_responses)
+        asks._open_reader("rr/lateReply", response, qos, lambda sample: got.append(sample.cdr), whose)
         poll_until(asks, lambda: server.poll() or got)
         poll_until(asks, lambda: got)
         assert Codec(types).decode(response, got[0][:4] + got[0][20:]) == {"sum": 3}
-        assert not server._servers[0]._unsent
+        assert not server._servers[0]._unsent_responses
 
 
 def test_a_response_to_a_client_that_is_gone_is_dropped(domain: int):
@@ -417,7 +424,7 @@ def test_a_response_to_a_client_that_is_gone_is_dropped(domain: int):
             poll_until(server, lambda: replies)
         poll_until(server, lambda: not server._servers[0]._response_readers.update())
         replies[0]({"sum": 3})
-        poll_until(server, lambda: not server._servers[0]._unsent)
+        poll_until(server, lambda: not server._servers[0]._unsent_responses)
 
 
 def test_an_endpoint_that_comes_while_the_wheel_counts_is_counted():
@@ -430,7 +437,7 @@ def test_an_endpoint_that_comes_while_the_wheel_counts_is_counted():
             raise IndexError("invalid index")
         return answer
 
-    assert matched_handles(handles) == [1, 2]
+    assert list_matched_handles(handles) == [1, 2]
 
 
 def test_what_has_ended_is_gone_for_others_and_does_nothing_more(domain: int):

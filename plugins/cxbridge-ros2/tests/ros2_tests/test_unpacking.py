@@ -79,7 +79,7 @@ def test_a_message_of_a_rosbridge_that_is_too_large_ends_the_connection(
     bridge: tuple[str, list[str]], monkeypatch: pytest.MonkeyPatch
 ):
     """The limit is that of the unpacked message: websockets pack by deflate."""
-    monkeypatch.setattr(connection, "MAX_BYTES", MEBIBYTE)
+    monkeypatch.setattr(connection, "MAX_MESSAGE_BYTES", MEBIBYTE)
     url, texts = bridge
     texts += [json.dumps({"op": "small"}), json.dumps({"op": "large", "msg": " " * (2 * MEBIBYTE)})]
     client = RosbridgeConnection(url)

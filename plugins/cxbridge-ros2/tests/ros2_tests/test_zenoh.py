@@ -34,12 +34,12 @@ from cxbridge_ros2.transports.zenoh.names import (
     MessageAttachment,
     NodeName,
     TypedName,
-    attachment_of,
-    endpoint_in,
-    qos_text,
-    typed_name,
+    format_qos,
+    make_typed_name,
+    parse_attachment,
+    parse_token,
 )
-from cxbridge_ros2.transports.zenoh.session import read_overrides, session_settings
+from cxbridge_ros2.transports.zenoh.session import make_session_settings, parse_overrides
 from ros2_tests.conftest import a_router, forked, free_port
 from ros2_tests.peer import PACKAGES
 from ros2_tests.test_transport import poll_until
@@ -115,14 +115,14 @@ TOKENS = {  # with the number (GID) where a function of rmw_zenoh_cpp has printe
 def test_tokens_are_those_of_rmw_zenoh(token: str):
     endpoint, gid = TOKENS[token]
     assert endpoint.token == token
-    assert endpoint_in(token) == (endpoint.kind, endpoint.topic)
+    assert parse_token(token) == (endpoint.kind, endpoint.topic)
     assert not gid or endpoint.gid.hex() == gid
 
 
 def test_the_token_of_a_node_is_that_of_rmw_zenoh():
     token = "@ros2_lv/0/aac3178e146ba6f1fc6e6a4085e77f21/0/0/NN/%/%/listener"
     assert NodeName(0, "aac3178e146ba6f1fc6e6a4085e77f21", 0, "listener").token == token
-    assert endpoint_in(token) is None
+    assert parse_token(token) is None
 
 
 def test_keys_are_those_of_rmw_zenoh():
@@ -135,15 +135,15 @@ def test_keys_are_those_of_rmw_zenoh():
 
 def test_types_have_the_hashes_of_rmw_zenoh():
     types = Definitions([PACKAGES], environment={})
-    assert typed_name("/chatter", parse_type("std_msgs/msg/String"), types) == CHATTER
+    assert make_typed_name("/chatter", parse_type("std_msgs/msg/String"), types) == CHATTER
     add = parse_type("example_interfaces/srv/AddTwoInts")
-    assert typed_name("/add_two_ints", add, types, is_service=True) == ADDITION
+    assert make_typed_name("/add_two_ints", add, types, is_service=True) == ADDITION
     humble = Definitions([PACKAGES], "humble", environment={})
-    assert typed_name("/add_two_ints", add, humble, is_service=True).key(0) == (
+    assert make_typed_name("/add_two_ints", add, humble, is_service=True).key(0) == (
         "0/add_two_ints/example_interfaces::srv::dds_::AddTwoInts_/TypeHashNotSupported"
     )
     with pytest.raises(Ros2Error, match="Nothing"):
-        typed_name("/x", parse_type("std_msgs/msg/Nothing"), humble)
+        make_typed_name("/x", parse_type("std_msgs/msg/Nothing"), humble)
 
 
 @pytest.mark.parametrize(
@@ -156,12 +156,12 @@ def test_types_have_the_hashes_of_rmw_zenoh():
     ],
 )
 def test_the_text_of_a_qos(text: str, qos: QosProfile):
-    assert qos_text(qos) == text
+    assert format_qos(qos) == text
 
 
 def test_a_token_with_memory_elsewhere_is_read():
     token, (endpoint, _) = next(iter(TOKENS.items()))
-    assert endpoint_in(f"{token}/backends:cpu:") == (endpoint.kind, endpoint.topic)  # Lyrical adds this
+    assert parse_token(f"{token}/backends:cpu:") == (endpoint.kind, endpoint.topic)  # Lyrical adds this
 
 
 def test_attachments_are_those_of_rmw_zenoh():
@@ -169,9 +169,9 @@ def test_attachments_are_those_of_rmw_zenoh():
     made = MessageAttachment(7, 1700000000123456789, gid)
     data = bytes.fromhex("070000000000000015cd853dfe9c971710eb85fa883b7846dc448a4501890ad062")
     assert bytes(made) == data
-    assert attachment_of(data) == made
-    assert attachment_of(data[:-1]) is None
-    assert attachment_of(b"\x0fsequence_number" + data[:18]) is None  # as until the beginning of 2025
+    assert parse_attachment(data) == made
+    assert parse_attachment(data[:-1]) is None
+    assert parse_attachment(b"\x0fsequence_number" + data[:18]) is None  # as until the beginning of 2025
 
 
 PARTS = st.one_of(
@@ -188,7 +188,7 @@ def test_no_token_of_a_stranger_raises(token: str):
 
 @given(st.binary(max_size=40))
 def test_no_attachment_of_a_stranger_raises(data: bytes):
-    found = attachment_of(data)
+    found = parse_attachment(data)
     assert found is None or bytes(found) == data
 
 
@@ -196,13 +196,13 @@ def test_a_graph_knows_who_is_there():
     graph, (token, (endpoint, _)) = RosGraph(), next(iter(TOKENS.items()))
     graph.add(token)
     graph.add(token)
-    (first,) = graph.endpoints("MS", endpoint.topic)
-    assert not graph.endpoints("MP", endpoint.topic)
+    (first,) = graph.endpoint_numbers("MS", endpoint.topic)
+    assert not graph.endpoint_numbers("MP", endpoint.topic)
     graph.remove(token)
     graph.remove(token)
-    assert not graph.endpoints("MS", endpoint.topic)
+    assert not graph.endpoint_numbers("MS", endpoint.topic)
     graph.add(token)
-    assert graph.endpoints("MS", endpoint.topic) != {first}  # it may be another one by now
+    assert graph.endpoint_numbers("MS", endpoint.topic) != {first}  # it may be another one by now
 
 
 def test_an_inbox_drops_what_is_oldest():
@@ -219,7 +219,7 @@ def test_an_inbox_drops_what_is_oldest():
 def test_an_inbox_forgets_what_has_ended():
     inbox, got = MessageInbox(), list[object]()
     second = InboxSource(got.append, 5)
-    first = InboxSource(lambda _item: inbox.end(second), 5)
+    first = InboxSource(lambda _item: inbox.close_source(second), 5)
     inbox.put(first, 1)
     inbox.put(second, 2)
     assert inbox.deliver(0)
@@ -230,7 +230,7 @@ def test_an_inbox_forgets_what_has_ended():
 
 @pytest.mark.parametrize("url", ["", "tcp/localhost:7447", "tcp/127.0.0.1:1", "tls/[::1]:7447"])
 def test_nothing_leaves_the_host(url: str):
-    settings = session_settings(url)
+    settings = make_session_settings(url)
     assert settings["mode"] == "peer"
     assert settings["listen/endpoints"] == ["tcp/localhost:0"]
     assert settings["scouting/multicast/enabled"] is False
@@ -238,7 +238,7 @@ def test_nothing_leaves_the_host(url: str):
 
 @pytest.mark.parametrize("url", ["tcp/robot:7447", "tls/10.0.0.7:7447"])
 def test_a_router_elsewhere_is_all_that_is_spoken_with(url: str):
-    settings = session_settings(url)
+    settings = make_session_settings(url)
     assert settings["mode"] == "client"
     assert settings["connect/endpoints"] == [url]
     assert "listen/endpoints" not in settings
@@ -246,7 +246,7 @@ def test_a_router_elsewhere_is_all_that_is_spoken_with(url: str):
 
 def test_overrides_are_read_as_rmw_zenoh_does():
     text = 'listen/endpoints=["tcp/127.0.0.1:7448"];scouting/multicast/enabled=true;;x'
-    assert list(read_overrides(text)) == [
+    assert list(parse_overrides(text)) == [
         ("listen/endpoints", '["tcp/127.0.0.1:7448"]'),
         ("scouting/multicast/enabled", "true"),
     ]

@@ -1,4 +1,4 @@
-"""ROS 2 over DDS with the wheel of Eclipse Cyclone DDS, without a ROS installation."""
+"""ROS 2 over DDS with the Python package of Eclipse Cyclone DDS, without a ROS installation."""
 
 from cxbridge_ros2.transports.dds.node import DdsNode, join
 

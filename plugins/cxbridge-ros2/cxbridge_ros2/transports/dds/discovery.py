@@ -1,6 +1,7 @@
-"""Compares discovered endpoints with our own: types, type hashes, and quality of service.
+"""Compares the endpoints of other participants with those of our node: types, type hashes, QoS.
 
-DDS itself reports no mismatch of a publisher and a subscription; simply no message arrives.
+An endpoint is a reader or writer of DDS; a participant has the endpoints of one or more nodes. DDS does not
+report that a publisher and a subscription do not match: no message arrives, for no visible reason.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from cyclonedds.sub import DataReader
 from msgspec import Struct
 
 from cxbridge_ros2.names import TypeName
-from cxbridge_ros2.transports.dds.domain import READ_QOS
-from cxbridge_ros2.transports.mismatches import mismatch, missing_server_reason
+from cxbridge_ros2.transports.dds.domain import QOS_LOCK
+from cxbridge_ros2.transports.mismatches import describe_mismatch, describe_missing_server
 
 if TYPE_CHECKING:
     from cyclonedds.builtin import DcpsEndpoint
@@ -34,28 +35,28 @@ _POLICIES: Final = {
     10: "PARTITION", 11: "RELIABILITY", 12: "DESTINATION_ORDER", 23: "DATA_REPRESENTATION",
 }  # fmt: skip
 
-# An action has three services; send_goal stands for all of them.
+# Topics of requests to the services of an action, except send_goal, which stands for the action.
 _FURTHER_SERVICES: Final = ("/_action/get_resultRequest", "/_action/cancel_goalRequest")
-_BATCH: Final = 1000  # samples per read
+_MAX_SAMPLES: Final = 1000  # limit per read; reads are repeated until no sample is left
 _MAX_ENDPOINTS: Final = 20_000  # limit of stored endpoints, since other nodes decide how many exist
 
-_HASH: Final = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")
-_DDS_TOPIC: Final = re.compile(
+_TYPE_HASH_PATTERN: Final = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")
+_DDS_TOPIC_PATTERN: Final = re.compile(
     r"\Art(/.*?)(?:/_action/(?:feedback|status))?|\Ar[qr](/.*?)(?:/_action/\w+?)?(?:Request|Reply)"
 )
 
 
-class OwnEndpoint(Struct, frozen=True, eq=False):
+class LocalEndpoint(Struct, frozen=True, eq=False):
     """A reader or writer of our node.
 
     :param topic: the name in DDS, such as ``rt/chatter``.
-    :param type: the type on the wire: a message, a request or a response.
-    :param type_hash: our hash of the type; empty if the distribution has none.
+    :param type_name: the type on the wire: a message, a request or a response.
+    :param type_hash: our hash of the type; empty if the distribution has no hashes.
     """
 
     entity: DataReader[Any] | DataWriter[Any]
     topic: str
-    type: TypeName
+    type_name: TypeName
     type_hash: str
 
     @property
@@ -63,18 +64,19 @@ class OwnEndpoint(Struct, frozen=True, eq=False):
         return isinstance(self.entity, DataReader)
 
     @property
-    def peer(self) -> str:
-        """ROS' name for the remote end of the endpoint."""
+    def peer_term(self) -> str:
+        """ROS' term for an endpoint that can match this endpoint."""
+        # ROS begins the topics of messages with rt/, of requests with rq/, of responses with rr/
         if self.topic.startswith("rt/"):
             return "publisher" if self.is_reader else "subscription"
         return "client" if self.topic.startswith("rq/") == self.is_reader else "server"
 
 
 class Discovery:
-    """Knows the endpoints of other participants, and complains about mismatches.
+    """Stores the endpoints of other participants, and complains about mismatches.
 
-    :param graph: reads the reports of other participants about their nodes.
-    :param nodes_in: returns the full names in such a report.
+    :param graph_reader: reads the messages in which participants announce their nodes.
+    :param read_node_names: returns the full names of the nodes in such a message.
     :param name: the full name of our node.
     :param complain: called with the kind and the description of a problem.
     """
@@ -82,62 +84,65 @@ class Discovery:
     def __init__(
         self,
         participant: DomainParticipant,
-        graph: DataReader[Any],
-        nodes_in: Callable[[bytes], Iterable[str]],
+        graph_reader: DataReader[Any],
+        read_node_names: Callable[[bytes], Iterable[str]],
         name: str,
         complain: Callable[[str, str], None],
     ) -> None:
         self._complain = complain
-        self._graph, self._nodes_in, self._name = graph, nodes_in, name
+        self._graph_reader, self._read_node_names, self._name = graph_reader, read_node_names, name
         self._own_guid = participant.guid
         self._participant_reader = BuiltinDataReader(participant, BuiltinTopicDcpsParticipant)
-        # True: discovered writers, the peers of our readers; False: discovered readers
+        # by whether the endpoints are writers, which match our readers
         self._endpoint_readers = {
             True: BuiltinDataReader(participant, BuiltinTopicDcpsPublication),
             False: BuiltinDataReader(participant, BuiltinTopicDcpsSubscription),
         }
-        self._discovered: dict[bool, dict[Any, DcpsEndpoint]] = {True: {}, False: {}}
-        self._own_endpoints: list[OwnEndpoint] = []
+        self._discovered_endpoints: dict[bool, dict[Any, DcpsEndpoint]] = {True: {}, False: {}}
+        self._local_endpoints: list[LocalEndpoint] = []
         self._incompatible_counts: dict[int, int] = {}
-        self._participants: set[Any] = set()
+        self._participant_keys: set[Any] = set()
         self._has_namesake = False
 
-    def add(self, endpoint: OwnEndpoint) -> None:
-        self._own_endpoints.append(endpoint)
-        for discovered in self._discovered[endpoint.is_reader].values():
-            self._compare(endpoint, discovered)
+    def add(self, endpoint: LocalEndpoint) -> None:
+        self._local_endpoints.append(endpoint)
+        for discovered in self._discovered_endpoints[endpoint.is_reader].values():
+            self._compare_types(endpoint, discovered)
 
     def remove(self, entity: object) -> None:
-        self._own_endpoints = [own for own in self._own_endpoints if own.entity is not entity]
+        self._local_endpoints = [
+            local_endpoint for local_endpoint in self._local_endpoints if local_endpoint.entity is not entity
+        ]
         self._incompatible_counts.pop(id(entity), None)
 
     def update(self) -> None:
-        """Take new discoveries and complain about mismatches."""
+        """Read the changes since the last update, and complain about mismatches."""
         self._update_participants()
         for is_writer, reader in self._endpoint_readers.items():
-            endpoints = self._discovered[is_writer]
+            endpoints = self._discovered_endpoints[is_writer]
             for endpoint in self._take_samples(reader):
                 if not _is_alive(endpoint):
                     endpoints.pop(endpoint.key, None)
                 elif endpoint.participant_key != self._own_guid and len(endpoints) < _MAX_ENDPOINTS:
                     endpoints[endpoint.key] = endpoint
-                    for own in self._own_endpoints:
-                        if own.is_reader == is_writer:
-                            self._compare(own, endpoint)
-        for own in self._own_endpoints:
-            self._check_qos(own)
+                    for local_endpoint in self._local_endpoints:
+                        if local_endpoint.is_reader == is_writer:
+                            self._compare_types(local_endpoint, endpoint)
+        for local_endpoint in self._local_endpoints:
+            self._check_qos(local_endpoint)
 
     def _update_participants(self) -> None:
         for sample in self._take_samples(self._participant_reader):
             if sample.key != self._own_guid:
-                (self._participants.add if _is_alive(sample) else self._participants.discard)(sample.key)
-        for sample in self._take_samples(self._graph):
+                update = self._participant_keys.add if _is_alive(sample) else self._participant_keys.discard
+                update(sample.key)
+        for sample in self._take_samples(self._graph_reader):
             # a sample without data reports the end of a participant
-            if hasattr(sample, "cdr") and self._name in self._nodes_in(sample.cdr):
+            if hasattr(sample, "cdr") and self._name in self._read_node_names(sample.cdr):
                 self._has_namesake = True
-        # only services below the name are affected: those of parameters and of the lifecycle
+        # a complaint only if services have the name of the node in theirs: those of parameters and lifecycle
         if self._has_namesake and any(
-            own.topic.startswith(f"rq{self._name}/") for own in self._own_endpoints
+            local_endpoint.topic.startswith(f"rq{self._name}/") for local_endpoint in self._local_endpoints
         ):
             self._complain(
                 "name", f"another node is called {self._name}, too: their parameters and lives mix"
@@ -146,56 +151,66 @@ class Discovery:
     @staticmethod
     def _take_samples(reader: DataReader[Any]) -> Iterator[Any]:
         while True:
-            with READ_QOS:
-                samples = reader.take(N=_BATCH)
+            with QOS_LOCK:
+                samples = reader.take(N=_MAX_SAMPLES)
             if not samples:
                 return
             yield from samples
 
-    def _compare(self, own: OwnEndpoint, endpoint: DcpsEndpoint) -> None:
-        if endpoint.topic_name != own.topic:
+    def _compare_types(self, local_endpoint: LocalEndpoint, endpoint: DcpsEndpoint) -> None:
+        if endpoint.topic_name != local_endpoint.topic:
             return
         policy = endpoint.qos[Policy.Userdata]
-        match = None if policy is None else _HASH.search(bytes(policy.data))
+        match = None if policy is None else _TYPE_HASH_PATTERN.search(bytes(policy.data))
         their_hash = "" if match is None else match[1].decode()
-        name = _ros_name(own.topic)
-        if text := mismatch(name, own.peer, endpoint.type_name, their_hash, own.type, own.type_hash):
-            self._complain(f"type {name} {own.peer}", text)
+        name = _find_ros_name(local_endpoint.topic)
+        if text := describe_mismatch(
+            name,
+            local_endpoint.peer_term,
+            endpoint.type_name,
+            their_hash,
+            local_endpoint.type_name,
+            local_endpoint.type_hash,
+        ):
+            self._complain(f"type {name} {local_endpoint.peer_term}", text)
 
-    def _check_qos(self, own: OwnEndpoint) -> None:
-        entity = own.entity
+    def _check_qos(self, local_endpoint: LocalEndpoint) -> None:
+        entity = local_endpoint.entity
         status = (
             entity.get_requested_incompatible_qos_status()  # type: ignore[no-untyped-call]
             if isinstance(entity, DataReader)
             else entity.get_offered_incompatible_qos_status()  # type: ignore[no-untyped-call]
         )
-        # the count of all mismatches so far: only a new one is a complaint
+        # DDS counts all mismatches so far, but only a new mismatch is a complaint
         if status.total_count > self._incompatible_counts.get(id(entity), 0):
             self._incompatible_counts[id(entity)] = status.total_count
             policy = _POLICIES.get(status.last_policy_id, f"number {status.last_policy_id}")
             differs = (
-                "offers less than is wanted here" if own.is_reader else "wants more than is offered here"
+                "offers less than is wanted here"
+                if local_endpoint.is_reader
+                else "wants more than is offered here"
             )
-            name = _ros_name(own.topic)
+            name = _find_ros_name(local_endpoint.topic)
+            peer = local_endpoint.peer_term
             self._complain(
-                f"qos {name} {own.peer}",
-                f"{name}: a {own.peer} there {differs}, so no message goes: see its QoS policy {policy}",
+                f"qos {name} {peer}",
+                f"{name}: a {peer} there {differs}, so no message goes: see its QoS policy {policy}",
             )
 
-    def missing_server_reason(self, topic: str, request_type: TypeName, network: str) -> str:
-        """Return why a service has no server; see :func:`.mismatches.missing_server_reason`.
+    def describe_missing_server(self, topic: str, request_type: TypeName, network: str) -> str:
+        """Return why a service has no server; see :func:`.mismatches.describe_missing_server`.
 
-        :param topic: the topic of requests.
-        :param network: our part of the network.
+        :param topic: the topic of the service's requests.
+        :param network: describes our part of the network.
         """
         self.update()
-        served = {
-            _ros_name(endpoint.topic_name): endpoint.type_name
-            for endpoint in self._discovered[False].values()
+        served_types = {
+            _find_ros_name(endpoint.topic_name): endpoint.type_name
+            for endpoint in self._discovered_endpoints[False].values()
             if endpoint.topic_name.startswith("rq/") and not endpoint.topic_name.endswith(_FURTHER_SERVICES)
         }
-        return missing_server_reason(
-            _ros_name(topic), request_type, served, "" if self._participants else network
+        return describe_missing_server(
+            _find_ros_name(topic), request_type, served_types, "" if self._participant_keys else network
         )
 
 
@@ -203,7 +218,7 @@ def _is_alive(sample: Any) -> bool:
     return bool(sample.sample_info.instance_state == InstanceState.Alive)
 
 
-def _ros_name(topic: str) -> str:
-    """Return ROS' name of a topic, a service or an action in DDS."""
-    match = _DDS_TOPIC.fullmatch(topic)
+def _find_ros_name(topic: str) -> str:
+    """Return the name in ROS of the topic, service or action that has a topic in DDS."""
+    match = _DDS_TOPIC_PATTERN.fullmatch(topic)
     return topic if match is None else match[1] or match[2]

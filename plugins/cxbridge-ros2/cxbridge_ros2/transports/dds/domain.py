@@ -1,4 +1,4 @@
-"""Domains of DDS, the range of discovery, and workarounds for the wheel of Cyclone DDS."""
+"""Domains of DDS with their ranges of discovery, and workarounds for the Python package of Cyclone DDS."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from cyclonedds.domain import Domain
 
 from cxbridge.errors import Ros2Error
 
-# Held around each call that returns a Qos of cyclonedds, which reads policies into buffers of a class.
-# Without the lock, an endpoint gets the user data of another endpoint that another thread reads.
-READ_QOS: Final = threading.Lock()
+# Held around each call that returns a Qos. cyclonedds reads policies into buffers that all threads share, so
+# that without the lock an endpoint gets the user data of an endpoint that another thread reads.
+QOS_LOCK: Final = threading.Lock()
 
-# Configuration of Cyclone DDS' discovery for the ranges within this host: `localhost` tries the ports of 32
-# participants, `off` finds nodes of this process only, by a tag that no other process has.
-_DISCOVERY: Final = {
+# Cyclone DDS' configuration of discovery for the ranges within this host. `localhost` tries the ports of 32
+# participants. `off` finds only nodes of this process, since no other process has the tag.
+_DISCOVERY_CONFIGURATIONS: Final = {
     "localhost": "<ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
     '<Peers><Peer Address="localhost"/></Peers>',
@@ -27,13 +27,13 @@ _DISCOVERY: Final = {
 }
 
 # Values of ROS_AUTOMATIC_DISCOVERY_RANGE.
-_RANGES: Final = (*_DISCOVERY, "subnet", "system_default")
+_REACHES: Final = (*_DISCOVERY_CONFIGURATIONS, "subnet", "system_default")
 
 
-def security_problem() -> str:
-    """Return the problem if the environment requires DDS security, else an empty text.
+def find_security_problem() -> str:
+    """Return a warning if the environment requests DDS security; otherwise an empty text.
 
-    :raises Ros2Error: if the environment enforces security.
+    :raises Ros2Error: if the environment enforces DDS security.
     """
     if os.environ.get("ROS_SECURITY_ENABLE", "").lower() != "true":
         return ""
@@ -43,62 +43,64 @@ def security_problem() -> str:
     return f"{text}: all goes unencrypted; the transport rclpy has it, in a sourced ROS 2"
 
 
+# By number: the configured domains of this process, and the counts of their nodes. A domain is configured by
+# its first node and closed with its last node.
 _domains: dict[int, Domain] = {}
-# Number of this process's nodes by domain: a domain is configured once, and closed with its last node.
 _node_counts: Counter[int] = Counter()
 
 
-def enter(number: int, reach: str) -> Callable[[], None]:
-    """Configure a domain once per process, unless the user's CYCLONEDDS_URI does.
+def enter_domain(number: int, reach: str) -> Callable[[], None]:
+    """Configure a domain for the first node in it, unless the user's CYCLONEDDS_URI configures all domains.
 
-    :returns: the function that leaves the domain; further calls do nothing.
+    :returns: a function that leaves the domain; further calls of it do nothing.
     """
-    if reach not in _RANGES:
+    if reach not in _REACHES:
         raise Ros2Error(f"'{reach}' is no range of discovery", hint="write localhost or subnet")
-    if os.environ.get("CYCLONEDDS_URI") or reach not in _DISCOVERY:
+    if os.environ.get("CYCLONEDDS_URI") or reach not in _DISCOVERY_CONFIGURATIONS:
         return lambda: None
     if number not in _domains:
-        _domains[number] = Domain(number, _local_configuration(reach))
+        _domains[number] = Domain(number, _make_local_configuration(reach))
     _node_counts[number] += 1
-    is_inside = [True]  # empty after leaving; a list, since leave() changes it
+    is_inside = True
 
     def leave() -> None:
+        nonlocal is_inside
         if is_inside:
-            is_inside.clear()
+            is_inside = False
             _node_counts[number] -= 1
             if not _node_counts[number]:
-                delete(_domains.pop(number))
+                delete_entity(_domains.pop(number))
 
     return leave
 
 
-def _local_configuration(reach: str) -> str:
+def _make_local_configuration(reach: str) -> str:
     """Return the configuration of a domain within this host."""
     return (
         '<CycloneDDS><Domain Id="any"><General><AllowMulticast>false</AllowMulticast>'
         '<Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces></General>'
-        f"<Discovery>{_DISCOVERY[reach]}</Discovery></Domain></CycloneDDS>"
+        f"<Discovery>{_DISCOVERY_CONFIGURATIONS[reach]}</Discovery></Domain></CycloneDDS>"
     )
 
 
-def delete(entity: Entity) -> None:
+def delete_entity(entity: Entity) -> None:
     """Delete an entity now.
 
-    The wheel deletes an entity when Python drops the last reference, but not when the garbage collector does:
-    the collector clears the weak references in the wheel's table first, and the wheel takes an entity outside
-    of its table for deleted.
+    cyclonedds deletes an entity when Python drops the last reference, but not when the garbage collector
+    deletes it: the collector first clears the weak references in cyclonedds' table of entities, and
+    cyclonedds takes an entity that is missing in the table for deleted.
     """
     entity.__del__()
 
 
-def delete_all(writers: Sequence[Entity]) -> None:
+def delete_writers(writers: Sequence[Entity]) -> None:
     """Delete writers in parallel.
 
-    Each writer waits for acknowledgements of its readers: a tenth of a second, or a whole second if a reader
-    was killed just now.
+    Each writer waits for the acknowledgements of its readers: a tenth of a second, or a second if a reader
+    was killed recently.
     """
-    # plain threads: a pool of concurrent.futures takes no work at the end of the interpreter
-    threads = [threading.Thread(target=delete, args=(writer,)) for writer in writers]
+    # threads rather than concurrent.futures, whose pools accept no work when the interpreter ends
+    threads = [threading.Thread(target=delete_entity, args=(writer,)) for writer in writers]
     for thread in threads:
         thread.start()
     for thread in threads:

@@ -1,8 +1,8 @@
-"""A node on DDS with the wheel of Eclipse Cyclone DDS, without a ROS installation.
+"""A node on DDS with the Python package of Eclipse Cyclone DDS, without a ROS installation.
 
-Topics reach nodes of every RMW. Services and actions reach only nodes of rmw_cyclonedds (:mod:`.services`),
-since rmw_fastrtps keeps the client's id in a field that this wheel cannot write.
-:mod:`cxbridge_ros2.messages` encodes CDR; DDS transports the bytes.
+Topics reach nodes of each RMW (ROS middleware) on DDS. Services and actions reach only nodes of
+rmw_cyclonedds (:mod:`.services`), since rmw_fastrtps has the client's id in a field that the Python package
+cannot write. :mod:`cxbridge_ros2.messages` encodes messages to CDR, and DDS transports the bytes.
 """
 
 from __future__ import annotations
@@ -49,34 +49,41 @@ from cxbridge_ros2.node import (
 )
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.stamps import NS_PER_US
-from cxbridge_ros2.transports.dds.discovery import Discovery, OwnEndpoint
-from cxbridge_ros2.transports.dds.domain import delete, delete_all, enter, security_problem
+from cxbridge_ros2.transports.dds.discovery import Discovery, LocalEndpoint
+from cxbridge_ros2.transports.dds.domain import (
+    delete_entity,
+    delete_writers,
+    enter_domain,
+    find_security_problem,
+)
 from cxbridge_ros2.transports.dds.services import (
     DdsClient,
     DdsServer,
-    matched_handles,
-    owner_data,
-    sample_of,
-    write,
+    list_matched_handles,
+    make_owner_data,
+    make_sample,
+    write_data,
 )
-from cxbridge_ros2.transports.environment import MAX_DDS_DOMAIN, default_reach, domain_id
+from cxbridge_ros2.transports.environment import MAX_DDS_DOMAIN, default_reach, read_domain_id
 
-_BATCH: Final = 256  # samples per reader and poll, so that a fast topic does not starve the rest
+_MAX_SAMPLES: Final = 256  # limit per reader and poll, so that a fast topic does not starve other topics
 _DISCOVERY_PERIOD_S: Final = 1.0  # seconds between two updates of the discovered endpoints
-_RETRY_S: Final = 0.01  # seconds between two checks for the reader of a response
-_GRAPH: Final = parse_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
-_REPORTS: Final = QosProfile(durability="transient_local", depth=1000)
-_GID: Final = parse_type("rmw_dds_common/msg/Gid")
-_ENCLAVE: Final = b"enclave=/;"  # user data of a node's participant; ROS ignores a participant without it
+_RETRY_PERIOD_S: Final = 0.01  # seconds between two checks for the reader of a response
+# The topic on which participants announce their nodes, readers and writers to the graph of ROS.
+_GRAPH_TOPIC: Final = "ros_discovery_info"
+_GRAPH_TYPE: Final = parse_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
+_GRAPH_QOS: Final = QosProfile(durability="transient_local", depth=1000)
+_GID_TYPE: Final = parse_type("rmw_dds_common/msg/Gid")
+_PARTICIPANT_USER_DATA: Final = b"enclave=/;"  # ROS ignores participants without an enclave
 
-# how long a write waits while the queue of a slow reader is full, as in rmw_cyclonedds
-_MAX_BLOCKING: Final = duration(milliseconds=100)
+# The limit of a write that waits for space in the queue of a slow reader; that of rmw_cyclonedds.
+_MAX_BLOCKING_TIME: Final = duration(milliseconds=100)
 
 
 class _Reader(Struct, frozen=True, eq=False):
     entity: DataReader[Any]
     condition: ReadCondition
-    take: Callable[[Any], None]
+    handle_sample: Callable[[Any], None]
 
 
 class DdsNode(Node):
@@ -101,89 +108,95 @@ class DdsNode(Node):
         self.name = name
         self._definitions = definitions
         self._codec = Codec(definitions)
-        self._number = number = domain_id(MAX_DDS_DOMAIN) if domain is None else domain
+        self._domain_number = number = read_domain_id(MAX_DDS_DOMAIN) if domain is None else domain
         self._reach = reach or default_reach()
-        if problem := security_problem():
+        if problem := find_security_problem():
             self.complain("security", problem)
-        self._leave_domain = enter(number, self._reach)
+        self._leave_domain = enter_domain(number, self._reach)
         try:
-            self._participant = DomainParticipant(number, qos=Qos(Policy.Userdata(_ENCLAVE)))
+            self._participant = DomainParticipant(number, qos=Qos(Policy.Userdata(_PARTICIPANT_USER_DATA)))
         except DDSException as error:
             self._leave_domain()
             raise Ros2Error(
                 f"DDS cannot begin in domain {number}: {error}",
                 hint="check ROS_DOMAIN_ID, CYCLONEDDS_URI, and that UDP ports are free",
             ) from None
-        self._waits = WaitSet(self._participant)
-        self._never = GuardCondition(self._participant)
-        self._waits.attach(self._never)  # an empty wait set does not wait
+        self._wait_set = WaitSet(self._participant)
+        self._guard_condition = GuardCondition(self._participant)
+        self._wait_set.attach(self._guard_condition)  # never triggered: an empty wait set would not wait
         self._types: dict[str, Any] = {}
         self._readers: list[_Reader] = []
         self._writers: list[DataWriter[Any]] = []
         self._servers: list[DdsServer] = []
-        self._graph, graph = self._make_graph()
-        self._discovery = Discovery(self._participant, graph, self._nodes_in, f"/{name}", self.complain)
-        self._discovery_s = 0.0
-        self._announce()
+        self._graph_writer, graph_reader = self._make_graph()
+        self._discovery = Discovery(
+            self._participant, graph_reader, self._read_node_names, f"/{name}", self.complain
+        )
+        self._last_discovery_s = 0.0
+        self._announce_endpoints()
 
     # --- the interface of a node --------------------------------------------------------------------------
 
     def create_publisher(
         self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
     ) -> Publisher:
-        name = parse_type(message_type)
-        writer = self._writer(f"rt{check_topic(topic)}", name, qos)
+        type_name = parse_type(message_type)
+        writer = self._open_writer(f"rt{check_topic(topic)}", type_name, qos)
         return Publisher(
-            lambda message: write(writer, self._codec.encode(name, message)),
-            lambda: len(matched_handles(writer.get_matched_subscriptions)),
+            lambda message: write_data(writer, self._codec.encode(type_name, message)),
+            lambda: len(list_matched_handles(writer.get_matched_subscriptions)),
             partial(self._close_writer, writer),
         )
 
     def _subscribe(
         self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
-        name = parse_type(message_type)
+        type_name = parse_type(message_type)
 
-        def take(sample: Any) -> None:
-            message = self._try_decode(topic, partial(self._codec.decode, name, sample.cdr))
+        def handle_sample(sample: Any) -> None:
+            message = self._try_decode(topic, partial(self._codec.decode, type_name, sample.cdr))
             if message is not None:
                 callback(message)
 
-        return partial(self._close_reader, self._reader(f"rt{check_topic(topic)}", name, qos, take))
+        return partial(
+            self._close_reader, self._open_reader(f"rt{check_topic(topic)}", type_name, qos, handle_sample)
+        )
 
     def create_client(self, service: str, service_type: str) -> Client:
-        name, user_data = parse_type(service_type, "srv"), owner_data("clientid")
-        request, response = name.derive("Request"), name.derive("Response")
+        type_name, user_data = parse_type(service_type, "srv"), make_owner_data("clientid")
+        request, response = type_name.derive("Request"), type_name.derive("Response")
         request_topic, qos = f"rq{check_topic(service)}Request", PROFILES["services_default"]
-        writer = self._writer(request_topic, request, qos, user_data)
+        writer = self._open_writer(request_topic, request, qos, user_data)
         client = DdsClient(
             writer,
             partial(self._codec.encode, request),
             lambda data: self._try_decode(service, partial(self._codec.decode, response, data)),
-            lambda: self._discovery.missing_server_reason(request_topic, request, self._network),
+            lambda: self._discovery.describe_missing_server(
+                request_topic, request, self._network_description
+            ),
         )
-        reader = self._reader(f"rr{service}Reply", response, qos, client.take, user_data)
+        reader = self._open_reader(f"rr{service}Reply", response, qos, client.handle_sample, user_data)
 
         def end() -> None:
             self._close_reader(reader)
             self._close_writer(writer)
 
-        client.receive_from(reader.entity, end)
+        client.set_reader(reader.entity, end)
         return client
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
-        name, user_data = parse_type(service_type, "srv"), owner_data("serviceid")
-        request, response = name.derive("Request"), name.derive("Response")
+        type_name, user_data = parse_type(service_type, "srv"), make_owner_data("serviceid")
+        request, response = type_name.derive("Request"), type_name.derive("Response")
         qos = PROFILES["services_default"]
-        writer = self._writer(f"rr{check_topic(service)}Reply", response, qos, user_data)
+        writer = self._open_writer(f"rr{check_topic(service)}Reply", response, qos, user_data)
         server = DdsServer(
             writer,
             partial(self._codec.encode, response),
             lambda data: self._try_decode(service, partial(self._codec.decode, request, data)),
             handler,
         )
-        reader = self._reader(f"rq{service}Request", request, qos, server.take, user_data)
-        server.receive_from(reader.entity)
+        reader = self._open_reader(f"rq{service}Request", request, qos, server.handle_sample, user_data)
+        server.set_reader(reader.entity)
         self._servers.append(server)
 
         def end() -> None:
@@ -196,73 +209,73 @@ class DdsNode(Node):
         return end
 
     def poll(self, timeout_s: float = 0.0) -> bool:
-        unsent_servers = [server for server in self._servers if server.send()]
+        busy_servers = [server for server in self._servers if server.send_responses()]
         if timeout_s > 0:
-            wait_s = min(timeout_s, _RETRY_S) if unsent_servers else timeout_s
-            self._waits.wait(int(wait_s * MICROSECONDS) * NS_PER_US)
+            wait_s = min(timeout_s, _RETRY_PERIOD_S) if busy_servers else timeout_s
+            self._wait_set.wait(int(wait_s * MICROSECONDS) * NS_PER_US)
         now_s = time.monotonic()
-        if now_s - self._discovery_s > _DISCOVERY_PERIOD_S:
-            self._discovery_s = now_s
+        if now_s - self._last_discovery_s > _DISCOVERY_PERIOD_S:
+            self._last_discovery_s = now_s
             self._discovery.update()
         any_received = False
         for reader in list(self._readers):
             if reader not in self._readers:
-                continue  # a callback has closed it
-            for sample in reader.entity.take(N=_BATCH):
+                continue  # a callback has closed the reader
+            for sample in reader.entity.take(N=_MAX_SAMPLES):
                 if hasattr(sample, "cdr"):  # a sample without data reports the end of a writer
                     any_received = True
-                    reader.take(sample)
+                    reader.handle_sample(sample)
         return any_received
 
     def close(self) -> None:
         for server in self._servers:
             server.close()
-        # readers are not announced one by one: DDS reports the end of the whole participant
+        # without announcements, since DDS reports the end of the participant
         while self._readers:
             self._delete_reader(self._readers.pop())
-        delete_all((*self._writers, self._graph))
-        # in this order: an entity must be deleted before its participant
-        for entity in (self._waits, self._never, self._participant):
-            delete(entity)
+        delete_writers((*self._writers, self._graph_writer))
+        # the participant last, since an entity must be deleted before its participant
+        for entity in (self._wait_set, self._guard_condition, self._participant):
+            delete_entity(entity)
         self._leave_domain()
 
     # --- DDS ----------------------------------------------------------------------------------------------
 
-    def _topic(self, topic: str, name: TypeName) -> Topic[Any]:
-        if name.dds_name not in self._types:
-            self._definitions.fields(name)  # raises the error about an unknown type
-            self._types[name.dds_name] = _dds_type(name)
-        try:  # without QoS, since readers and writers of one topic may differ in theirs
-            return Topic(self._participant, topic, self._types[name.dds_name])
+    def _make_topic(self, topic: str, type_name: TypeName) -> Topic[Any]:
+        if type_name.dds_name not in self._types:
+            self._definitions.fields(type_name)  # raises the error about an unknown type
+            self._types[type_name.dds_name] = _make_dds_type(type_name)
+        try:  # without QoS, since the readers and writers of a topic may have different QoS
+            return Topic(self._participant, topic, self._types[type_name.dds_name])
         except DDSException as error:
-            raise Ros2Error(f"DDS does not take {topic} as {name}: {error}") from None
+            raise Ros2Error(f"DDS does not take {topic} as {type_name}: {error}") from None
 
-    def _writer(
-        self, topic: str, name: TypeName, profile: QosProfile, user_data: str = ""
+    def _open_writer(
+        self, topic: str, type_name: TypeName, profile: QosProfile, user_data: str = ""
     ) -> DataWriter[Any]:
-        qos = self._qos(name, profile, user_data)
-        writer: DataWriter[Any] = DataWriter(self._participant, self._topic(topic, name), qos=qos)
+        qos = self._make_qos(type_name, profile, user_data)
+        writer: DataWriter[Any] = DataWriter(self._participant, self._make_topic(topic, type_name), qos=qos)
         self._writers.append(writer)
-        self._discovery.add(OwnEndpoint(writer, topic, name, self._hash(name)))
-        self._announce()
+        self._discovery.add(LocalEndpoint(writer, topic, type_name, self._type_hash(type_name)))
+        self._announce_endpoints()
         return writer
 
-    def _reader(
+    def _open_reader(
         self,
         topic: str,
-        name: TypeName,
+        type_name: TypeName,
         profile: QosProfile,
-        take: Callable[[Any], None],
+        handle_sample: Callable[[Any], None],
         user_data: str = "",
     ) -> _Reader:
-        qos = self._qos(name, profile, user_data)
-        entity: DataReader[Any] = DataReader(self._participant, self._topic(topic, name), qos=qos)
+        qos = self._make_qos(type_name, profile, user_data)
+        entity: DataReader[Any] = DataReader(self._participant, self._make_topic(topic, type_name), qos=qos)
         condition = ReadCondition(entity, SampleState.NotRead | ViewState.Any | InstanceState.Any)
-        self._waits.attach(condition)
-        reader = _Reader(entity, condition, take)
+        self._wait_set.attach(condition)
+        reader = _Reader(entity, condition, handle_sample)
         self._readers.append(reader)
-        self._discovery.add(OwnEndpoint(entity, topic, name, self._hash(name)))
-        self._announce()
+        self._discovery.add(LocalEndpoint(entity, topic, type_name, self._type_hash(type_name)))
+        self._announce_endpoints()
         return reader
 
     def _close_reader(self, reader: _Reader) -> None:
@@ -270,71 +283,73 @@ class DdsNode(Node):
             self._readers.remove(reader)
             self._discovery.remove(reader.entity)
             self._delete_reader(reader)
-            self._announce()
+            self._announce_endpoints()
 
     def _delete_reader(self, reader: _Reader) -> None:
-        self._waits.detach(reader.condition)
-        delete(reader.condition)
-        delete(reader.entity)
+        self._wait_set.detach(reader.condition)
+        delete_entity(reader.condition)
+        delete_entity(reader.entity)
 
     def _close_writer(self, writer: DataWriter[Any]) -> None:
         if writer in self._writers:
             self._writers.remove(writer)
             self._discovery.remove(writer)
-            delete(writer)
-            self._announce()
+            delete_entity(writer)
+            self._announce_endpoints()
 
     @property
-    def _network(self) -> str:
-        """Our part of the network."""
+    def _network_description(self) -> str:
+        """A description of the part of the network that this node reaches, for errors."""
         host = " on this host (reach: subnet goes beyond)" if self._reach == "localhost" else ""
-        return f"the domain {self._number}{host}"
+        return f"the domain {self._domain_number}{host}"
 
-    def _hash(self, name: TypeName) -> str:
-        return self._definitions.type_hash(name) if self._definitions.has_type_hashes else ""
+    def _type_hash(self, type_name: TypeName) -> str:
+        return self._definitions.type_hash(type_name) if self._definitions.has_type_hashes else ""
 
     # --- the graph of ROS -----------------------------------------------------------------------------------
 
     def _make_graph(self) -> tuple[DataWriter[Any], DataReader[Any]]:
-        """Return the writer for our node's report, and the reader of other participants' reports."""
-        topic = self._topic("ros_discovery_info", _GRAPH)
-        writer = DataWriter(self._participant, topic, qos=self._qos(_GRAPH, PROFILES["latched"]))
+        """Return the writer of our announcements, and the reader of those of other participants."""
+        topic = self._make_topic(_GRAPH_TOPIC, _GRAPH_TYPE)
+        writer = DataWriter(self._participant, topic, qos=self._make_qos(_GRAPH_TYPE, PROFILES["latched"]))
         return writer, DataReader(
             self._participant,
             topic,
-            qos=Qos(Policy.IgnoreLocal.Participant, base=self._qos(_GRAPH, _REPORTS)),
+            qos=Qos(Policy.IgnoreLocal.Participant, base=self._make_qos(_GRAPH_TYPE, _GRAPH_QOS)),
         )
 
-    def _nodes_in(self, report: bytes) -> Iterable[str]:
-        """Return the full names of the nodes in a participant's report."""
-        message = self._try_decode("ros_discovery_info", partial(self._codec.decode, _GRAPH, report))
+    def _read_node_names(self, announcement: bytes) -> Iterable[str]:
+        """Return the full names of the nodes in the announcement of a participant."""
+        message = self._try_decode(_GRAPH_TOPIC, partial(self._codec.decode, _GRAPH_TYPE, announcement))
         nodes = () if message is None else message["node_entities_info_seq"]
         return [f"{node['node_namespace'].rstrip('/')}/{node['node_name']}" for node in nodes]
 
-    def _announce(self) -> None:
-        """Report the readers and writers of this node, so that it appears in the graph of ROS."""
-        ((_, (_, (_, size))),) = self._definitions.fields(_GID)  # 24 bytes until Humble, then 16
+    def _announce_endpoints(self) -> None:
+        """Announce the readers and writers of this node, so that tools such as `ros2 node info` show them."""
+        ((_, (_, (_, size))),) = self._definitions.fields(_GID_TYPE)  # 24 bytes until Humble, then 16
 
-        def gid(entity: Entity) -> Mapping[str, Any]:
+        def make_gid(entity: Entity) -> Mapping[str, Any]:
             return {"data": entity.guid.bytes.ljust(size, b"\0")}
 
         node = {
             "node_namespace": "/",
             "node_name": self.name,
-            "reader_gid_seq": [gid(reader.entity) for reader in self._readers],
-            "writer_gid_seq": [gid(writer) for writer in self._writers],
+            "reader_gid_seq": [make_gid(reader.entity) for reader in self._readers],
+            "writer_gid_seq": [make_gid(writer) for writer in self._writers],
         }
-        write(
-            self._graph,
-            self._codec.encode(_GRAPH, {"gid": gid(self._participant), "node_entities_info_seq": [node]}),
+        write_data(
+            self._graph_writer,
+            self._codec.encode(
+                _GRAPH_TYPE, {"gid": make_gid(self._participant), "node_entities_info_seq": [node]}
+            ),
         )
 
-    def _qos(self, name: TypeName, profile: QosProfile, user_data: str = "") -> Qos:
-        type_hash = self._hash(name)
+    def _make_qos(self, type_name: TypeName, profile: QosProfile, user_data: str = "") -> Qos:
+        type_hash = self._type_hash(type_name)
         if type_hash:
             user_data = f"typehash={type_hash};{user_data}"
         return Qos(
-            Policy.Reliability.Reliable(_MAX_BLOCKING)
+            Policy.Reliability.Reliable(_MAX_BLOCKING_TIME)
             if profile.reliability == "reliable"
             else Policy.Reliability.BestEffort,
             Policy.Durability.TransientLocal
@@ -349,10 +364,11 @@ def join(name: str, definitions: Definitions, domain: Domain, report: ProblemCal
     return DdsNode(name, definitions, domain.number, domain.reach, report)
 
 
-def _dds_type(name: TypeName) -> Any:
-    """Make the class for a type that the wheel needs; samples have their bytes in ``cdr``."""
-    idl_struct: Any = make_idl_struct(name.name, name.dds_name, {"data": uint8})
-    idl_struct.serialize, idl_struct.deserialize = _serialize, classmethod(sample_of)
+def _make_dds_type(type_name: TypeName) -> Any:
+    """Make the class that cyclonedds requires for a type. A sample has its CDR bytes as ``cdr``."""
+    # the field is never serialised: the class only has the name, and both functions pass the bytes through
+    idl_struct: Any = make_idl_struct(type_name.name, type_name.dds_name, {"data": uint8})
+    idl_struct.serialize, idl_struct.deserialize = _serialize, classmethod(make_sample)
     return idl_struct
 
 

@@ -1,9 +1,10 @@
-"""Services over DDS as in rmw_cyclonedds: a client id and a number precede each request and response.
+"""Services over DDS as in rmw_cyclonedds: the client's id and a number precede each request and response.
 
-DDS discovers writers and readers one by one on each side, and a message to a reader that has not found us is
-lost. Therefore both sides name themselves in their user data, ``clientid`` and ``serviceid``. A client counts
-a server as available only when it has found both ends of it and the server has found the writer of requests.
-A server keeps a response until it has found the client's reader.
+A client has a writer of requests and a reader of responses; a server has the counterparts. DDS discovers each
+writer and reader separately, and a message to a reader that has not found the writer is lost. Therefore
+clients and servers have an id in the user data of both their endpoints (``clientid``, ``serviceid``). To a
+client, a server is present when the client has found both endpoints of the server, and the server's reader
+has found the client's writer. A server keeps a response until it has found the client's reader.
 """
 
 from __future__ import annotations
@@ -22,43 +23,46 @@ from msgspec import Struct
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Client, FailureCallback, MessageCallback, RequestHandler
-from cxbridge_ros2.transports.dds.domain import READ_QOS
+from cxbridge_ros2.transports.dds.domain import QOS_LOCK
 
 if TYPE_CHECKING:
     from cyclonedds.builtin import DcpsEndpoint
     from cyclonedds.pub import DataWriter
     from cyclonedds.sub import DataReader
 
-_HEADER: Final = struct.Struct("<Qq")  # client's id and the number of the request
+_REQUEST_ID: Final = struct.Struct("<Qq")  # the id of the client, and the number of the request
 
-_PROBE_S: Final = 0.2  # seconds between two probes of a reader
-_INTRODUCTION_S: Final = 2.0  # seconds for readers to find a writer
+_PROBE_PERIOD_S: Final = 0.2  # seconds between two probes of a reader
+_INTRODUCTION_TIMEOUT_S: Final = 2.0  # seconds after which a reader counts as having found a writer
 
-_CDR_HEADER: Final = 4  # bytes of the encapsulation header before the payload
-_ID_BYTES: Final = 16  # bytes of a client's GUID
+_CDR_HEADER_LENGTH: Final = 4  # bytes of the encapsulation header before the payload
+_OWNER_ID_LENGTH: Final = 16  # bytes of a GUID, which rmw_cyclonedds writes here
 
 Decode = Callable[[bytes], Message | None]  # decodes a message, or reports a broken message
 Encode = Callable[[Mapping[str, Any]], bytes]
 
 
-def owner_data(key: str) -> str:
-    """Return the user data of both endpoints of a new client (``clientid``) or server (``serviceid``)."""
-    return f"{key}={secrets.token_bytes(_ID_BYTES).hex('.')};"
+def make_owner_data(key: str) -> str:
+    """Return user data with a new id, for both endpoints of a client or server.
+
+    :param key: ``clientid`` or ``serviceid``.
+    """
+    return f"{key}={secrets.token_bytes(_OWNER_ID_LENGTH).hex('.')};"
 
 
 class _EndpointOwners:
-    """The owners of the discovered endpoints, by their user data.
+    """The owners of discovered endpoints: the ids of clients or servers, from the user data of the endpoints.
 
     :param key: ``clientid`` or ``serviceid``.
-    :param handles: returns the handles of the discovered endpoints.
-    :param describe: returns an endpoint; None while DDS does not know the endpoint.
+    :param list_handles: returns the handles of the discovered endpoints.
+    :param describe: returns the endpoint of a handle; None while DDS does not know the endpoint.
     """
 
     def __init__(
-        self, key: str, handles: Callable[[], list[int]], describe: Callable[[int], DcpsEndpoint | None]
+        self, key: str, list_handles: Callable[[], list[int]], describe: Callable[[int], DcpsEndpoint | None]
     ) -> None:
         self._pattern = re.compile(rf"(?:^|;){key}=([^;]*);")
-        self._handles, self._describe = handles, describe
+        self._list_handles, self._describe = list_handles, describe
         self._owners: dict[int, str] = {}
 
     @classmethod
@@ -70,26 +74,26 @@ class _EndpointOwners:
         return cls(key, reader.get_matched_publications, reader.get_matched_publication_data)
 
     def update(self) -> Mapping[int, str]:
-        """Return the owners of the discovered endpoints by handle; empty for an endpoint without an id."""
+        """Return the owners of the discovered endpoints by handle; the owner may be empty."""
         previous, self._owners = self._owners, {}
-        for handle in matched_handles(self._handles):
+        for handle in list_matched_handles(self._list_handles):
             # an endpoint without an id is read again: DDS may report the id later
             owner = previous.get(handle) or self._read_owner(handle)
             if owner is not None:
                 self._owners[handle] = owner
         return self._owners
 
-    def has(self, owner: str) -> bool:
+    def has_endpoint(self, owner: str) -> bool:
         """Return whether an owner has an endpoint now, or had one at the last update."""
         return owner in self._owners.values() or owner in self.update().values()
 
-    def owner_of(self, handle: int) -> str:
+    def find_owner(self, handle: int) -> str:
         """Return the owner of an endpoint; empty if unknown."""
         return self._owners.get(handle) or self.update().get(handle, "")
 
     def _read_owner(self, handle: int) -> str | None:
         """Return the id in an endpoint's user data; None while DDS does not know the endpoint."""
-        with READ_QOS:
+        with QOS_LOCK:
             endpoint = self._describe(handle)
         if endpoint is None:
             return None
@@ -105,7 +109,7 @@ class DdsClient(Client):
     :param writer: writes requests.
     :param encode: encodes a request.
     :param decode: decodes a response.
-    :param describe_missing_server: returns why there is no server.
+    :param describe_missing_server: returns why the service has no server.
     """
 
     def __init__(
@@ -121,13 +125,20 @@ class DdsClient(Client):
         self._request_readers = _EndpointOwners.readers("serviceid", writer)
         self._introduction = _Introduction(writer)
         self._response_writers: _EndpointOwners | None = None
-        self._end: Callable[[], None] = lambda: None
+        self._close_endpoints: Callable[[], None] = lambda: None
         self._id = secrets.randbits(64)
-        self._paired_s = time.monotonic()  # last time that each server had both ends, or none had an end
+        # the last time that a server had both its endpoints, or that no server had an endpoint
+        self._last_paired_s = time.monotonic()
 
-    def receive_from(self, reader: DataReader[Any], end: Callable[[], None]) -> None:
-        """Receive responses from a reader; ``end`` closes reader and writer."""
-        self._response_writers, self._end = _EndpointOwners.writers("serviceid", reader), end
+    def set_reader(self, reader: DataReader[Any], close_endpoints: Callable[[], None]) -> None:
+        """Receive responses from a reader.
+
+        :param close_endpoints: closes the reader and the writer.
+        """
+        self._response_writers, self._close_endpoints = (
+            _EndpointOwners.writers("serviceid", reader),
+            close_endpoints,
+        )
 
     def call(
         self,
@@ -137,19 +148,19 @@ class DdsClient(Client):
     ) -> int:
         payload = self._encode(request)
         number = self._register_request(on_response, on_failure)
-        write(self._writer, _with_header(payload, _HEADER.pack(self._id, number)))
+        write_data(self._writer, _insert_request_id(payload, _REQUEST_ID.pack(self._id, number)))
         return number
 
-    def take(self, sample: Any) -> None:
-        """Handle a response, which may be for another client: all clients of a service share a topic."""
+    def handle_sample(self, sample: Any) -> None:
+        """Handle a response, which may be that to another client: the clients of a service share a topic."""
         data = sample.cdr
-        if len(data) < _CDR_HEADER + _HEADER.size:
+        if len(data) < _CDR_HEADER_LENGTH + _REQUEST_ID.size:
             return
-        client_id, number = _HEADER.unpack_from(data, _CDR_HEADER)
+        client_id, number = _REQUEST_ID.unpack_from(data, _CDR_HEADER_LENGTH)
         if client_id != self._id or number not in self._pending_callbacks:
             return
         on_response, on_failure = self._pending_callbacks.pop(number)
-        response = self._decode(_without_header(data))
+        response = self._decode(_remove_request_id(data))
         if response is not None:
             on_response(response)
         elif on_failure is not None:
@@ -157,55 +168,58 @@ class DdsClient(Client):
 
     @property
     def server_numbers(self) -> frozenset[int]:
-        """The servers with both ends found that have also found us."""
+        """The servers with both endpoints found, whose reader has found the writer of requests."""
         if self._response_writers is None:
             return frozenset()  # the client is closed
         owners, readers = set(self._response_writers.update().values()), self._request_readers.update()
         paired = frozenset(handle for handle, owner in readers.items() if owner in owners)
         now_s = time.monotonic()
         if paired or not readers:
-            self._paired_s = now_s
-        elif owners and now_s - self._paired_s > _INTRODUCTION_S:
-            paired = frozenset(readers)  # endpoints without ids cannot be paired
-        return self._introduction.filter(paired)
+            self._last_paired_s = now_s
+        elif owners and now_s - self._last_paired_s > _INTRODUCTION_TIMEOUT_S:
+            paired = frozenset(readers)  # the endpoints have no ids by which they could be paired
+        return self._introduction.filter_introduced(paired)
 
     def missing_server_reason(self) -> str:
         return self._describe_missing_server()
 
     def close(self) -> None:
         self._response_writers = None
-        self._end()
+        self._close_endpoints()
 
 
 class _Introduction:
-    """Finds out which readers have found a writer of ours.
+    """Finds out which readers have found a writer.
 
-    A reader that acknowledges a sample has found the writer. The writer sends the disposal of an instance,
-    which readers of ROS skip because it is not a message.
+    A reader that acknowledges a sample has found the writer. The sample is the disposal of an instance, which
+    nodes of ROS skip, since it contains no message.
 
     :param writer: a writer of messages without a key.
     """
 
     def __init__(self, writer: DataWriter[Any]) -> None:
         self._writer = writer
-        self._probed: frozenset[int] = frozenset()
-        self._introduced: frozenset[int] = frozenset()
-        self._start_s = self._probe_s = 0.0
+        self._probed_handles: frozenset[int] = frozenset()
+        self._introduced_handles: frozenset[int] = frozenset()
+        self._start_s = self._last_probe_s = 0.0
 
-    def filter(self, handles: frozenset[int]) -> frozenset[int]:
-        """Return those of some readers that have found the writer."""
+    def filter_introduced(self, list_handles: frozenset[int]) -> frozenset[int]:
+        """Return the handles of readers that have found the writer.
+
+        :param handles: the handles of readers.
+        """
         now_s = time.monotonic()
-        if not handles <= self._probed:
-            self._probed, self._start_s, self._probe_s = handles, now_s, 0.0
-        if handles <= self._introduced:
-            return handles
-        if now_s - self._probe_s > _PROBE_S:
-            self._probe_s = now_s
+        if not list_handles <= self._probed_handles:
+            self._probed_handles, self._start_s, self._last_probe_s = list_handles, now_s, 0.0
+        if list_handles <= self._introduced_handles:
+            return list_handles
+        if now_s - self._last_probe_s > _PROBE_PERIOD_S:
+            self._last_probe_s = now_s
             self._writer.dispose(object.__new__(self._writer.data_type))
         # give up after a while: a killed reader never acknowledges, and must not delay the live ones
-        if self._is_acknowledged() or now_s - self._start_s > _INTRODUCTION_S:
-            self._introduced = self._probed
-        return handles & self._introduced
+        if self._is_acknowledged() or now_s - self._start_s > _INTRODUCTION_TIMEOUT_S:
+            self._introduced_handles = self._probed_handles
+        return list_handles & self._introduced_handles
 
     def _is_acknowledged(self) -> bool:
         try:
@@ -214,12 +228,16 @@ class _Introduction:
             return False
 
 
-class _Response(Struct, frozen=True, eq=False):
-    """A response whose reader is not found yet."""
+class _UnsentResponse(Struct, frozen=True, eq=False):
+    """A response whose reader is not found yet.
+
+    :param request_writer: the handle of the writer that has sent the request.
+    :param client_id: the id of the client; empty if the client has no id.
+    """
 
     data: bytes
     request_writer: int
-    client: str
+    client_id: str
 
 
 class DdsServer:
@@ -236,79 +254,85 @@ class DdsServer:
         self._writer, self._encode, self._decode, self._handler = writer, encode, decode, handler
         self._response_readers = _EndpointOwners.readers("clientid", writer)
         self._request_writers: _EndpointOwners | None = None
-        self._unsent: list[_Response] = []
+        self._unsent_responses: list[_UnsentResponse] = []
 
-    def receive_from(self, reader: DataReader[Any]) -> None:
+    def set_reader(self, reader: DataReader[Any]) -> None:
         self._request_writers = _EndpointOwners.writers("clientid", reader)
 
     def close(self) -> None:
-        """Send nothing more, not even pending responses."""
-        self._unsent, self._request_writers = [], None
+        """Drop all pending and later responses."""
+        self._unsent_responses, self._request_writers = [], None
 
-    def take(self, sample: Any) -> None:
-        """Let the handler respond to a request."""
-        header = sample.cdr[_CDR_HEADER : _CDR_HEADER + _HEADER.size]
-        handle = _signed(sample.sample_info.publication_handle)
-        client = "" if self._request_writers is None else self._request_writers.owner_of(handle)
+    def handle_sample(self, sample: Any) -> None:
+        """Handle a request."""
+        header = sample.cdr[_CDR_HEADER_LENGTH : _CDR_HEADER_LENGTH + _REQUEST_ID.size]
+        handle = _to_signed(sample.sample_info.publication_handle)
+        client_id = "" if self._request_writers is None else self._request_writers.find_owner(handle)
 
         def reply(message: Mapping[str, Any]) -> None:
             if self._request_writers is None:
                 return
-            self._unsent.append(_Response(_with_header(self._encode(message), header), handle, client))
-            self.send()
+            self._unsent_responses.append(
+                _UnsentResponse(_insert_request_id(self._encode(message), header), handle, client_id)
+            )
+            self.send_responses()
 
-        request = self._decode(_without_header(sample.cdr))
+        request = self._decode(_remove_request_id(sample.cdr))
         if request is not None:
             self._handler(request, reply)
 
-    def send(self) -> bool:
-        """Send the responses whose readers are found; return whether some remain."""
-        responses, self._unsent = self._unsent, []
+    def send_responses(self) -> bool:
+        """Send the responses whose readers are found; return whether responses remain."""
+        responses, self._unsent_responses = self._unsent_responses, []
         for response in responses:
-            if not response.client or self._response_readers.has(response.client):
-                write(self._writer, response.data)
-            # a response to a client that is gone is dropped
+            if not response.client_id or self._response_readers.has_endpoint(response.client_id):
+                write_data(self._writer, response.data)
+            # kept while the client has the writer of the request, dropped otherwise
             elif (
                 self._request_writers is not None
                 and response.request_writer in self._request_writers.update()
             ):
-                self._unsent.append(response)
-        return bool(self._unsent)
+                self._unsent_responses.append(response)
+        return bool(self._unsent_responses)
 
 
-def write(writer: DataWriter[Any], data: bytes) -> None:
+def write_data(writer: DataWriter[Any], data: bytes) -> None:
     """Write a message as CDR with its four-byte header."""
     try:
-        writer.write(sample_of(writer.data_type, data))
+        writer.write(make_sample(writer.data_type, data))
     except DDSException as error:
         raise Ros2Error(f"DDS does not take a message: {error}") from None
 
 
-def sample_of(kind: Any, data: bytes, /, *_arguments: object, **_options: object) -> Any:
-    """Return a sample with CDR bytes; the further arguments are those of cyclonedds' ``deserialize``."""
+def make_sample(kind: Any, data: bytes, /, *_arguments: object, **_options: object) -> Any:
+    """Return a sample with CDR bytes; further arguments are ignored.
+
+    cyclonedds calls this function as the ``deserialize`` of a class, with its own arguments.
+    """
     sample = object.__new__(kind)
     sample.cdr = data
     return sample
 
 
-def matched_handles(handles: Callable[[], list[int]]) -> list[int]:
+def list_matched_handles(list_handles: Callable[[], list[int]]) -> list[int]:
     """Return the handles of the discovered endpoints.
 
-    The wheel queries their number and then the handles, and fails if an endpoint appears in between.
+    cyclonedds queries the number of endpoints and then the handles. If an endpoint appears in between,
+    cyclonedds raises an IndexError, and the query is repeated.
     """
     while True:
         with suppress(IndexError):
-            return handles()
+            return list_handles()
 
 
-def _signed(handle: int) -> int:
-    """Convert an unsigned handle of a sample to the wheel's signed handles."""
+def _to_signed(handle: int) -> int:
+    """Convert the handle in a sample, which is unsigned in 64 bits, to a signed handle as of endpoints."""
     return handle - 2**64 if handle >= 2**63 else handle
 
 
-def _with_header(data: bytes, header: bytes) -> bytes:
-    return data[:_CDR_HEADER] + header + data[_CDR_HEADER:]
+def _insert_request_id(data: bytes, header: bytes) -> bytes:
+    return data[:_CDR_HEADER_LENGTH] + header + data[_CDR_HEADER_LENGTH:]
 
 
-def _without_header(data: bytes) -> bytes:
-    return data[:_CDR_HEADER] + data[_CDR_HEADER + _HEADER.size :]
+def _remove_request_id(data: bytes) -> bytes:
+    return data[:_CDR_HEADER_LENGTH] + data[_CDR_HEADER_LENGTH + _REQUEST_ID.size :]

@@ -1,7 +1,8 @@
 """ROS 2 over rosbridge: a websocket to a server of rosbridge_suite, for robots with any RMW.
 
-Messages are JSON. Bytes are Base64; NaN and infinities become ``null``, which is read as NaN. Actions are
-calls of the server: it does not report acceptance, so each goal counts as accepted at once.
+Messages are JSON. Byte arrays are texts in Base64; NaN and infinities become ``null``, which is read as NaN.
+The server has operations for whole actions, and does not report the acceptance of a goal, so that each goal
+counts as accepted when it is sent.
 """
 
 from cxbridge_ros2.transports.rosbridge.node import RosbridgeNode, join

@@ -1,7 +1,7 @@
 """Clients of services and actions over rosbridge.
 
-The bridge has an operation for a whole action. Here an action is presented as the topics and services that
-:class:`~cxbridge_ros2.actions.ActionClient` uses, as every other transport has them.
+The bridge has operations for whole actions. :class:`RosbridgeAction` presents an action as the services and
+topics that :class:`~cxbridge_ros2.actions.ActionClient` uses, as in each other transport.
 """
 
 from __future__ import annotations
@@ -15,18 +15,20 @@ from cxbridge_ros2.messages import Message
 from cxbridge_ros2.names import TypeName
 from cxbridge_ros2.node import Client, FailureCallback, MessageCallback
 from cxbridge_ros2.transports.rosbridge.connection import Operation, RosbridgeConnection
-from cxbridge_ros2.transports.rosbridge.messages import base_value
+from cxbridge_ros2.transports.rosbridge.messages import to_base_type
 
-_ABORTED: Final = 6  # a value of action_msgs/msg/GoalStatus
+# ABORTED of action_msgs/msg/GoalStatus, the status of a result without a status
+_ABORTED: Final = 6
 _CANCEL_PERIOD_S: Final = 0.5  # seconds until a cancel request is repeated
-_MAX_CANCELS: Final = 20  # limit of repetitions: a goal that the robot rejects has no result
+_MAX_CANCEL_REQUESTS: Final = 20  # limit per goal, since a goal that the robot rejects has no result
 
 
 class ServiceClient(Client):
-    """A client that calls one request after the other: rosbridge_suite loses some concurrent calls.
+    """A client of a service. Requests are sent one by one, since rosbridge_suite loses some concurrent calls.
 
     :param encode: converts a request to JSON.
-    :param send: sends a request and calls one of both functions with the result.
+    :param send: sends a request, and later calls its second argument with the response or its third with the
+        reason of a failure.
     """
 
     def __init__(
@@ -46,17 +48,17 @@ class ServiceClient(Client):
         on_response: MessageCallback,
         on_failure: FailureCallback | None = None,
     ) -> int:
-        """Send a request after the earlier ones have ended."""
-        encoded = self._encode(request)
+        """Send a request as soon as the earlier requests have ended."""
+        encoded_request = self._encode(request)
         number = self._register_request(on_response, on_failure)
-        self._requests[number] = encoded
+        self._requests[number] = encoded_request
         self._send_next()
         return number
 
     def forget(self, number: int) -> None:
         super().forget(number)
         self._requests.pop(number, None)
-        if number == self._active_number:  # its response may never arrive
+        if number == self._active_number:  # the next request must not wait for a response that may not arrive
             self._active_number = None
             self._send_next()
 
@@ -77,17 +79,20 @@ class ServiceClient(Client):
     @property
     def server_numbers(self) -> frozenset[int]:
         """A number that changes with each reconnection."""
-        return frozenset({self._connection.connections}) if self._connection.is_up else frozenset()
+        return (
+            frozenset({self._connection.connection_count}) if self._connection.is_connected else frozenset()
+        )
 
     def close(self) -> None:
-        """Do nothing: the bridge stores nothing for a client."""
+        """Do nothing, since the bridge stores nothing for a client."""
 
 
 class RosbridgeAction:
-    """An action of a robot.
+    """The client side of an action.
 
     :param defer: queues a function for the next poll of the node.
     :param send: sends a goal with its id, and returns whether there was a connection.
+    :ivar type_name: the type of the action; without parts before a type of the action is known.
     """
 
     def __init__(
@@ -97,12 +102,12 @@ class RosbridgeAction:
         defer: Callable[[Callable[[], None]], None],
         send: Callable[[RosbridgeAction, str, Mapping[str, Any]], bool],
     ) -> None:
-        self.name, self.type = name, TypeName("", "action", "")
+        self.name, self.type_name = name, TypeName("", "action", "")
         self._connection, self._defer, self._send = connection, defer, send
         self._callbacks: dict[str, list[MessageCallback]] = {"feedback": [], "status": []}
-        self._results: dict[str, tuple[MessageCallback, FailureCallback | None]] = {}
-        # time of the next cancel request, and number of requests to go, by goal
-        self._cancels: dict[str, tuple[float, int]] = {}
+        self._result_callbacks: dict[str, tuple[MessageCallback, FailureCallback | None]] = {}
+        # by goal: the time of the next cancel request, and the number of requests that remain
+        self._cancel_schedule: dict[str, tuple[float, int]] = {}
 
     def subscribe(self, topic: str, callback: MessageCallback) -> Callable[[], None]:
         """Call ``callback`` for each message of a topic; return the function that unsubscribes.
@@ -114,63 +119,64 @@ class RosbridgeAction:
         return lambda: callbacks.remove(callback) if callback in callbacks else None
 
     def send_goal(self, request: Mapping[str, Any], on_response: MessageCallback) -> None:
-        """Send a goal, which counts as accepted at once since the bridge does not report acceptance."""
-        accepted = self._send(self, request["goal_id"]["uuid"].hex(), request["goal"])
-        # deferred: an action client stores the goal before its response
-        self._defer(lambda: on_response({"accepted": accepted, "stamp": {"sec": 0, "nanosec": 0}}))
+        """Send a goal, which counts as accepted, since the bridge does not report the acceptance."""
+        is_accepted = self._send(self, request["goal_id"]["uuid"].hex(), request["goal"])
+        # deferred, since the action client does not expect the response before this call returns; the time
+        # of the acceptance is unknown
+        self._defer(lambda: on_response({"accepted": is_accepted, "stamp": {"sec": 0, "nanosec": 0}}))
 
     def get_result(
         self, request: Mapping[str, Any], on_response: MessageCallback, on_failure: FailureCallback | None
     ) -> None:
-        """Call ``done`` with the result of a goal, or ``failed`` with a reason."""
-        self._results[request["goal_id"]["uuid"].hex()] = (on_response, on_failure)
+        """Call ``on_response`` with the result of a goal, or ``on_failure`` with a reason."""
+        self._result_callbacks[request["goal_id"]["uuid"].hex()] = (on_response, on_failure)
 
-    def cancel(self, goal_id: str, requests: int = _MAX_CANCELS) -> None:
+    def cancel(self, goal_id: str, request_count: int = _MAX_CANCEL_REQUESTS) -> None:
         """Request to cancel a goal, repeatedly until its result arrives.
 
-        The server of rosbridge_suite 2.1 ignores a cancel request until it knows that the goal was accepted,
-        which it does not report. Feedback can arrive earlier.
+        The server of rosbridge_suite 2.1 ignores a cancel request before the acceptance of the goal, and does
+        not report the acceptance. Feedback does not prove the acceptance, since feedback can arrive earlier.
 
-        :param requests: the number of requests, this one included.
+        :param request_count: the limit of requests, this request included.
         """
-        self._cancels[goal_id] = (time.monotonic() + _CANCEL_PERIOD_S, requests - 1)
+        self._cancel_schedule[goal_id] = (time.monotonic() + _CANCEL_PERIOD_S, request_count - 1)
         self._connection.send({"op": "cancel_action_goal", "id": goal_id, "action": self.name})
 
-    def cancel_again(self) -> None:
-        """Repeat the cancel requests without effect so far."""
+    def repeat_cancel_requests(self) -> None:
+        """Repeat the cancel requests of goals that have no result yet."""
         now_s = time.monotonic()
-        for goal_id, (due_s, requests) in list(self._cancels.items()):
-            if goal_id not in self._results or not requests:
-                del self._cancels[goal_id]
+        for goal_id, (due_s, request_count) in list(self._cancel_schedule.items()):
+            if goal_id not in self._result_callbacks or not request_count:
+                del self._cancel_schedule[goal_id]
             elif now_s >= due_s:
-                self.cancel(goal_id, requests)
+                self.cancel(goal_id, request_count)
 
-    def handle(self, op: Operation, from_json: Callable[[TypeName, Any], Message]) -> None:
+    def handle_operation(self, op: Operation, from_json: Callable[[TypeName, Any], Message]) -> None:
         """Handle feedback or a result from the bridge."""
         goal_id = str(op.get("id"))
         if op["op"] == "action_feedback":
-            feedback = from_json(self.type.derive("Feedback"), op.get("values"))
-            message = {"goal_id": {"uuid": _uuid(goal_id)}, "feedback": feedback}
+            feedback = from_json(self.type_name.derive("Feedback"), op.get("values"))
+            message = {"goal_id": {"uuid": _parse_uuid(goal_id)}, "feedback": feedback}
             for callback in list(self._callbacks["feedback"]):
                 callback(message)
             return
-        on_response, on_failure = self._results.pop(goal_id, (None, None))
+        on_response, on_failure = self._result_callbacks.pop(goal_id, (None, None))
         if on_response is not None and op.get("result", True):
-            result = from_json(self.type.derive("Result"), op.get("values"))
-            on_response({"status": base_value("int8", op.get("status", _ABORTED)), "result": result})
+            result = from_json(self.type_name.derive("Result"), op.get("values"))
+            on_response({"status": to_base_type("int8", op.get("status", _ABORTED)), "result": result})
         elif on_failure is not None:
             on_failure(str(op.get("values")))
 
-    def fail_all(self, reason: str) -> None:
-        """Fail the goals that wait for results, after a lost connection."""
-        results, self._results = self._results, {}
+    def fail_goals(self, reason: str) -> None:
+        """End the goals that wait for results as failures, after the loss of the connection."""
+        results, self._result_callbacks = self._result_callbacks, {}
         for _, on_failure in results.values():
             if on_failure is not None:
                 on_failure(reason)
 
 
 class ActionServiceClient(Client):
-    """A client of a service of an action: ``send_goal``, ``get_result`` or ``cancel_goal``."""
+    """A client of one service of an action: ``send_goal``, ``get_result`` or ``cancel_goal``."""
 
     def __init__(self, connection: RosbridgeConnection, action: RosbridgeAction, service: str) -> None:
         super().__init__()
@@ -186,20 +192,20 @@ class ActionServiceClient(Client):
             self._action.send_goal(request, on_response)
         elif self._service == "get_result":
             self._action.get_result(request, on_response, on_failure)
-        else:  # the bridge does not answer a cancel request
+        else:  # without a response, since the bridge does not send one to a cancel request
             self._action.cancel(request["goal_info"]["goal_id"]["uuid"].hex())
-        return 0
+        return 0  # the request cannot be forgotten: the action client ignores results of unknown goals
 
     @property
     def server_numbers(self) -> frozenset[int]:
-        return frozenset({0}) if self._connection.is_up else frozenset()
+        return frozenset({0}) if self._connection.is_connected else frozenset()
 
     def close(self) -> None:
-        """Do nothing: the bridge stores nothing for a client."""
+        """Do nothing, since the bridge stores nothing for a client."""
 
 
-def _uuid(goal_id: str) -> bytes:
+def _parse_uuid(goal_id: str) -> bytes:
     try:
         return bytes.fromhex(goal_id)
     except ValueError:
-        return b""  # the feedback of another client, whose ids have another form
+        return b""  # ids of another form are those of other clients, whose goals are unknown here

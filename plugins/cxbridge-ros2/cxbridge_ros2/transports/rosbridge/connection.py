@@ -1,7 +1,7 @@
 """The connection to a rosbridge: a websocket that reconnects automatically.
 
-A thread owns the receiving side and the reconnection: it puts operations into an inbox, which the node reads
-when it is polled. Any thread may send.
+An operation is a message of the rosbridge protocol. A background thread receives operations and reconnects;
+the thread puts operations into an inbox, which the node reads when it is polled. Any thread may send.
 """
 
 from __future__ import annotations
@@ -19,36 +19,39 @@ from websockets.sync.client import ClientConnection, connect
 
 from cxbridge.errors import Ros2Error
 
-Operation = Mapping[str, Any]  # a message of the rosbridge protocol; `op` is its operation
+Operation = Mapping[str, Any]  # the JSON of an operation; the value of `op` is its kind
 
-LOST: Final = {"op": ""}  # placeholder in the inbox for a lost connection
+CONNECTION_LOST: Final = {"op": ""}  # stands in the inbox for the loss of the connection
 
-_OPEN_S: Final = 5.0  # seconds for the WebSocket handshake
-_RETRY_S: Final = 1.0  # seconds between two attempts to connect
-_STOP_S: Final = 5.0  # seconds for the thread to end
-_KEYS: Final = ("op", "id", "topic", "service", "action")  # keys of operations that are read as names
+_HANDSHAKE_TIMEOUT_S: Final = 5.0  # seconds for the WebSocket handshake
+_RETRY_PERIOD_S: Final = 1.0  # seconds between two attempts to connect
+_STOP_TIMEOUT_S: Final = 5.0  # seconds for the thread to end
+_NAME_KEYS: Final = ("op", "id", "topic", "service", "action")  # keys whose values must be texts or numbers
 
-# Limit of an unpacked message in bytes. A larger one resets the connection.
-MAX_BYTES: Final = 16 * 1024 * 1024
+# Limit of a message in bytes after decompression. A larger message ends the connection, which is restored.
+MAX_MESSAGE_BYTES: Final = 16 * 1024 * 1024
 
-MAX_QUEUED: Final = 10_000  # limit of queued operations
+MAX_QUEUED_OPERATIONS: Final = 10_000  # limit of the inbox
 
 
 class RosbridgeConnection:
-    """A connection that repeats the registered operations after each reconnection."""
+    """A connection that repeats the registered operations after each reconnection.
+
+    :ivar connection_count: the number of successful connections so far.
+    """
 
     def __init__(self, url: str) -> None:
         if not url.startswith(("ws://", "wss://")):
             raise Ros2Error(f"'{url}' is no URL of a rosbridge", hint="e.g. ws://robot:9090")
         self._url = url
-        self._inbox: queue.Queue[Operation] = queue.Queue(MAX_QUEUED)
-        self._registered: dict[int, Operation] = {}
+        self._inbox: queue.Queue[Operation] = queue.Queue(MAX_QUEUED_OPERATIONS)
+        self._registered_operations: dict[int, Operation] = {}
         self._numbers = count()
         self._lock = threading.Lock()
-        self._closing = threading.Event()
-        self.connections = 0  # number of connections so far
+        self._close_requested = threading.Event()
+        self.connection_count = 0
         self._socket: ClientConnection | None = None
-        self._open = ExitStack()
+        self._open_resources = ExitStack()
         try:
             self._connect()
         except (OSError, WebSocketException, ValueError) as error:
@@ -58,28 +61,32 @@ class RosbridgeConnection:
                 hint="is it running (ros2 launch rosbridge_server rosbridge_websocket_launch.xml), and is its"
                 " port right?",
             ) from None
-        self._thread = threading.Thread(target=self._run, name="rosbridge", daemon=True)
+        self._thread = threading.Thread(target=self._keep_connected, name="rosbridge", daemon=True)
         self._thread.start()
 
     @property
-    def is_up(self) -> bool:
+    def is_connected(self) -> bool:
         return self._socket is not None
 
-    def register(self, op: Operation, undo: Operation) -> Callable[[], None]:
-        """Send an operation now and after each reconnection; return the function that undoes it."""
+    def register(self, op: Operation, inverse_op: Operation) -> Callable[[], None]:
+        """Send an operation now and after each reconnection.
+
+        :returns: a function that ends the repetition and sends the inverse operation.
+        """
         number = next(self._numbers)
         with self._lock:
-            self._registered[number] = op
+            self._registered_operations[number] = op
         self.send(op)
 
         def end() -> None:
             with self._lock:
-                self._registered.pop(number, None)
-            self.send(undo)
+                self._registered_operations.pop(number, None)
+            self.send(inverse_op)
 
         return end
 
     def send(self, op: Operation) -> bool:
+        """Send an operation; return False without a connection."""
         socket = self._socket
         if socket is None:
             return False
@@ -90,6 +97,7 @@ class RosbridgeConnection:
         return True
 
     def receive(self, timeout_s: float) -> Iterator[Operation]:
+        """Yield the operations in the inbox; wait for the first up to a time limit."""
         try:
             yield self._inbox.get(timeout=timeout_s) if timeout_s > 0 else self._inbox.get_nowait()
             while True:
@@ -99,59 +107,59 @@ class RosbridgeConnection:
 
     def close(self) -> None:
         """Close the connection and end the thread."""
-        self._closing.set()
+        self._close_requested.set()
         if self._socket is not None:
             self._socket.close()
-        self._thread.join(_STOP_S)
-        self._open.close()
+        self._thread.join(_STOP_TIMEOUT_S)
+        self._open_resources.close()
 
     def _connect(self) -> None:
-        self._open.close()  # releases the previous connection
-        socket: ClientConnection = self._open.enter_context(
-            connect(self._url, open_timeout=_OPEN_S, max_size=MAX_BYTES, proxy=None)
+        self._open_resources.close()  # releases the previous connection
+        socket: ClientConnection = self._open_resources.enter_context(
+            connect(self._url, open_timeout=_HANDSHAKE_TIMEOUT_S, max_size=MAX_MESSAGE_BYTES, proxy=None)
         )
         with self._lock:
-            operations = list(self._registered.values())
+            operations = list(self._registered_operations.values())
         self._socket = socket
-        self.connections += 1
+        self.connection_count += 1
         for op in operations:
             self.send(op)
 
-    def _run(self) -> None:
-        while not self._closing.is_set():
+    def _keep_connected(self) -> None:
+        while not self._close_requested.is_set():
             socket = self._socket
             if socket is not None:
-                self._receive(socket)
+                self._receive_operations(socket)
                 self._socket = None
-                self._put_in_inbox(LOST)  # pending calls fail, in the thread of the node
-            elif not self._closing.wait(_RETRY_S):
+                self._put_in_inbox(CONNECTION_LOST)  # the node fails the pending calls in its thread
+            elif not self._close_requested.wait(_RETRY_PERIOD_S):
                 try:
                     self._connect()
                 except (OSError, WebSocketException, ValueError):
-                    continue
+                    continue  # the bridge may be restarting: try again after the period
 
     def _put_in_inbox(self, op: Operation) -> None:
-        """Add an operation to the inbox. A full inbox makes the bridge wait."""
-        while not self._closing.is_set():
+        """Add an operation to the inbox. If the inbox is full, the bridge waits until the node is polled."""
+        while not self._close_requested.is_set():
             with suppress(queue.Full):
-                self._inbox.put(op, timeout=_RETRY_S)
+                self._inbox.put(op, timeout=_RETRY_PERIOD_S)
                 return
 
-    def _receive(self, socket: ClientConnection) -> None:
+    def _receive_operations(self, socket: ClientConnection) -> None:
         try:
             for text in socket:
-                op = _parse(text)
+                op = _parse_operation(text)
                 if op is not None:
                     self._put_in_inbox(op)
         except (WebSocketException, OSError):
-            return
+            return  # the connection was lost, or closed by this side
 
 
-def _parse(text: str | bytes) -> Operation | None:
-    """Return an operation, or None for invalid data."""
+def _parse_operation(text: str | bytes) -> Operation | None:
+    """Parse an operation; return None for invalid data, which is ignored."""
     try:
         op = json.loads(text)
     except (ValueError, RecursionError):
         return None
-    is_operation = isinstance(op, dict) and all(isinstance(op.get(key, ""), str | int) for key in _KEYS)
+    is_operation = isinstance(op, dict) and all(isinstance(op.get(key, ""), str | int) for key in _NAME_KEYS)
     return op if is_operation else None

@@ -1,4 +1,4 @@
-"""Conversion between messages and the JSON of a rosbridge."""
+"""Conversion between messages and the JSON of the rosbridge protocol."""
 
 from __future__ import annotations
 
@@ -23,46 +23,48 @@ class JsonCodec:
         self._definitions = definitions
         self._codec = Codec(definitions)
 
-    def to_json(self, name: TypeName, message: Mapping[str, Any]) -> Any:
+    def to_json(self, type_name: TypeName, message: Mapping[str, Any]) -> Any:
         """Return a message as JSON values, with bytes as Base64."""
-        # through CDR, the one place that checks messages
-        decoded = self._codec.decode(name, self._codec.encode(name, message))
-        return msgspec.to_builtins(decoded, enc_hook=np.generic.item)
+        # converted to CDR and back, since `Codec` checks messages
+        decoded = self._codec.decode(type_name, self._codec.encode(type_name, message))
+        return msgspec.to_builtins(
+            decoded, enc_hook=np.generic.item
+        )  # scalars of NumPy become those of Python
 
-    def from_json(self, name: TypeName, value: Any) -> Message:
-        """Return a message; missing and broken fields get their defaults."""
-        fields = self._definitions.fields(name)
+    def from_json(self, type_name: TypeName, value: Any) -> Message:
+        """Return the message in JSON values. A missing or invalid field becomes zero or empty."""
+        fields = self._definitions.fields(type_name)
         members = value if isinstance(value, Mapping) else {}
         return {
-            field: self._read_value(kind, members.get(field))
-            for field, kind in fields
+            field: self._read_value(field_type, members.get(field))
+            for field, field_type in fields
             if field != EMPTY_MESSAGE_FIELD
         }
 
-    def _read_value(self, kind: FieldType, value: Any) -> Any:
-        node, details = kind
+    def _read_value(self, field_type: FieldType, value: Any) -> Any:
+        node, details = field_type
         if node == Nodetype.NAME:
             return self.from_json(parse_type(details), value)
         if node == Nodetype.BASE:
-            return base_value(details[0], value)
+            return to_base_type(details[0], value)
         element = details[0]
         element_node, element_details = element
         if element_node == Nodetype.BASE and element_details[0] in BYTE_TYPES:
-            return _bytes(value)
+            return _decode_bytes(value)
         return [self._read_value(element, item) for item in value] if isinstance(value, list) else []
 
 
-def base_value(kind: str, value: Any) -> Any:
-    """Return a value for a base type; missing or mistyped values get the default."""
-    if kind in ("float32", "float64"):
+def to_base_type(field_type: str, value: Any) -> Any:
+    """Return a JSON value as a base type. A missing or mistyped value becomes zero or empty."""
+    if field_type in ("float32", "float64"):
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         return float(value) if is_number else math.nan  # the bridge sends NaN and infinities as null
-    python_type: Any = {"bool": bool, "string": str}.get(kind, int)
+    python_type: Any = {"bool": bool, "string": str}.get(field_type, int)
     return value if isinstance(value, python_type) else python_type()
 
 
-def _bytes(value: Any) -> bytes:
-    """Return bytes from Base64, or from the list of numbers that other bridges send."""
+def _decode_bytes(value: Any) -> bytes:
+    """Return the bytes in Base64, or in a list of numbers, which servers other than rosbridge_suite send."""
     if isinstance(value, str):
         try:
             return base64.b64decode(value)

@@ -1,4 +1,4 @@
-"""A node behind a rosbridge."""
+"""A node that reaches ROS through a rosbridge, and converts its calls to operations of the bridge."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from cxbridge_ros2.node import (
 )
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.transports.rosbridge.clients import ActionServiceClient, RosbridgeAction, ServiceClient
-from cxbridge_ros2.transports.rosbridge.connection import LOST, Operation, RosbridgeConnection
+from cxbridge_ros2.transports.rosbridge.connection import CONNECTION_LOST, Operation, RosbridgeConnection
 from cxbridge_ros2.transports.rosbridge.messages import JsonCodec
 
 DEFAULT_URL: Final = "ws://localhost:9090"
 
-_ACTION: Final = "/_action/"
-_UNREACHABLE: Final = "the rosbridge is away"
-_LOST: Final = "the connection to the rosbridge was lost"
-# characters at the start of a status that identify a problem, and characters that are displayed
-_COMPARED, _DISPLAYED = 40, 500
+_ACTION_PART: Final = "/_action/"
+_UNREACHABLE_REASON: Final = "the rosbridge is away"
+_LOST_REASON: Final = "the connection to the rosbridge was lost"
+# Lengths in the text of a status: the start that identifies the problem, and the start that is reported.
+_COMPARED_LENGTH, _DISPLAYED_LENGTH = 40, 500
 
 
 class RosbridgeNode(Node):
     """A node behind a rosbridge. A lost connection is restored with its topics and services.
 
-    :param name: the name in logs; in ROS, the node of the bridge is visible.
-    :param url: the bridge's websocket.
+    :param name: the name of the node, which ROS does not see: in the graph of ROS, the bridge has the topics.
+    :param url: the URL of the bridge's websocket.
     :raises Ros2Error: if there is no rosbridge.
     """
 
@@ -55,7 +55,7 @@ class RosbridgeNode(Node):
         self._codec = JsonCodec(definitions)
         self._ids = count(1)
         self._subscriptions: dict[str, list[tuple[TypeName, MessageCallback]]] = {}
-        self._calls: dict[str, tuple[TypeName, MessageCallback, FailureCallback]] = {}
+        self._pending_calls: dict[str, tuple[TypeName, MessageCallback, FailureCallback]] = {}
         self._servers: dict[str, tuple[TypeName, RequestHandler]] = {}
         self._actions: dict[str, RosbridgeAction] = {}
         self._deferred_calls: list[Callable[[], None]] = []
@@ -66,29 +66,35 @@ class RosbridgeNode(Node):
     def create_publisher(
         self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
     ) -> Publisher:
-        connection, name = self._connection, parse_type(message_type)
-        self._definitions.fields(name)  # raises the error about an unknown type
-        op = {"op": "advertise", "topic": check_topic(topic), "type": str(name), "queue_size": qos.depth}
+        connection, type_name = self._connection, parse_type(message_type)
+        self._definitions.fields(type_name)  # raises the error about an unknown type
+        op = {"op": "advertise", "topic": check_topic(topic), "type": str(type_name), "queue_size": qos.depth}
         op["latch"] = qos.durability == "transient_local"
         end = connection.register(op, {"op": "unadvertise", "topic": topic})
 
         def publish(message: Mapping[str, Any]) -> None:
-            connection.send({"op": "publish", "topic": topic, "msg": self._codec.to_json(name, message)})
+            connection.send({"op": "publish", "topic": topic, "msg": self._codec.to_json(type_name, message)})
 
-        # the bridge does not report the number of subscriptions: it counts as one itself
-        return Publisher(publish, lambda: int(connection.is_up), end)
+        # the bridge does not report the number of subscriptions, and counts as one
+        return Publisher(publish, lambda: int(connection.is_connected), end)
 
     def _subscribe(
         self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
-        name = parse_type(message_type, "msg")
-        if _ACTION in topic:
-            return self._action(topic, name).subscribe(topic.rpartition("/")[2], callback)
-        self._definitions.fields(name)
-        entry = (name, callback)
+        type_name = parse_type(message_type, "msg")
+        if _ACTION_PART in topic:
+            return self._find_action(topic, type_name).subscribe(topic.rpartition("/")[2], callback)
+        self._definitions.fields(type_name)
+        entry = (type_name, callback)
         self._subscriptions.setdefault(check_topic(topic), []).append(entry)
         op_id = f"subscribe:{topic}:{next(self._ids)}"
-        op = {"op": "subscribe", "id": op_id, "topic": topic, "type": str(name), "queue_length": qos.depth}
+        op = {
+            "op": "subscribe",
+            "id": op_id,
+            "topic": topic,
+            "type": str(type_name),
+            "queue_length": qos.depth,
+        }
         unsubscribe = self._connection.register(op, {"op": "unsubscribe", "id": op_id, "topic": topic})
 
         def end() -> None:
@@ -99,24 +105,26 @@ class RosbridgeNode(Node):
         return end
 
     def create_client(self, service: str, service_type: str) -> Client:
-        name = parse_type(service_type, "srv")
-        if _ACTION in service:
+        type_name = parse_type(service_type, "srv")
+        if _ACTION_PART in service:
             return ActionServiceClient(
-                self._connection, self._action(service, name), service.rpartition("/")[2]
+                self._connection, self._find_action(service, type_name), service.rpartition("/")[2]
             )
-        self._definitions.fields(name.derive("Request"))
-        encode = partial(self._codec.to_json, name.derive("Request"))
-        return ServiceClient(self._connection, encode, partial(self._call, check_topic(service), name))
+        self._definitions.fields(type_name.derive("Request"))
+        encode = partial(self._codec.to_json, type_name.derive("Request"))
+        return ServiceClient(
+            self._connection, encode, partial(self._call_service, check_topic(service), type_name)
+        )
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
-        if _ACTION in service:
+        if _ACTION_PART in service:
             raise Ros2Error(
                 "actions are not served over rosbridge", hint="use the transport dds to serve actions"
             )
-        name = parse_type(service_type, "srv")
-        self._definitions.fields(name.derive("Request"))
-        self._servers[check_topic(service)] = (name, handler)
-        op = {"op": "advertise_service", "service": service, "type": str(name)}
+        type_name = parse_type(service_type, "srv")
+        self._definitions.fields(type_name.derive("Request"))
+        self._servers[check_topic(service)] = (type_name, handler)
+        op = {"op": "advertise_service", "service": service, "type": str(type_name)}
         unadvertise = self._connection.register(op, {"op": "unadvertise_service", "service": service})
 
         def end() -> None:
@@ -130,12 +138,12 @@ class RosbridgeNode(Node):
         for call in deferred_calls:
             call()
         for action in self._actions.values():
-            action.cancel_again()
+            action.repeat_cancel_requests()
         any_received = bool(deferred_calls)
         for op in self._connection.receive(0.0 if any_received else timeout_s):
             any_received = True
-            if op is LOST:
-                self._fail_all()
+            if op is CONNECTION_LOST:
+                self._fail_pending()
             elif (handle := self._handlers.get(op.get("op", ""))) is not None:
                 handle(self, op)
         return any_received
@@ -150,7 +158,7 @@ class RosbridgeNode(Node):
             callback(self._codec.from_json(name, op.get("msg")))
 
     def _handle_response(self, op: Operation) -> None:
-        call = self._calls.pop(str(op.get("id")), None)
+        call = self._pending_calls.pop(str(op.get("id")), None)
         if call is None:
             return
         name, on_response, on_failure = call
@@ -175,21 +183,23 @@ class RosbridgeNode(Node):
     def _handle_status(self, op: Operation) -> None:
         if op.get("level") in ("error", "warning"):
             text = str(op.get("msg"))
-            # the beginning names the problem, the rest the message or the line
-            self.complain(f"status {text[:_COMPARED]}", f"the rosbridge says: {text[:_DISPLAYED]}")
+            # the start of the text names the problem, the rest quotes a message or a line of code
+            self.complain(
+                f"status {text[:_COMPARED_LENGTH]}", f"the rosbridge says: {text[:_DISPLAYED_LENGTH]}"
+            )
 
     def _handle_action(self, op: Operation) -> None:
         action = self._actions.get(op.get("action", ""))
         if action is not None:
-            action.handle(op, self._codec.from_json)
+            action.handle_operation(op, self._codec.from_json)
 
-    def _fail_all(self) -> None:
-        """Fail the calls and goals of a lost connection: the bridge forgets them."""
-        calls, self._calls = self._calls, {}
+    def _fail_pending(self) -> None:
+        """End all calls and goals as failures, since the bridge forgets them with the connection."""
+        calls, self._pending_calls = self._pending_calls, {}
         for _, _, on_failure in calls.values():
-            on_failure(_LOST)
+            on_failure(_LOST_REASON)
         for action in self._actions.values():
-            action.fail_all(_LOST)
+            action.fail_goals(_LOST_REASON)
 
     _handlers: Final[Mapping[str, Callable[[RosbridgeNode, Operation], None]]] = {
         "publish": _handle_message,
@@ -202,41 +212,53 @@ class RosbridgeNode(Node):
 
     # --- services and actions -----------------------------------------------------------------------------
 
-    def _call(
+    def _call_service(
         self,
         service: str,
-        name: TypeName,
+        type_name: TypeName,
         args: Any,
         on_response: MessageCallback,
         on_failure: FailureCallback,
     ) -> None:
         call_id = str(next(self._ids))
-        op = {"op": "call_service", "id": call_id, "service": service, "type": str(name), "args": args}
-        self._calls[call_id] = (name, on_response, on_failure)
+        op = {"op": "call_service", "id": call_id, "service": service, "type": str(type_name), "args": args}
+        self._pending_calls[call_id] = (type_name, on_response, on_failure)
         if not self._connection.send(op):
             # deferred, since the caller does not expect a callback before its call returns
-            failure = {"id": call_id, "result": False, "values": _UNREACHABLE}
+            failure = {"id": call_id, "result": False, "values": _UNREACHABLE_REASON}
             self._deferred_calls.append(lambda: self._handle_response(failure))
 
-    def _action(self, topic: str, name: TypeName) -> RosbridgeAction:
-        """Return the action of a topic or service."""
-        action_name = topic.partition(_ACTION)[0]
+    def _find_action(self, topic: str, type_name: TypeName) -> RosbridgeAction:
+        """Return the action to which a topic or service belongs.
+
+        :param type_name: the type of the topic or service.
+        """
+        action_name = topic.partition(_ACTION_PART)[0]
         if action_name not in self._actions:
             self._actions[action_name] = RosbridgeAction(
                 check_topic(action_name), self._connection, self._defer, self._send_goal
             )
         action = self._actions[action_name]
-        if name.kind == "action":  # the types of cancel requests and status messages do not name the action
-            action.type = TypeName(name.package, "action", name.name.partition("_")[0])
+        if (
+            type_name.kind == "action"
+        ):  # the types of cancel requests and status messages do not type_name the action
+            action.type_name = TypeName(type_name.package, "action", type_name.name.partition("_")[0])
         return action
 
     def _defer(self, call: Callable[[], None]) -> None:
         self._deferred_calls.append(call)
 
     def _send_goal(self, action: RosbridgeAction, goal_id: str, goal: Mapping[str, Any]) -> bool:
-        args = self._codec.to_json(action.type.derive("Goal"), goal)
-        op = {"op": "send_action_goal", "id": goal_id, "action": action.name, "action_type": str(action.type)}
-        return self._connection.send({**op, "args": args, "feedback": True})
+        return self._connection.send(
+            {
+                "op": "send_action_goal",
+                "id": goal_id,
+                "action": action.name,
+                "action_type": str(action.type_name),
+                "args": self._codec.to_json(action.type_name.derive("Goal"), goal),
+                "feedback": True,
+            }
+        )
 
 
 def join(

@@ -1,4 +1,4 @@
-"""ROS 2 over Zenoh with the wheel of Eclipse Zenoh, for robots with rmw_zenoh_cpp."""
+"""ROS 2 over Zenoh with the Python package of Eclipse Zenoh, for robots with rmw_zenoh_cpp."""
 
 from cxbridge_ros2.transports.zenoh.node import ZenohNode, join
 

@@ -1,4 +1,4 @@
-"""Inbox for messages from foreign threads, delivered in the polling thread."""
+"""An inbox for messages that arrive in threads of Zenoh, and are delivered in the polling thread."""
 
 from __future__ import annotations
 
@@ -8,22 +8,24 @@ from collections.abc import Callable
 from itertools import count
 from typing import Any, Final
 
-MAX_QUEUED: Final = 1000  # default limit of queued messages of a source
+MAX_QUEUED_MESSAGES: Final = 1000  # default limit per source
 
 
 class InboxSource:
-    """A source of messages.
+    """A source of messages, such as a subscription.
 
     :param deliver: called with each message.
-    :param depth: the limit of queued messages, whose oldest is dropped; 0 for :data:`MAX_QUEUED`.
+    :param depth: the limit of queued messages; a further message replaces the oldest. 0 stands for
+        :data:`MAX_QUEUED_MESSAGES`.
+    :ivar queued_numbers: the numbers of the source's messages in the inbox.
     """
 
-    __slots__ = ("deliver", "depth", "is_open", "queued")
+    __slots__ = ("deliver", "depth", "is_open", "queued_numbers")
 
     def __init__(self, deliver: Callable[[Any], None], depth: int) -> None:
-        self.deliver, self.depth = deliver, depth or MAX_QUEUED
+        self.deliver, self.depth = deliver, depth or MAX_QUEUED_MESSAGES
         self.is_open = True
-        self.queued: deque[int] = deque()  # numbers of its messages in the inbox
+        self.queued_numbers: deque[int] = deque()
 
 
 class MessageInbox:
@@ -39,28 +41,32 @@ class MessageInbox:
         with self._condition:
             if not source.is_open:
                 return
-            if len(source.queued) >= source.depth:
-                del self._messages[source.queued.popleft()]
+            if len(source.queued_numbers) >= source.depth:
+                del self._messages[source.queued_numbers.popleft()]
             number = next(self._numbers)
-            source.queued.append(number)
+            source.queued_numbers.append(number)
             self._messages[number] = source, message
             self._condition.notify()
 
-    def end(self, source: InboxSource) -> None:
+    def close_source(self, source: InboxSource) -> None:
         """Drop the queued and all further messages of a source."""
         with self._condition:
             source.is_open = False
-            while source.queued:
-                del self._messages[source.queued.popleft()]
+            while source.queued_numbers:
+                del self._messages[source.queued_numbers.popleft()]
 
     def deliver(self, timeout_s: float) -> bool:
-        """Deliver the queued messages in this thread, or wait for the first; return whether there was one."""
+        """Deliver the queued messages in this thread; return whether there were messages.
+
+        :param timeout_s: the seconds to wait for the first message.
+        """
         with self._condition:
             if timeout_s > 0:
                 self._condition.wait_for(lambda: self._messages, timeout_s)
             remaining = len(self._messages)
         any_queued = remaining > 0
-        # messages that arrive meanwhile belong to the next call; no lock here, since callbacks may put some
+        # Messages that arrive during the delivery belong to the next call. The lock is not held during a
+        # callback, which may queue messages.
         while remaining and (entry := self._pop()) is not None:
             source, message = entry
             source.deliver(message)
@@ -70,8 +76,8 @@ class MessageInbox:
     def _pop(self) -> tuple[InboxSource, Any] | None:
         with self._condition:
             if not self._messages:
-                return None  # a callback has ended the last source
+                return None  # a callback has closed the source of the remaining messages
             number = next(iter(self._messages))
             source, message = self._messages.pop(number)
-            source.queued.popleft()
+            source.queued_numbers.popleft()
             return source, message

@@ -1,7 +1,7 @@
-"""A node on Zenoh with the wheel of Eclipse Zenoh, for robots with rmw_zenoh_cpp.
+"""A node on Zenoh with the Python package of Eclipse Zenoh, for robots with rmw_zenoh_cpp.
 
-Messages go to keys that contain their type; a service is a queryable; liveliness tokens announce endpoints.
-Zenoh calls back in its own threads, so received messages wait until the node is polled.
+Messages have keys that contain their type, a service is a queryable of Zenoh, and liveliness tokens announce
+endpoints. Since Zenoh calls back in its own threads, received messages wait until the node is polled.
 """
 
 from __future__ import annotations
@@ -31,35 +31,35 @@ from cxbridge_ros2.node import (
     RequestHandler,
 )
 from cxbridge_ros2.qos import PROFILES, QosProfile
-from cxbridge_ros2.transports.environment import domain_id
-from cxbridge_ros2.transports.mismatches import mismatch, public_name
+from cxbridge_ros2.transports.environment import read_domain_id
+from cxbridge_ros2.transports.mismatches import describe_mismatch, public_name
 from cxbridge_ros2.transports.zenoh.graph import RosGraph
 from cxbridge_ros2.transports.zenoh.inbox import InboxSource, MessageInbox
 from cxbridge_ros2.transports.zenoh.names import (
     NO_HASH,
+    EndpointKind,
     GraphEndpoint,
-    Kind,
     MessageAttachment,
     NodeName,
-    attachment_of,
-    tokens_of,
-    typed_name,
+    make_typed_name,
+    parse_attachment,
+    token_pattern,
 )
 from cxbridge_ros2.transports.zenoh.session import open_session
 
-_SERVICES: Final = PROFILES["services_default"]
-_HEARTBEAT_S: Final = 0.5  # seconds until a late subscription notices a missed message
-_REQUEST_S: Final = 600.0  # seconds until a request counts as failed
-_RESULT_S: Final = 1e9  # a goal may take any time
-# Kind of the remote end of an endpoint, and ROS' term for it.
-_PEERS: Final[Mapping[Kind, tuple[Kind, str]]] = {
+_SERVICE_QOS: Final = PROFILES["services_default"]
+_HEARTBEAT_PERIOD_S: Final = 0.5  # seconds until a subscription notices that it has missed the last message
+_REQUEST_TIMEOUT_S: Final = 600.0  # seconds until a request counts as failed
+_RESULT_TIMEOUT_S: Final = 1e9  # the same for the result of a goal, which may take any time
+# By kind: the kind of the endpoints that match, and ROS' term for them.
+_PEERS: Final[Mapping[EndpointKind, tuple[EndpointKind, str]]] = {
     "MP": ("MS", "subscription"),
     "MS": ("MP", "publisher"),
     "SS": ("SC", "client"),
     "SC": ("SS", "server"),
 }
 
-_GET_RESULT: Final = "/_action/get_result"
+_GET_RESULT_SUFFIX: Final = "/_action/get_result"
 
 
 class ZenohNode(Node):
@@ -82,9 +82,9 @@ class ZenohNode(Node):
         super().__init__(report)
         self._definitions = definitions
         self._codec = Codec(definitions)
-        self._domain = domain_id() if domain is None else domain
+        self._domain = read_domain_id() if domain is None else domain
         self._session = open_session(url)
-        self._name = NodeName(self._domain, str(self._session.zid()), 0, name)
+        self._node_name = NodeName(self._domain, str(self._session.zid()), 0, name)
         self._numbers = count(1)
         self._inbox = MessageInbox()
         self._close_functions: dict[int, Callable[[], None]] = {}
@@ -92,24 +92,24 @@ class ZenohNode(Node):
         self._compared_version = -1
         self._graph = RosGraph()
         liveliness = self._session.liveliness()
-        # stored, since Zenoh ends a subscription or a token without a reference
-        self._tokens = liveliness.declare_subscriber(
-            tokens_of(self._domain), _direct_callback(self._update_graph), history=True
+        # referenced, since Zenoh ends a subscription or a token when its Python object is deleted
+        self._token_subscriber = liveliness.declare_subscriber(
+            token_pattern(self._domain), _make_direct_callback(self._update_graph), history=True
         )
-        self._token = liveliness.declare_token(self._name.token)
+        self._node_token = liveliness.declare_token(self._node_name.token)
 
     # --- the interface of a node --------------------------------------------------------------------------
 
     def create_publisher(
         self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
     ) -> Publisher:
-        name = parse_type(message_type)
-        endpoint = self._endpoint("MP", topic, name, qos)
+        type_name = parse_type(message_type)
+        endpoint = self._make_endpoint("MP", topic, type_name, qos)
         zenoh_publisher = _declare_publisher(self._session, endpoint.topic.key(self._domain), qos)
         gid, numbers = endpoint.gid, count(1)
 
         def publish(message: Mapping[str, Any]) -> None:
-            data = self._codec.encode(name, message)
+            data = self._codec.encode(type_name, message)
             attachment = bytes(MessageAttachment(next(numbers), time.time_ns(), gid))
             try:
                 zenoh_publisher.put(data, attachment=attachment)
@@ -118,66 +118,68 @@ class ZenohNode(Node):
 
         return Publisher(
             publish,
-            lambda: len(self._graph.endpoints("MS", endpoint.topic)),
-            self._announce(endpoint, name, zenoh_publisher),
+            lambda: len(self._graph.endpoint_numbers("MS", endpoint.topic)),
+            self._announce(endpoint, type_name, zenoh_publisher),
         )
 
     def _subscribe(
         self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
-        name = parse_type(message_type)
-        endpoint = self._endpoint("MS", topic, name, qos)
+        type_name = parse_type(message_type)
+        endpoint = self._make_endpoint("MS", topic, type_name, qos)
 
-        def take(sample: zenoh.Sample) -> None:
+        def handle(sample: zenoh.Sample) -> None:
             if sample.kind == zenoh.SampleKind.PUT:
-                message = self._try_decode(topic, lambda: self._codec.decode(name, sample.payload.to_bytes()))
+                message = self._try_decode(
+                    topic, lambda: self._codec.decode(type_name, sample.payload.to_bytes())
+                )
                 if message is not None:
                     callback(message)
 
-        source = InboxSource(take, max(1, qos.depth))
-        put = _direct_callback(partial(self._inbox.put, source))
+        source = InboxSource(handle, max(1, qos.depth))
+        put = _make_direct_callback(partial(self._inbox.put, source))
         zenoh_subscriber = _declare_subscriber(self._session, endpoint.topic.key(self._domain), put, qos)
-        return self._announce(endpoint, name, zenoh_subscriber, source)
+        return self._announce(endpoint, type_name, zenoh_subscriber, source)
 
     def create_client(self, service: str, service_type: str) -> Client:
-        name = parse_type(service_type, "srv")
-        endpoint = self._endpoint("SC", service, name, _SERVICES)
+        type_name = parse_type(service_type, "srv")
+        endpoint = self._make_endpoint("SC", service, type_name, _SERVICE_QOS)
         querier = self._session.declare_querier(
             endpoint.topic.key(self._domain),
             # each server gets the request, and the first response counts, as in rmw_zenoh_cpp
             target=zenoh.QueryTarget.ALL_COMPLETE,
             consolidation=zenoh.ConsolidationMode.NONE,
-            timeout=_RESULT_S if service.endswith(_GET_RESULT) else _REQUEST_S,
+            timeout=_RESULT_TIMEOUT_S if service.endswith(_GET_RESULT_SUFFIX) else _REQUEST_TIMEOUT_S,
         )
-        client = _Client(querier, endpoint, name, self._codec, self._graph)
-        source = InboxSource(client.take, 0)
-        client.put = partial(self._inbox.put, source)
-        client.end = self._announce(endpoint, name, querier, source)
+        client = _Client(querier, endpoint, type_name, self._codec, self._graph)
+        source = InboxSource(client.handle_reply, 0)
+        client.queue_reply = partial(self._inbox.put, source)
+        client.close_endpoint = self._announce(endpoint, type_name, querier, source)
         return client
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
-        name = parse_type(service_type, "srv")
-        endpoint = self._endpoint("SS", service, name, _SERVICES)
+        type_name = parse_type(service_type, "srv")
+        endpoint = self._make_endpoint("SS", service, type_name, _SERVICE_QOS)
         key = endpoint.topic.key(self._domain)
-        encode = partial(self._codec.encode, name.derive("Response"))
+        encode = partial(self._codec.encode, type_name.derive("Response"))
 
-        def take(query: zenoh.Query) -> None:
+        def handle(query: zenoh.Query) -> None:
             try:
-                request = self._codec.decode(name.derive("Request"), _bytes_of(query.payload))
+                request = self._codec.decode(type_name.derive("Request"), _read_bytes(query.payload))
             except Ros2Error as error:  # a client may send any bytes
                 self.complain(f"broken {service}", f"{service}: {error.message}")
                 query.reply_err(str(error))
                 query.drop()
                 return
-            handler(request, lambda response: _reply(query, key, encode(response)))
+            handler(request, lambda response: _send_reply(query, key, encode(response)))
 
-        source = InboxSource(take, _SERVICES.depth)
-        # complete: the server answers any request for its key
+        source = InboxSource(handle, _SERVICE_QOS.depth)
+        # complete, since the server responds to each request with its key
         return self._announce(
             endpoint,
-            name,
+            type_name,
             self._session.declare_queryable(
-                key, _direct_callback(partial(self._inbox.put, source)), complete=True
+                key, _make_direct_callback(partial(self._inbox.put, source)), complete=True
             ),
             source,
         )
@@ -186,7 +188,7 @@ class ZenohNode(Node):
         if self._compared_version != self._graph.version:
             self._compared_version = self._graph.version
             for endpoint, kind in self._endpoints.values():
-                self._compare(endpoint, kind)
+                self._compare_types(endpoint, kind)
         return self._inbox.deliver(timeout_s)
 
     def close(self) -> None:
@@ -197,29 +199,34 @@ class ZenohNode(Node):
 
     # --- Zenoh --------------------------------------------------------------------------------------------
 
-    def _endpoint(self, kind: Kind, topic: str, name: TypeName, qos: QosProfile) -> GraphEndpoint:
+    def _make_endpoint(
+        self, kind: EndpointKind, topic: str, type_name: TypeName, qos: QosProfile
+    ) -> GraphEndpoint:
         is_service = kind in ("SS", "SC")
         return GraphEndpoint(
-            self._name,
+            self._node_name,
             next(self._numbers),
             kind,
-            typed_name(check_topic(topic), name, self._definitions, is_service=is_service),
+            make_typed_name(check_topic(topic), type_name, self._definitions, is_service=is_service),
             qos,
         )
 
-    def _compare(self, endpoint: GraphEndpoint, kind: TypeName) -> None:
-        """Complain about remote endpoints with the same name and another type."""
+    def _compare_types(self, endpoint: GraphEndpoint, kind: TypeName) -> None:
+        """Complain about endpoints of other nodes with the same name and another type."""
         peer_kind, peer = _PEERS[endpoint.kind]
-        name, our_hash = public_name(endpoint.topic.name), _known_hash(endpoint.topic.type_hash)
-        for topic in self._graph.topics_named(peer_kind, endpoint.topic.name):
-            their_hash = _known_hash(topic.type_hash)
-            if text := mismatch(name, peer, topic.dds_type, their_hash, kind, our_hash):
+        name, our_hash = public_name(endpoint.topic.name), _find_known_hash(endpoint.topic.type_hash)
+        for topic in self._graph.find_topics(peer_kind, endpoint.topic.name):
+            their_hash = _find_known_hash(topic.type_hash)
+            if text := describe_mismatch(name, peer, topic.dds_type, their_hash, kind, our_hash):
                 self.complain(f"type {name} {peer}", text)
 
     def _announce(
-        self, endpoint: GraphEndpoint, name: TypeName, entity: Any, source: InboxSource | None = None
+        self, endpoint: GraphEndpoint, type_name: TypeName, entity: Any, source: InboxSource | None = None
     ) -> Callable[[], None]:
-        """Announce an endpoint; return the function that closes it."""
+        """Announce an endpoint; return the function that closes the endpoint.
+
+        :param entity: the object of Zenoh that sends or receives.
+        """
         token = self._session.liveliness().declare_token(endpoint.token)
 
         def end() -> None:
@@ -227,13 +234,14 @@ class ZenohNode(Node):
                 return
             del self._endpoints[endpoint.number]
             if source is not None:
-                self._inbox.end(source)
+                self._inbox.close_source(source)
             token.undeclare()
             entity.undeclare()
 
-        self._endpoints[endpoint.number] = endpoint, name
-        self._compare(endpoint, name)
-        self._close_functions[endpoint.number] = end  # Zenoh ends an endpoint without a reference
+        self._endpoints[endpoint.number] = endpoint, type_name
+        self._compare_types(endpoint, type_name)
+        # also a reference to the token and the entity, which Zenoh ends when their Python objects are deleted
+        self._close_functions[endpoint.number] = end
         return end
 
     def _update_graph(self, sample: zenoh.Sample) -> None:
@@ -247,20 +255,26 @@ def join(name: str, definitions: Definitions, domain: Domain, report: ProblemCal
 
 
 class _Client(Client):
-    """A client of a service: a request is a query, whose replies come in threads of Zenoh.
+    """A client of a service. A request is a query, whose replies arrive in threads of Zenoh.
 
-    :ivar put: queues a reply of a request, or None after the last one, for the polling thread.
-    :ivar end: closes the endpoint.
+    :ivar queue_reply: queues the number of a request and a reply for the polling thread. None stands for the
+        end of the replies.
+    :ivar close_endpoint: closes the endpoint.
     """
 
-    put: Callable[[tuple[int, zenoh.Reply | None]], None]
-    end: Callable[[], None]
+    queue_reply: Callable[[tuple[int, zenoh.Reply | None]], None]
+    close_endpoint: Callable[[], None]
 
     def __init__(
-        self, querier: zenoh.Querier, endpoint: GraphEndpoint, name: TypeName, codec: Codec, graph: RosGraph
+        self,
+        querier: zenoh.Querier,
+        endpoint: GraphEndpoint,
+        type_name: TypeName,
+        codec: Codec,
+        graph: RosGraph,
     ) -> None:
         super().__init__()
-        self._querier, self._endpoint, self._name = querier, endpoint, name
+        self._querier, self._make_endpoint, self._node_name = querier, endpoint, type_name
         self._codec, self._graph, self._gid = codec, graph, endpoint.gid
 
     def call(
@@ -269,11 +283,11 @@ class _Client(Client):
         on_response: MessageCallback,
         on_failure: FailureCallback | None = None,
     ) -> int:
-        data = self._codec.encode(self._name.derive("Request"), request)
+        data = self._codec.encode(self._node_name.derive("Request"), request)
         number = self._register_request(on_response, on_failure)
         attachment = bytes(MessageAttachment(number, time.time_ns(), self._gid))
         callback: Callback[zenoh.Reply] = Callback(
-            lambda reply: self.put((number, reply)), lambda: self.put((number, None))
+            lambda reply: self.queue_reply((number, reply)), lambda: self.queue_reply((number, None))
         )
         try:
             self._querier.get(callback, payload=data, attachment=attachment)
@@ -282,14 +296,14 @@ class _Client(Client):
             raise Ros2Error(f"Zenoh does not take a request: {error}") from None
         return number
 
-    def take(self, numbered_reply: tuple[int, zenoh.Reply | None]) -> None:
-        """Handle a response, an error, or the end of responses."""
+    def handle_reply(self, numbered_reply: tuple[int, zenoh.Reply | None]) -> None:
+        """Handle a response, an error, or the end of the replies."""
         number, reply = numbered_reply
         on_response, on_failure = self._pending_callbacks.pop(number, (None, None))
         if on_response is None:
-            return  # a second response, or a response to a forgotten request
+            return  # a response of a further server, or to a forgotten request
         try:
-            response = self._codec.decode(self._name.derive("Response"), _payload_of(reply))
+            response = self._codec.decode(self._node_name.derive("Response"), _read_payload(reply))
         except Ros2Error as error:
             if on_failure is not None:
                 on_failure(str(error))
@@ -298,40 +312,43 @@ class _Client(Client):
 
     @property
     def server_numbers(self) -> frozenset[int]:
-        return self._graph.endpoints("SS", self._endpoint.topic)
+        return self._graph.endpoint_numbers("SS", self._make_endpoint.topic)
 
     def missing_server_reason(self) -> str:
-        return self._graph.missing_server_reason(
-            self._endpoint.topic, self._name, f"the domain {self._endpoint.node.domain}"
+        return self._graph.describe_missing_server(
+            self._make_endpoint.topic, self._node_name, f"the domain {self._make_endpoint.node.domain}"
         )
 
     def close(self) -> None:
-        self.end()
+        self.close_endpoint()
 
 
-def _known_hash(type_hash: str) -> str:
+def _find_known_hash(type_hash: str) -> str:
     return "" if type_hash == NO_HASH else type_hash
 
 
-def _direct_callback(call: Callable[[Any], None]) -> Callback[Any]:
-    """Return a callback that runs in Zenoh's own thread, without a thread of Python: it must not block."""
+def _make_direct_callback(call: Callable[[Any], None]) -> Callback[Any]:
+    """Return a callback that Zenoh calls in its own threads, without a thread of Python between.
+
+    The function must not block.
+    """
     return Callback(call, None, indirect=False)
 
 
 def _declare_publisher(
     session: zenoh.Session, key: str, qos: QosProfile
 ) -> zenoh.Publisher | ext.AdvancedPublisher:
-    reliable = qos.reliability == "reliable"
+    is_reliable = qos.reliability == "reliable"
     options: Any = {
         # as in rmw_zenoh_cpp, so that no reader blocks us
         "congestion_control": zenoh.CongestionControl.DROP,
-        "reliability": zenoh.Reliability.RELIABLE if reliable else zenoh.Reliability.BEST_EFFORT,
+        "reliability": zenoh.Reliability.RELIABLE if is_reliable else zenoh.Reliability.BEST_EFFORT,
     }
     if qos.durability != "transient_local":
         return session.declare_publisher(key, **options)
-    if reliable:
+    if is_reliable:
         options["sample_miss_detection"] = ext.MissDetectionConfig(
-            heartbeat=None, sporadic_heartbeat=_HEARTBEAT_S
+            heartbeat=None, sporadic_heartbeat=_HEARTBEAT_PERIOD_S
         )
     return ext.declare_advanced_publisher(
         session,
@@ -359,20 +376,21 @@ def _declare_subscriber(
     )
 
 
-def _reply(query: zenoh.Query, key: str, data: bytes) -> None:
-    """Answer a query; the client may be gone."""
-    attachment = _bytes_of(query.attachment)
-    # the client finds its request by the number in the attachment; an unknown format is sent back as it is
-    if request := attachment_of(attachment):
+def _send_reply(query: zenoh.Query, key: str, data: bytes) -> None:
+    """Send the response to a query, unless the client is gone."""
+    attachment = _read_bytes(query.attachment)
+    # The client finds its request by the number and the GID in the attachment of the response. An attachment
+    # of an unknown format is sent back unchanged.
+    if request := parse_attachment(attachment):
         attachment = bytes(MessageAttachment(request.number, time.time_ns(), request.gid))
     try:
         query.reply(key, data, attachment=attachment)
         query.drop()
     except zenoh.ZError:
-        return
+        return  # the client has gone
 
 
-def _payload_of(reply: zenoh.Reply | None) -> bytes:
+def _read_payload(reply: zenoh.Reply | None) -> bytes:
     if reply is None:
         raise Ros2Error("the server has not answered: it is gone, or has taken too long")
     if reply.err is not None:
@@ -380,5 +398,5 @@ def _payload_of(reply: zenoh.Reply | None) -> bytes:
     return b"" if reply.ok is None else reply.ok.payload.to_bytes()
 
 
-def _bytes_of(data: zenoh.ZBytes | None) -> bytes:
+def _read_bytes(data: zenoh.ZBytes | None) -> bytes:
     return b"" if data is None else data.to_bytes()

@@ -12,7 +12,7 @@ STEP_NS = 10_000_000
 
 def main() -> None:
     domain, speed = int(sys.argv[1]), float(sys.argv[2])
-    rclpy.init(domain_id=domain)
+    rclpy.init(read_domain_id=domain)
     node = rclpy.create_node("simulation")
     qos = QoSProfile(
         depth=1, history=QoSHistoryPolicy.KEEP_LAST, reliability=QoSReliabilityPolicy.BEST_EFFORT

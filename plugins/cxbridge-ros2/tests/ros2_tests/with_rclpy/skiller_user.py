@@ -10,7 +10,7 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
 
 def main() -> None:
-    rclpy.init(domain_id=int(sys.argv[1]))
+    rclpy.init(read_domain_id=int(sys.argv[1]))
     node = rclpy.create_node("user")
     seen = []
     latched = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
