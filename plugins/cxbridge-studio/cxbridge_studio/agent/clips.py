@@ -1,7 +1,8 @@
 """Reads the names in CLIPS files: those that constructs define, match, assert, change and call.
 
-CLIPS' syntax is regular: the head of a list shows which words in the list are names. The tables below list
-the functions and slots of CLIPS, the CX core and its features that have names as arguments or values.
+CLIPS' syntax is regular: the head of a list, its first word, shows which words in the list are names. The
+tables below list the functions and slots of CLIPS, the CX core and its features that have names as arguments
+or values.
 """
 
 from __future__ import annotations
@@ -14,11 +15,11 @@ from cxbridge_studio.agent.condition import CE, GroupCE, TestCE, elements, sides
 from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
 from cxbridge_studio.agent.top_level import TopLevelList, top_level_lists
 
-# Conditional elements that contain patterns.
-CONDITIONS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
+# The heads of conditional elements that contain patterns.
+CONDITION_HEADS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
 
 # Functions that query facts or instances. Their first argument is `((?fact TEMPLATE) ...)`.
-QUERIES: Final[Mapping[str, NameKind]] = {
+QUERY_KINDS: Final[Mapping[str, NameKind]] = {
     **dict.fromkeys(
         ("do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts", "find-fact", "find-all-facts"),
         NameKind.TEMPLATE,
@@ -31,8 +32,8 @@ QUERIES: Final[Mapping[str, NameKind]] = {
     **dict.fromkeys(("find-all-instances", "any-instancep"), NameKind.CLASS),
 }
 
-# Functions with arguments that are slots of an instance, `(SLOT VALUE...)`.
-_MAKES_INSTANCES: Final = frozenset(
+# Functions whose arguments are slots of an instance, `(SLOT VALUE...)`.
+_INSTANCE_FUNCTIONS: Final = frozenset(
     f"{active}{change}-instance"
     for change in ("make", "initialize", "modify", "duplicate", "message-modify", "message-duplicate")
     for active in ("", "active-")
@@ -41,13 +42,13 @@ _MAKES_INSTANCES: Final = frozenset(
 # Words that begin a list but are not functions: the branches of a switch.
 _SWITCH_BRANCHES: Final = frozenset({"case", "default"})
 # Words that begin the definition of a slot: `field` and `multifield` are old, `single-slot` is for classes.
-_SLOTS: Final = frozenset({"slot", "multislot", "single-slot", "field", "multifield"})
+_SLOT_KEYWORDS: Final = frozenset({"slot", "multislot", "single-slot", "field", "multifield"})
 # Functions that change a fact; the loader rewrites `modify` in the built-in core to `cx-modify-goal`.
-_CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
-_LOOPS: Final = frozenset({"foreach", "progn$", "loop-for-count"})
+_CHANGE_FUNCTIONS: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
+_LOOP_FUNCTIONS: Final = frozenset({"foreach", "progn$", "loop-for-count"})
 
-# Kinds of the names that constructs define. `defglobal` is missing: a defglobal defines several names.
-DEFINES: Final[Mapping[str, NameKind]] = {
+# The kinds of the names that constructs define. `defglobal` is missing, because it defines several names.
+CONSTRUCT_KINDS: Final[Mapping[str, NameKind]] = {
     "defrule": NameKind.RULE,
     "deftemplate": NameKind.TEMPLATE,
     "deffacts": NameKind.FACTS,
@@ -60,7 +61,7 @@ DEFINES: Final[Mapping[str, NameKind]] = {
 }
 
 # Slots of the core's templates that have names as values.
-SLOT_VALUES: Final[Mapping[tuple[str, str], NameKind]] = {
+SLOT_VALUE_KINDS: Final[Mapping[tuple[str, str], NameKind]] = {
     ("goal", "class"): NameKind.GOAL_CLASS,
     ("plan-action", "action-name"): NameKind.ACTION,
     ("domain-operator", "name"): NameKind.ACTION,
@@ -75,7 +76,7 @@ SLOT_VALUES: Final[Mapping[tuple[str, str], NameKind]] = {
 }
 
 # Functions that have a name as their first argument.
-ARGUMENTS: Final[Mapping[str, NameKind]] = {
+FIRST_ARGUMENT_KINDS: Final[Mapping[str, NameKind]] = {
     **dict.fromkeys(
         ("path-load", "path-load*", "load", "load*", "path-batch", "path-batch*", "batch", "batch*"),
         NameKind.FILE,
@@ -111,311 +112,328 @@ def read_clips(path: str, text: str, previous: SourceFile | None = None) -> Sour
     return SourceFile(
         path,
         text,
-        tuple(PlacedPiece(top_list.start, _piece(top_list, pieces.get(top_list.text))) for top_list in lists),
+        tuple(
+            PlacedPiece(top_list.start, _read_piece(top_list, pieces.get(top_list.text)))
+            for top_list in lists
+        ),
     )
 
 
-def _piece(top_list: TopLevelList, previous: Piece | None) -> Piece:
-    # The same text may be closed in one version of the file and cut by a new construct in the other.
-    if previous is not None and previous.closed is top_list.closed:
+def _read_piece(top_list: TopLevelList, previous: Piece | None) -> Piece:
+    """Return the piece of a top-level list.
+
+    :param previous: the piece with the same text in the previous version of the file; None if there is none.
+    """
+    # The same text may be a whole list in one version, and cut off by a new construct in the other version.
+    if previous is not None and previous.is_closed is top_list.is_closed:
         return previous
     nodes = read(top_list.text, close=True)
     if not nodes:
-        return Piece("", None, top_list.text, (), closed=top_list.closed)
-    reader = _Reader()
+        return Piece("", None, top_list.text, (), is_closed=top_list.is_closed)
+    reader = _ConstructReader()
     try:
-        reader.top(nodes[0])
-    except RecursionError:  # CLIPS rejects text that is nested this deep
+        reader.read_top_level(nodes[0])
+    except RecursionError:  # CLIPS rejects text that is nested so deeply
         reader.mentions.clear()
     mentions = tuple(sorted(reader.mentions, key=lambda mention: mention.start))
-    kind = DEFINES.get(nodes[0].head)
+    kind = CONSTRUCT_KINDS.get(nodes[0].head)
     defined_names = (
         mention.name for mention in mentions if mention.use is Use.DEFINED and mention.name.kind is kind
     )
-    return Piece(nodes[0].head, next(defined_names, None), top_list.text, mentions, closed=top_list.closed)
+    return Piece(
+        nodes[0].head, next(defined_names, None), top_list.text, mentions, is_closed=top_list.is_closed
+    )
 
 
 def _is_variable(node: SyntaxNode) -> bool:
     return node.items is None and node.text.startswith(("?", "$?"))
 
 
-def _rebound(construct: SyntaxNode) -> Iterator[str]:
-    """Yield the variables that a construct binds to anything but a fact that it asserts or modifies."""
+def _find_rebound_variables(construct: SyntaxNode) -> Iterator[str]:
+    """Yield the variables that a construct binds to other values than a fact that it asserts or modifies."""
     for node in construct.walk():
         if node.head == "bind" and len(node.arguments) > 1 and node.arguments[1].head != "assert":
             variable, value = node.arguments[:2]
             # A changed fact has the same template: (bind ?f (modify ?f ...)).
             keeps_template = (
-                value.head in _CHANGES and value.arguments and value.arguments[0].text == variable.text
+                value.head in _CHANGE_FUNCTIONS
+                and value.arguments
+                and value.arguments[0].text == variable.text
             )
             if not keeps_template:
                 yield variable.text
-        elif node.head in _LOOPS and node.arguments:
+        elif node.head in _LOOP_FUNCTIONS and node.arguments:
             loop = node.arguments[0]
             yield loop.items[0].text if loop.items else loop.text
 
 
-class _Reader:
-    """Reader of one construct, or of one command of a batch file."""
+class _ConstructReader:
+    """Reads one construct, or one command of a batch file.
+
+    :ivar mentions: the names in the construct so far.
+    """
 
     def __init__(self) -> None:
         self.mentions: list[Mention] = []
-        self._templates: dict[str, str] = {}  # template by variable, for variables that hold a fact
-        # The variables that the construct binds to other values somewhere: they may hold no fact.
-        self._rebound: frozenset[str] = frozenset()
-        self._messages: dict[str, str] = {}  # type of the protobuf message by variable
+        self._templates_by_variable: dict[str, str] = {}  # empty for an ambiguous template
+        # The variables that the construct binds to other values, so that they may hold no fact.
+        self._find_rebound_variables: frozenset[str] = frozenset()
+        self._message_types_by_variable: dict[str, str] = {}  # the types of protobuf messages
 
-    def top(self, node: SyntaxNode) -> None:
+    def read_top_level(self, node: SyntaxNode) -> None:
         """Read a top-level list."""
-        self._rebound = frozenset(_rebound(node))
+        self._find_rebound_variables = frozenset(_find_rebound_variables(node))
         readers: dict[str, Callable[[SyntaxNode], object]] = {
-            "defrule": self._rule,
-            "deftemplate": self._template,
-            "deffacts": self._facts,
-            "defglobal": self._globals,
-            "deffunction": self._function,
-            "defmethod": self._function,
-            "defgeneric": self._function,
-            "defclass": self._template,
-            "defmessage-handler": self._handler,
-            "definstances": self._instances,
-            "defmodule": self._module,
+            "defrule": self._read_rule,
+            "deftemplate": self._read_template,
+            "deffacts": self._read_facts,
+            "defglobal": self._read_globals,
+            "deffunction": self._read_function,
+            "defmethod": self._read_function,
+            "defgeneric": self._read_function,
+            "defclass": self._read_template,
+            "defmessage-handler": self._read_handler,
+            "definstances": self._read_instances,
+            "defmodule": self._read_module,
         }
         reader = readers.get(node.head)
         if reader is None:
-            self._expression(node)
+            self._read_expression(node)
         elif node.arguments:
             reader(node)
 
     # ---- constructs
 
-    def _define(self, node: SyntaxNode) -> tuple[SyntaxNode, ...]:
+    def _read_definition(self, node: SyntaxNode) -> tuple[SyntaxNode, ...]:
         """Record the definition of a construct and return the nodes after its name."""
         name, *content = node.arguments
         if name.items is None and not name.text.startswith('"'):
-            self._add(NameKind(DEFINES[node.head]), name, Use.DEFINED)
+            self._add_mention(NameKind(CONSTRUCT_KINDS[node.head]), name, Use.DEFINED)
         return tuple(content)
 
-    def _rule(self, node: SyntaxNode) -> None:
-        self._define(node)
+    def _read_rule(self, node: SyntaxNode) -> None:
+        self._read_definition(node)
         condition, actions = sides(node)
         declared = (entry for item in condition if item.head == "declare" for entry in item.arguments)
         for entry in declared:
             for item in entry.arguments:
-                self._expression(item)
-        self._conditions(elements(condition))
+                self._read_expression(item)
+        self._read_conditions(elements(condition))
         for item in actions:
-            self._expression(item)
+            self._read_expression(item)
 
-    def _template(self, node: SyntaxNode) -> None:
+    def _read_template(self, node: SyntaxNode) -> None:
         """Read a deftemplate or a defclass."""
-        slots = self._define(node)
+        slots = self._read_definition(node)
         owner = without_module(node.arguments[0].text)
         for slot in slots:
             if slot.head == "is-a":
                 for name in slot.arguments:
-                    self._add(NameKind.CLASS, name, Use.NAMED)
-            elif slot.head in _SLOTS and slot.arguments:
-                self._add(NameKind.SLOT, slot.arguments[0], Use.DEFINED, owner)
+                    self._add_mention(NameKind.CLASS, name, Use.NAMED)
+            elif slot.head in _SLOT_KEYWORDS and slot.arguments:
+                self._add_mention(NameKind.SLOT, slot.arguments[0], Use.DEFINED, owner)
                 for facet in slot.arguments[1:]:
                     for value in facet.arguments:
-                        self._expression(value)
+                        self._read_expression(value)
 
-    def _facts(self, node: SyntaxNode) -> None:
-        for fact in self._define(node):
-            self._fact(fact)
+    def _read_facts(self, node: SyntaxNode) -> None:
+        for fact in self._read_definition(node):
+            self._read_fact(fact)
 
-    def _module(self, node: SyntaxNode) -> None:
-        for item in self._define(node):
+    def _read_module(self, node: SyntaxNode) -> None:
+        for item in self._read_definition(node):
             if item.head == "import" and item.arguments:
-                self._add(NameKind.MODULE, item.arguments[0], Use.NAMED)
+                self._add_mention(NameKind.MODULE, item.arguments[0], Use.NAMED)
 
-    def _instances(self, node: SyntaxNode) -> None:
-        for instance in self._define(node):
-            self._instance(instance.items or ())
+    def _read_instances(self, node: SyntaxNode) -> None:
+        for instance in self._read_definition(node):
+            self._read_instance(instance.items or ())
 
-    def _instance(self, items: tuple[SyntaxNode, ...]) -> None:
-        """Read ``[NAME] of CLASS (SLOT VALUE...)...``; calls such as ``modify-instance`` have no class."""
+    def _read_instance(self, items: tuple[SyntaxNode, ...]) -> None:
+        """Read ``[NAME] of CLASS (SLOT VALUE...)...``. Calls such as ``modify-instance`` have no class."""
         for previous, item in zip((None, *items), items, strict=False):
             if previous is not None and previous.text == "of" and literal(item):
-                self._add(NameKind.CLASS, item, Use.NAMED)
+                self._add_mention(NameKind.CLASS, item, Use.NAMED)
             elif item.head and previous is not None:
                 for value in item.arguments:
-                    self._expression(value)
+                    self._read_expression(value)
             else:
-                self._expression(item)
+                self._read_expression(item)
 
-    def _handler(self, node: SyntaxNode) -> None:
+    def _read_handler(self, node: SyntaxNode) -> None:
         """Read ``(defmessage-handler CLASS MESSAGE [TYPE] "comment" (PARAMETER...) ACTION...)``."""
         name, *content = node.arguments
-        self._add(NameKind.CLASS, name, Use.NAMED)
+        self._add_mention(NameKind.CLASS, name, Use.NAMED)
         for item in content:
-            self._expression(item)
+            self._read_expression(item)
 
-    def _function(self, node: SyntaxNode) -> None:
-        for item in self._define(node):
-            self._expression(item)
+    def _read_function(self, node: SyntaxNode) -> None:
+        for item in self._read_definition(node):
+            self._read_expression(item)
 
-    def _globals(self, node: SyntaxNode) -> None:
+    def _read_globals(self, node: SyntaxNode) -> None:
         """Read ``(defglobal [MODULE] ?*NAME* = VALUE ...)``."""
         for name, sign, value in zip(node.arguments, node.arguments[1:], node.arguments[2:], strict=False):
             if sign.text == "=" and name.text.startswith("?*"):
-                self._add(NameKind.GLOBAL, name, Use.DEFINED)
-                self._expression(value)
+                self._add_mention(NameKind.GLOBAL, name, Use.DEFINED)
+                self._read_expression(value)
 
     # ---- conditions
 
-    def _conditions(self, ces: Iterable[CE]) -> None:
+    def _read_conditions(self, ces: Iterable[CE]) -> None:
         for ce in ces:
             if isinstance(ce, GroupCE):
-                self._conditions(ce.items)
+                self._read_conditions(ce.items)
             elif isinstance(ce, TestCE):
                 for item in ce.node.arguments:
-                    self._expression(item)
+                    self._read_expression(item)
             elif ce.node.items and ce.node.items[0].items is None:
-                self._slots(ce.node, Use.MATCHED)
+                self._read_slots(ce.node, Use.MATCHED)
                 if ce.variable:
                     self._record_template(f"?{ce.variable}", without_module(ce.template))
 
-    def _slots(self, node: SyntaxNode, use: Use) -> None:
+    def _read_slots(self, node: SyntaxNode, use: Use) -> None:
         """Read a pattern or a fact: the template, and the slots or fields."""
         items = node.items or ()
-        self._add(NameKind.TEMPLATE, items[0], use)
+        self._add_mention(NameKind.TEMPLATE, items[0], use)
         template = without_module(items[0].text)
-        # A single word among the arguments makes the fact ordered; the lists in an ordered fact are calls.
+        # A single word among the arguments makes the fact ordered. The lists in an ordered fact are calls.
         has_slots = all(item.head and not item.head.startswith(("?", "$?")) for item in node.arguments)
         if template == "protobuf-msg":
-            self._message(node.arguments)
+            self._record_message_type(node.arguments)
         for item in node.arguments:
             if has_slots:
-                self._slot(item, template, use)
+                self._read_slot(item, template, use)
             else:
-                self._expression(item)
+                self._read_expression(item)
 
-    def _message(self, slots: Iterable[SyntaxNode]) -> None:
+    def _record_message_type(self, slots: Iterable[SyntaxNode]) -> None:
         """Record the message type of the variable that the slot ``ptr`` of a ``protobuf-msg`` binds."""
         values = {slot.head: slot.arguments[0] for slot in slots if slot.arguments}
         if "type" in values and "ptr" in values and literal(values["type"]):
-            self._messages[values["ptr"].text] = literal(values["type"])
+            self._message_types_by_variable[values["ptr"].text] = literal(values["type"])
 
-    def _slot(self, node: SyntaxNode, template: str, use: Use) -> None:
+    def _read_slot(self, node: SyntaxNode, template: str, use: Use) -> None:
         name = node.items[0] if node.items else node
-        self._add(NameKind.SLOT, name, use, template)
-        kind = SLOT_VALUES.get((template, name.text))
+        self._add_mention(NameKind.SLOT, name, use, template)
+        kind = SLOT_VALUE_KINDS.get((template, name.text))
         for value in node.arguments:
             if kind is not None and literal(value):
-                self._add(kind, value, use)
+                self._add_mention(kind, value, use)
             else:
-                self._expression(value)
-        self._multislot(node.arguments, template, name.text, use)
+                self._read_expression(value)
+        self._record_multislot_names(node.arguments, template, name.text, use)
 
-    def _multislot(self, values: tuple[SyntaxNode, ...], template: str, slot: str, use: Use) -> None:
+    def _record_multislot_names(
+        self, values: tuple[SyntaxNode, ...], template: str, slot: str, use: Use
+    ) -> None:
         """Record the names in multislots: action parameters, and predicates in keys of ``wm-fact``."""
         if (template, slot) == ("plan-action", "param-names"):
             for value in filter(literal, values):
-                self._add(NameKind.PARAMETER, value, use)
+                self._add_mention(NameKind.PARAMETER, value, use)
         elif (template, slot) == ("wm-fact", "key"):
             words = [value.text for value in values[:2]]
             if words == ["domain", "fact"] and len(values) > len(words) and literal(values[2]):
-                self._add(NameKind.PREDICATE, values[2], use)
+                self._add_mention(NameKind.PREDICATE, values[2], use)
 
     def _record_template(self, variable: str, template: str) -> None:
-        """Record the template of the fact in a variable; an ambiguous template is recorded as empty."""
-        recorded = self._templates.setdefault(variable, template)
-        if recorded != template or variable in self._rebound:
-            self._templates[variable] = ""
+        """Record the template of the fact that a variable holds."""
+        recorded = self._templates_by_variable.setdefault(variable, template)
+        if recorded != template or variable in self._find_rebound_variables:
+            self._templates_by_variable[variable] = ""
 
     # ---- expressions
 
-    def _expression(self, node: SyntaxNode) -> None:
+    def _read_expression(self, node: SyntaxNode) -> None:
         if node.items is None:
-            self._variable(node)
+            self._read_variable(node)
         elif node.items:
             first = node.items[0]
             if first.items is None and not _is_variable(first):
-                self._call(node, first)
+                self._read_call(node, first)
             else:
                 for item in node.items:
-                    self._expression(item)
+                    self._read_expression(item)
 
-    def _variable(self, node: SyntaxNode) -> None:
+    def _read_variable(self, node: SyntaxNode) -> None:
         """Record a global variable, or the slot in ``?fact:slot``."""
         text = node.text
         if text.startswith(("?*", "$?*")):
-            self._add(NameKind.GLOBAL, node, Use.READ)
+            self._add_mention(NameKind.GLOBAL, node, Use.READ)
         elif text.startswith("?") and ":" in text:
             variable, _, slot = text.partition(":")
-            if slot and (template := self._templates.get(variable)):
+            if slot and (template := self._templates_by_variable.get(variable)):
                 name = Name(NameKind.SLOT, slot, template)
                 self.mentions.append(Mention(name, Use.QUERIED, node.end - len(slot), node.end))
 
-    def _call(self, node: SyntaxNode, first: SyntaxNode) -> None:
+    def _read_call(self, node: SyntaxNode, first: SyntaxNode) -> None:
         if first.text not in _SWITCH_BRANCHES:
-            self._add(NameKind.FUNCTION, first, Use.CALLED)
+            self._add_mention(NameKind.FUNCTION, first, Use.CALLED)
         arguments = node.arguments
         if first.text == "assert":
             for fact in arguments:
-                self._fact(fact)
-        elif first.text in _CHANGES and arguments:
-            self._expression(arguments[0])
-            template = self._templates.get(arguments[0].text, "")
+                self._read_fact(fact)
+        elif first.text in _CHANGE_FUNCTIONS and arguments:
+            self._read_expression(arguments[0])
+            template = self._templates_by_variable.get(arguments[0].text, "")
             for slot in arguments[1:]:
                 if slot.head:
-                    self._slot(slot, template, Use.CHANGED)
-        elif first.text in QUERIES and arguments:
-            self._query(arguments, QUERIES[first.text])
-        elif first.text in _MAKES_INSTANCES:
-            self._instance(node.items or ())
+                    self._read_slot(slot, template, Use.CHANGED)
+        elif first.text in QUERY_KINDS and arguments:
+            self._read_query(arguments, QUERY_KINDS[first.text])
+        elif first.text in _INSTANCE_FUNCTIONS:
+            self._read_instance(node.items or ())
         else:
-            self._arguments(first.text, arguments)
+            self._read_arguments(first.text, arguments)
 
-    def _arguments(self, function: str, arguments: tuple[SyntaxNode, ...]) -> None:
-        kind = ARGUMENTS.get(function)
+    def _read_arguments(self, function: str, arguments: tuple[SyntaxNode, ...]) -> None:
+        kind = FIRST_ARGUMENT_KINDS.get(function)
         for position, argument in enumerate(arguments):
             if position == 0 and kind is not None and literal(argument):
-                self._add(kind, argument, Use.NAMED)
+                self._add_mention(kind, argument, Use.NAMED)
             elif position == 0 and function == "bind" and argument.text.startswith("?*"):
-                self._add(NameKind.GLOBAL, argument, Use.SET)
+                self._add_mention(NameKind.GLOBAL, argument, Use.SET)
             elif position == 1 and function in FIELD_FUNCTIONS and literal(argument):
-                if owner := self._messages.get(arguments[0].text):
-                    self._add(NameKind.PROTO_FIELD, argument, Use.NAMED, owner)
+                if owner := self._message_types_by_variable.get(arguments[0].text):
+                    self._add_mention(NameKind.PROTO_FIELD, argument, Use.NAMED, owner)
             elif position == 1 and function == "bind":
-                self._binding(arguments[0].text, argument)
+                self._read_binding(arguments[0].text, argument)
             else:
-                self._expression(argument)
+                self._read_expression(argument)
 
-    def _binding(self, variable: str, value: SyntaxNode) -> None:
+    def _read_binding(self, variable: str, value: SyntaxNode) -> None:
         """Read ``(bind ?fact (assert (TEMPLATE ...)))`` or ``(bind ?message (pb-create TYPE))``."""
         if value.head == "pb-create" and value.arguments:
-            self._messages[variable] = literal(value.arguments[0])
-        self._expression(value)
+            self._message_types_by_variable[variable] = literal(value.arguments[0])
+        self._read_expression(value)
         if value.head == "assert" and value.arguments and value.arguments[0].head:
             self._record_template(variable, without_module(value.arguments[0].head))
 
-    def _query(self, arguments: tuple[SyntaxNode, ...], kind: NameKind) -> None:
-        # A variable of a query hides a variable of the same name outside, up to the end of the query.
-        outer_templates = dict(self._templates)
+    def _read_query(self, arguments: tuple[SyntaxNode, ...], kind: NameKind) -> None:
+        """Read ``((?VARIABLE TEMPLATE...)...) EXPRESSION...``."""
+        # Up to the end of the query, its variables hide outer variables with the same names.
+        outer_templates = dict(self._templates_by_variable)
         for member in arguments[0].items or ():
             templates = [argument for argument in member.arguments if argument.items is None]
             for template in templates:
-                self._add(kind, template, Use.QUERIED)
+                self._add_mention(kind, template, Use.QUERIED)
             if member.items:
                 has_one_template = len(templates) == 1 and kind is NameKind.TEMPLATE
                 template_name = without_module(templates[0].text) if has_one_template else ""
-                self._templates[member.items[0].text] = template_name
+                self._templates_by_variable[member.items[0].text] = template_name
         for item in arguments[1:]:
-            self._expression(item)
-        self._templates = outer_templates
+            self._read_expression(item)
+        self._templates_by_variable = outer_templates
 
-    def _fact(self, node: SyntaxNode) -> None:
+    def _read_fact(self, node: SyntaxNode) -> None:
         if node.items and node.items[0].items is None and not _is_variable(node.items[0]):
-            self._slots(node, Use.ASSERTED)
+            self._read_slots(node, Use.ASSERTED)
         else:
-            self._expression(node)
+            self._read_expression(node)
 
     # ---- results
 
-    def _add(self, kind: NameKind, node: SyntaxNode, use: Use, owner: str = "") -> None:
+    def _add_mention(self, kind: NameKind, node: SyntaxNode, use: Use, owner: str = "") -> None:
         """Add a mention of the name in a node, without quotes, the marks of variables, and the module."""
         text = node.text
         start, end = node.start, node.end

@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import SyntaxNode, literal, one_line
 
-# a local variable; in CLIPS 6.4 a slot may follow, as in `?fact:slot`
+# A local variable. In CLIPS 6.4 a slot may follow, as in `?fact:slot`.
 _VARIABLE = re.compile(r"\$?\?([A-Za-z_][^\s:]*)(?::.*)?\Z")
 _GLOBAL = re.compile(r"\?\*.+\*\Z")
 
@@ -20,7 +20,7 @@ OBJECT = "object"
 """The head of patterns of instances."""
 
 
-def variables(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
+def find_variables(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
     """Return the names of the local variables in nodes, e.g. ``x`` for ``?x`` and ``$?x``."""
     matches = (
         _VARIABLE.match(node.text) for top_node in nodes for node in top_node.walk() if node.items is None
@@ -32,8 +32,11 @@ def variables(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
 class FieldConstraint:
     """The constraint of one field of a pattern.
 
-    :param binder: the bound or repeated variable as written (``?x``, ``$?x``), or ``?``, ``$?`` or empty.
-    :param alternatives: the parts joined by ``|``, each with the terms joined by ``&``, which are nodes.
+    :param binder: the variable or wildcard at the start of the field, as written: ``?x``, ``$?x``, ``?``,
+        ``$?``; empty without one. CLIPS binds the variable, or compares the field with its value if it is
+        bound before.
+    :param alternatives: the parts joined by ``|``, each with the terms joined by ``&``. A term is one or more
+        nodes.
     :param text: the source text on one line.
     """
 
@@ -55,33 +58,36 @@ class FieldConstraint:
     @property
     def words(self) -> frozenset[str] | None:
         """The words that the field allows; None if it allows more than words."""
-        # several terms, a variable or a function allow values that are not in the text
+        # Several terms, a variable or a function allow values that are not in the text.
         literals = [
             literal(terms[0][0]) if len(terms) == len(terms[0]) == 1 else "" for terms in self.alternatives
         ]
         return frozenset(literals) if literals and all(literals) else None
 
     @property
-    def used(self) -> frozenset[str]:
-        """The variables of the terms, without the binder."""
-        return frozenset().union(*(variables(term) for terms in self.alternatives for term in terms))
+    def used_variables(self) -> frozenset[str]:
+        """The variables in the terms, which exclude the binder."""
+        return frozenset().union(*(find_variables(term) for terms in self.alternatives for term in terms))
 
-    def loosened(self, bound: frozenset[str], *, bind: bool) -> str:
-        """Return the text with only those terms whose variables are known.
+    def loosened_text(self, bound: frozenset[str], *, bind: bool) -> str:
+        """Return the text of the constraint with only those terms whose variables have a value.
 
-        :param bound: variables with a value.
+        :param bound: the variables with a value.
         :param bind: whether to keep the binder.
         """
-        # a term whose variables have no value cannot be tested: without it the field matches more facts
+        # CLIPS cannot test a term whose variables have no value. Without the term, the field matches more
+        # facts.
         head = self.binder if bind and self.name else self.wildcard
-        usable = [
-            [term for term in terms if variables(term) <= bound | ({self.name} if bind else set())]
+        usable_terms = [
+            [term for term in terms if find_variables(term) <= bound | ({self.name} if bind else set())]
             for terms in self.alternatives
         ]
-        # an alternative without terms allows any value, and with it the whole field
-        if not all(usable) or not usable:
+        # An alternative without terms allows any value, and so does the whole field then.
+        if not all(usable_terms) or not usable_terms:
             return head
-        tests = "|".join("&".join("".join(node.text for node in term) for term in terms) for terms in usable)
+        tests = "|".join(
+            "&".join("".join(node.text for node in term) for term in terms) for terms in usable_terms
+        )
         return f"{head}&{tests}" if head not in ("?", "$?") else tests
 
 
@@ -113,27 +119,28 @@ class SlotConstraint:
         return self.fields[0].words if len(self.fields) == 1 else None
 
     @property
-    def binds(self) -> frozenset[str]:
+    def bound_variables(self) -> frozenset[str]:
         """The variables at the starts of fields."""
         return frozenset(field.name for field in self.fields if field.name)
 
     @property
-    def used(self) -> frozenset[str]:
+    def used_variables(self) -> frozenset[str]:
         """The variables in the tests."""
-        return frozenset().union(*(field.used for field in self.fields))
+        return frozenset().union(*(field.used_variables for field in self.fields))
 
     def is_open(self, bound: frozenset[str]) -> bool:
         """Return whether any value satisfies the constraints.
 
-        :param bound: the variables with an earlier value.
+        :param bound: the variables with a value before the slot.
         """
-        # a variable restricts the field if it has a value, or occurs twice in the slot
+        # A variable restricts a field if it has a value before, or occurs twice in the slot.
         return all(field.binder and not field.alternatives for field in self.fields) and not (
-            self.binds & bound or len(self.binds) < sum(bool(field.name) for field in self.fields)
+            self.bound_variables & bound
+            or len(self.bound_variables) < sum(bool(field.name) for field in self.fields)
         )
 
-    def write(self, fields: list[str]) -> str:
-        """Return the constraints as a part of a pattern.
+    def join_fields(self, fields: list[str]) -> str:
+        """Return fields as the text of the slot, or as fields of an ordered fact.
 
         :param fields: the texts of the fields.
         """
@@ -141,7 +148,7 @@ class SlotConstraint:
 
 
 class PatternCE(Struct, frozen=True, dict=True):
-    """A pattern CE.
+    """A conditional element that matches one fact.
 
     :param node: the pattern in the source text.
     :param variable: the variable of the fact without ``?``, or empty.
@@ -169,13 +176,16 @@ class PatternCE(Struct, frozen=True, dict=True):
 
     @cached_property
     def parts(self) -> tuple[SlotConstraint, ...]:
-        """The constraints of each slot, or of each field of an ordered fact."""
+        """The constraints of the slots, or of the fields of an ordered fact."""
         arguments = self.node.arguments
         if self.is_ordered:
             return tuple(
-                SlotConstraint("", position, (field,)) for position, field in enumerate(fields_of(arguments))
+                SlotConstraint("", position, (field,))
+                for position, field in enumerate(parse_field_constraints(arguments))
             )
-        return tuple(SlotConstraint(item.head, 0, tuple(fields_of(item.arguments))) for item in arguments)
+        return tuple(
+            SlotConstraint(item.head, 0, tuple(parse_field_constraints(item.arguments))) for item in arguments
+        )
 
     @property
     def slots(self) -> dict[str, frozenset[str]]:
@@ -190,12 +200,12 @@ class PatternCE(Struct, frozen=True, dict=True):
         return minimum, inf if multifields else minimum
 
     @property
-    def binds(self) -> frozenset[str]:
+    def bound_variables(self) -> frozenset[str]:
         """The variables at the starts of fields."""
-        return frozenset().union(*(part.binds for part in self.parts))
+        return frozenset().union(*(part.bound_variables for part in self.parts))
 
     def restrictive_parts(self, bound: frozenset[str]) -> list[SlotConstraint]:
-        """Return the parts that not every value satisfies.
+        """Return the parts that some values do not satisfy.
 
         :param bound: the variables with a value before the pattern.
         """
@@ -203,53 +213,53 @@ class PatternCE(Struct, frozen=True, dict=True):
         for part in self.parts:
             if not part.is_open(bound):
                 restrictive_parts.append(part)
-            bound |= part.binds
+            bound |= part.bound_variables
         return restrictive_parts
 
-    def bare(self) -> str:
+    def text_without_variable(self) -> str:
         """Return the text without the variable of the fact."""
         return self.text.split("<-", 1)[1].strip() if self.variable else self.text
 
-    def alone(self, foreign: frozenset[str]) -> str:
-        """Return the pattern without constraints on variables of earlier CEs.
+    def standalone_text(self, foreign_variables: frozenset[str]) -> str:
+        """Return the pattern without the constraints on variables of earlier CEs.
 
-        :param foreign: the variables that earlier CEs bind.
+        :param foreign_variables: the variables that earlier CEs bind.
         """
         bound: set[str] = set()
         texts = []
         for part in self.parts:
             fields = []
             for field in part.fields:
-                is_own = field.name not in foreign
+                is_own = field.name not in foreign_variables
                 if is_own and field.name:
                     bound.add(field.name)
-                fields.append(field.loosened(frozenset(bound), bind=is_own))
-            texts.append(part.write(fields))
+                fields.append(field.loosened_text(frozenset(bound), bind=is_own))
+            texts.append(part.join_fields(fields))
         return f"({' '.join([self.template, *texts])})"
 
-    def only(self, selected: SlotConstraint, foreign: frozenset[str]) -> str:
-        """Return the pattern with only one part and the bindings that it needs.
+    def restricted_text(self, selected: SlotConstraint, foreign_variables: frozenset[str]) -> str:
+        """Return the pattern with one part only, and with the bindings that this part needs.
 
-        :param foreign: the variables that earlier CEs bind.
+        :param foreign_variables: the variables that earlier CEs bind.
         """
-        required = (selected.used | selected.binds) - foreign
+        required_variables = (selected.used_variables | selected.bound_variables) - foreign_variables
         texts = []
-        precedes = True
+        is_before_selected = True
         for part in self.parts:
             if part is selected:
-                precedes = False
-                texts.append(part.write([field.text for field in part.fields]))
-            elif precedes and part.binds & required:
-                fields = [f.binder if f.name in required else f.wildcard for f in part.fields]
-                texts.append(part.write(fields))
-            # the fields of an ordered fact stand at their positions, slots can be left out
+                is_before_selected = False
+                texts.append(part.join_fields([field.text for field in part.fields]))
+            elif is_before_selected and part.bound_variables & required_variables:
+                fields = [f.binder if f.name in required_variables else f.wildcard for f in part.fields]
+                texts.append(part.join_fields(fields))
+            # Slots can be omitted, but the fields of an ordered fact must stay at their positions.
             elif not part.slot:
-                texts.append(part.write([field.wildcard for field in part.fields]))
+                texts.append(part.join_fields([field.wildcard for field in part.fields]))
         return f"({' '.join([self.template, *texts])})"
 
 
 class TestCE(Struct, frozen=True, dict=True):
-    """A test CE."""
+    """A conditional element ``(test EXPRESSION)``."""
 
     node: SyntaxNode
 
@@ -259,15 +269,16 @@ class TestCE(Struct, frozen=True, dict=True):
         return one_line(self.node.text)
 
     @cached_property
-    def used(self) -> frozenset[str]:
+    def used_variables(self) -> frozenset[str]:
         """The variables in the test."""
-        return variables(self.node.arguments)
+        return find_variables(self.node.arguments)
 
 
 class GroupCE(Struct, frozen=True, dict=True):
-    """CEs in one of ``and or not exists forall``.
+    """A conditional element with inner CEs.
 
-    :param nodes: the nodes in the source text.
+    :param kind: ``and``, ``or``, ``not``, ``exists`` or ``forall``.
+    :param nodes: the nodes in the source text; several for an ``and`` without parentheses.
     """
 
     kind: str
@@ -294,7 +305,7 @@ def patterns(ces: Sequence[CE]) -> Iterator[PatternCE]:
 
 
 def needed(ces: Sequence[CE]) -> Iterator[PatternCE]:
-    """Yield the patterns that must match a fact, which are not within ``not``, ``or`` or ``forall``."""
+    """Yield the patterns that must match a fact: those outside of ``not``, ``or`` and ``forall``."""
     for ce in ces:
         if isinstance(ce, PatternCE):
             yield ce
@@ -309,16 +320,16 @@ def sides(rule: SyntaxNode) -> tuple[Sequence[SyntaxNode], Sequence[SyntaxNode]]
     return items[:arrow], items[arrow + 1 :]
 
 
-def condition_of(rule: SyntaxNode) -> tuple[CE, ...]:
+def parse_condition(rule: SyntaxNode) -> tuple[CE, ...]:
     """Return the CEs of a rule, empty for other constructs."""
     return tuple(elements(sides(rule)[0])) if rule.head == "defrule" else ()
 
 
 def elements(items: Sequence[SyntaxNode]) -> Iterator[CE]:
-    """Yield the CEs of a list, without ``declare`` and with ``and`` and ``logical`` flattened."""
-    for nodes in _joined_bindings(items):
+    """Yield the CEs of a list, without ``declare``; ``and`` and ``logical`` are flattened."""
+    for nodes in _join_bindings(items):
         node = nodes[-1]
-        # `?f`, `<-` and words between the CEs are not CEs, `declare` has the salience
+        # Words between the CEs are mistakes, and `declare` has the salience.
         if node.items is None or node.head == "declare":
             continue
         if len(nodes) > 1:
@@ -328,52 +339,54 @@ def elements(items: Sequence[SyntaxNode]) -> Iterator[CE]:
         elif node.head == "test":
             yield TestCE(node)
         elif node.head == "or":
-            yield GroupCE("or", tuple(map(_branch, _joined_bindings(node.arguments))), (node,))
+            yield GroupCE("or", tuple(map(_parse_branch, _join_bindings(node.arguments))), (node,))
         elif node.head in ("not", "exists", "forall"):
             yield GroupCE(node.head, tuple(elements(node.arguments)), (node,))
         else:
             yield PatternCE(node)
 
 
-def _joined_bindings(items: Sequence[SyntaxNode]) -> Iterator[Sequence[SyntaxNode]]:
-    """Yield the elements of a list of CEs, with ``?f <- (...)`` as one."""
+def _join_bindings(items: Sequence[SyntaxNode]) -> Iterator[Sequence[SyntaxNode]]:
+    """Yield the nodes of each CE in a list: three for ``?f <- (...)``, else one."""
     index = 0
     while index < len(items):
         binding = items[index : index + 3]
-        binds = len(binding) == 3 and binding[1].text == "<-"  # noqa: PLR2004 - variable, arrow, pattern
-        length = 3 if binds and binding[0].items is None and binding[2].items is not None else 1
+        is_binding = len(binding) == 3 and binding[1].text == "<-"  # noqa: PLR2004 - variable, arrow, pattern
+        length = 3 if is_binding and binding[0].items is None and binding[2].items is not None else 1
         yield items[index : index + length]
         index += length
 
 
-def _branch(nodes: Sequence[SyntaxNode]) -> CE:
+def _parse_branch(nodes: Sequence[SyntaxNode]) -> CE:
+    """Return a branch of an ``or``."""
     ces = tuple(elements(nodes))
     return ces[0] if len(ces) == 1 else GroupCE("and", ces, tuple(nodes))
 
 
-def fields_of(nodes: tuple[SyntaxNode, ...]) -> Iterator[FieldConstraint]:
-    """Yield the fields of a slot or an ordered pattern; ``& | ~ : =`` connect nodes."""
+def parse_field_constraints(nodes: tuple[SyntaxNode, ...]) -> Iterator[FieldConstraint]:
+    """Yield the fields of a slot or an ordered pattern. The signs ``& | ~ : =`` join nodes to one field."""
     group: list[SyntaxNode] = []
     is_connected = True
     for node in nodes:
         is_connective = node.text in ("&", "|")
         if group and not is_connective and not is_connected:
-            yield _field(group)
+            yield _make_field_constraint(group)
             group = []
         group.append(node)
         is_connected = is_connective or node.text in ("~", ":", "=")
     if group:
-        yield _field(group)
+        yield _make_field_constraint(group)
 
 
-def _field(nodes: list[SyntaxNode]) -> FieldConstraint:
+def _make_field_constraint(nodes: list[SyntaxNode]) -> FieldConstraint:
+    """Return the constraint that the nodes of a field express."""
     text = one_line("".join(node.text for node in nodes))
     first = nodes[0].text
     binder = first if first.startswith(("?", "$?")) and not _GLOBAL.match(first) else ""
-    # `?x|red` tests ?x, it does not bind it
+    # `?x|red` does not bind ?x, but compares the field with its value.
     if binder and len(nodes) > 1 and nodes[1].text == "|":
         binder = ""
-    # the binder and the `&` after it are no constraint
+    # The binder and the `&` after it do not restrict the field.
     constraint_nodes = nodes[2:] if binder else nodes
     alternatives: list[list[list[SyntaxNode]]] = [[[]]]
     for node in constraint_nodes:

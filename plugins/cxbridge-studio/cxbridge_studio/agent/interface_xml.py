@@ -11,29 +11,29 @@ from cxbridge_studio.agent.names import (
     NameKind,
     SourceFile,
     Use,
-    file_of_one_piece,
-    parse_problem,
+    make_parse_problem,
+    make_single_piece_file,
 )
 
 
 def read_interface(path: str, text: str) -> SourceFile:
-    """Read an interface definition. Other or broken XML files have no names."""
+    """Read an interface definition. Broken files, and XML files of other kinds, have no names."""
     # Parsing is slow, and most XML files of a checkout define no interface.
     if "<interface" not in text:
         return SourceFile(path, text, ())
     try:
         root = read_tree(text.encode("utf-8", "surrogateescape"), path)
     except InterfaceDefinitionError as error:
-        return SourceFile(path, text, (), parse_problem(error))
+        return SourceFile(path, text, (), make_parse_problem(error))
     if root.name != "interface":
         return SourceFile(path, text, ())
     lines = Lines(text)
-    owner = root.attributes.get("name", "")
+    interface = root.attributes.get("name", "")
     mentions: list[Mention] = []
 
     def add_definition(element: Element, kind: NameKind, owner_name: str) -> None:
         name = element.attributes.get("name", "")
-        # The tree has the position of the attribute's name; the value follows.
+        # The tree only has the position of the attribute's name, which precedes the value.
         start = text.find(name, lines.place(*element.place_of("name")) + len("name")) if name else -1
         if start >= 0:
             mentions.append(Mention(Name(kind, name, owner_name), Use.DEFINED, start, start + len(name)))
@@ -41,8 +41,8 @@ def read_interface(path: str, text: str) -> SourceFile:
     add_definition(root, NameKind.INTERFACE, "")
     for data in root.find_all("data"):
         for field in data.find_all("field"):
-            add_definition(field, NameKind.FIELD, owner)
+            add_definition(field, NameKind.FIELD, interface)
     for message in root.find_all("message"):
-        add_definition(message, NameKind.MESSAGE, owner)
-    interface_name = Name(NameKind.INTERFACE, owner) if owner else None
-    return file_of_one_piece(path, text, "interface", interface_name, mentions)
+        add_definition(message, NameKind.MESSAGE, interface)
+    interface_name = Name(NameKind.INTERFACE, interface) if interface else None
+    return make_single_piece_file(path, text, "interface", interface_name, mentions)

@@ -1,4 +1,4 @@
-"""Reads the names in Lua skills: the skill, its documented arguments, and the skills and interfaces it uses.
+"""Reads the names in Lua skills: the skill, its documented arguments, and the used skills and interfaces.
 
 Skills follow Fawkes' pattern: their settings are assignments at the start of lines, which regular expressions
 find.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use, file_of_one_piece
+from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use, make_single_piece_file
 
 _NAME: Final = re.compile(r"""^name\s*=\s*["']([\w-]+)["']""", re.MULTILINE)
 # The list in: depends_skills = {"drive", "grasp"}
@@ -25,7 +25,7 @@ _ARGUMENT: Final = re.compile(r"@param\s+(\w+)")
 
 
 def read_lua(path: str, text: str) -> SourceFile:
-    """Read a Lua file; a file that is not a skill has mentions, but defines no name."""
+    """Read a Lua file. A file that is not a skill may have mentions, but defines no name."""
     name = _NAME.search(text)
     skill = name[1] if name else ""
     mentions: list[Mention] = []
@@ -48,7 +48,7 @@ def read_lua(path: str, text: str) -> SourceFile:
         for match in _ARGUMENT.finditer(text, *documentation.span(2)):
             add_mention(NameKind.ARGUMENT, Use.DEFINED, match, skill)
     skill_name = Name(NameKind.SKILL, skill) if skill else None
-    return file_of_one_piece(path, text, "skill" if skill else "lua", skill_name, mentions)
+    return make_single_piece_file(path, text, "skill" if skill else "lua", skill_name, mentions)
 
 
 def skill_documentation(text: str) -> str:

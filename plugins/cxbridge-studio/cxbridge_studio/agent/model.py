@@ -1,6 +1,7 @@
 """The names in all files of an agent, updated file by file.
 
-A name has mentions: the positions where it is written, each with a use such as *defined* or *matched*.
+A name has mentions: the positions where the name is written, each with a use such as *defined* or *matched*.
+A file consists of pieces, such as constructs; an unchanged piece is not read again.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ _READERS: Final[Mapping[str, Callable[[str, str], SourceFile]]] = {
 }
 SUFFIXES: Final = (".clp", *_READERS)  # the suffixes of an agent's files
 
-# The blackboard feature makes a deftemplate from each interface: a template and its slots may be defined as
-# an interface and its fields.
+# The blackboard feature makes a deftemplate from each interface, so the definition of a template and its
+# slots may be an interface and its fields.
 _COUNTERPARTS: Final = {NameKind.TEMPLATE: NameKind.INTERFACE, NameKind.SLOT: NameKind.FIELD}
 
 
@@ -65,7 +66,7 @@ class AgentModel:
         """Parse the new text of a file and add the file; return None for an unknown suffix."""
         file = read_source(path, text, self._files.get(path))
         if file is not None:
-            self.take(file)
+            self.add_file(file)
         return file
 
     def read(self, path: Path) -> SourceFile | None:
@@ -83,8 +84,8 @@ class AgentModel:
     def file(self, path: str) -> SourceFile | None:
         return self._files.get(path)
 
-    def take(self, file: SourceFile) -> None:
-        """Add a file that is already parsed."""
+    def add_file(self, file: SourceFile) -> None:
+        """Add a parsed file, or replace its previous version."""
         self._files[file.path] = file
 
     def remove(self, path: str) -> None:
@@ -92,27 +93,27 @@ class AgentModel:
         self._files.pop(path, None)
 
     def mentions(self, name: Name, *uses: Use) -> Iterator[FileMention]:
-        """Yield the mentions of a name in all its kinds (see :func:`same_as`), in the order of the files.
+        """Yield the mentions of a name in all its kinds, see :func:`name_variants`, file by file.
 
         :param uses: the uses to include; without uses, all mentions are included.
         """
-        names = same_as(name)
+        names = name_variants(name)
         for file in self._files.values():
-            positions = [position for same in names for position in file.by_name.get(same, ())]
+            positions = [position for same in names for position in file.mentions_by_name.get(same, ())]
             if len(names) > 1:
                 positions.sort(key=lambda position: position[0])  # in the order of the pieces
             for start, mention in positions:
                 if not uses or mention.use in uses:
-                    yield FileMention(file, mention.moved(start))
+                    yield FileMention(file, mention.shifted(start))
 
     def calls(self, function: str) -> Iterator[FileMention]:
-        """Yield the calls of a function, including those that look like slots because a fact is ordered."""
+        """Yield the calls of a function, including the calls in ordered facts, which look like slots."""
         yield from self.mentions(Name(NameKind.FUNCTION, function), Use.CALLED)
         for file in self._files.values():
             for start, piece in file.pieces:
                 for mention in piece.asserted_slots.get(function, ()):
                     if not self.is_defined(Name(NameKind.TEMPLATE, mention.name.owner)):
-                        yield FileMention(file, mention.moved(start))
+                        yield FileMention(file, mention.shifted(start))
 
     def definitions(self, name: Name) -> list[FileMention]:
         return list(self.mentions(name, Use.DEFINED))
@@ -120,31 +121,31 @@ class AgentModel:
     def is_defined(self, name: Name) -> bool:
         return next(self.mentions(name, Use.DEFINED), None) is not None
 
-    def defined(self, kind: NameKind, owner: str | None = None) -> Iterator[FileMention]:
+    def definitions_of_kind(self, kind: NameKind, owner: str | None = None) -> Iterator[FileMention]:
         """Yield the definitions of all names of a kind.
 
         :param owner: the owner of the names, such as a template for slots; None for any owner.
         """
         for file in self._files.values():
             for start, piece in file.pieces:
-                for mention in piece.defined:
+                for mention in piece.definitions:
                     if mention.name.kind is kind and owner in (None, mention.name.owner):
-                        yield FileMention(file, mention.moved(start))
+                        yield FileMention(file, mention.shifted(start))
 
     def names(self, kind: NameKind, *uses: Use, owner: str | None = None) -> set[str]:
         """Return the names of a kind that have one of the uses; without uses, all names of the kind."""
         return {
             name.text
             for file in self._files.values()
-            for name, positions in file.by_name.items()
+            for name, positions in file.mentions_by_name.items()
             if name.kind is kind
             and owner in (None, name.owner)
             and (not uses or any(mention.use in uses for _, mention in positions))
         }
 
 
-def same_as(name: Name) -> tuple[Name, ...]:
-    """Return a name with all its kinds: an interface is also a template, and its fields are slots."""
+def name_variants(name: Name) -> tuple[Name, ...]:
+    """Return a name in all its kinds: an interface is also a template, and its fields are slots."""
     if name.kind in _COUNTERPARTS:
         return name, Name(_COUNTERPARTS[name.kind], name.text, name.owner)
     for template_kind, interface_kind in _COUNTERPARTS.items():

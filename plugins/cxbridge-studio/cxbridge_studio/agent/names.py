@@ -85,14 +85,16 @@ class Mention(Struct, frozen=True, gc=False):
     start: int
     end: int
 
-    def moved(self, offset: int) -> Mention:
+    def shifted(self, offset: int) -> Mention:
+        """Return the mention with its offsets moved by the start of its piece."""
         return Mention(self.name, self.use, self.start + offset, self.end + offset)
 
 
 class Piece(Struct, frozen=True, dict=True):
     """A construct of a file, or another unit that is read as a whole.
 
-    A piece does not know its position in the file: a change elsewhere in the file leaves the piece valid.
+    A piece does not contain its position in the file, so that a change elsewhere in the file leaves the piece
+    valid.
 
     :param keyword: ``defrule``, ``:action``, ``skill``, or the first word of a command.
     :param name: the name that the piece defines; None if the piece defines none.
@@ -105,7 +107,7 @@ class Piece(Struct, frozen=True, dict=True):
     name: Name | None
     text: str
     mentions: tuple[Mention, ...]
-    closed: bool = True
+    is_closed: bool = True
 
     @cached_property
     def asserted_slots(self) -> dict[str, list[Mention]]:
@@ -121,7 +123,7 @@ class Piece(Struct, frozen=True, dict=True):
         return slots
 
     @cached_property
-    def defined(self) -> tuple[Mention, ...]:
+    def definitions(self) -> tuple[Mention, ...]:
         return tuple(mention for mention in self.mentions if mention.use is Use.DEFINED)
 
 
@@ -152,7 +154,7 @@ class PlacedPiece(NamedTuple):
     @property
     def mentions(self) -> tuple[Mention, ...]:
         """The mentions of the piece, with offsets in the file."""
-        return tuple(mention.moved(self.start) for mention in self.piece.mentions)
+        return tuple(mention.shifted(self.start) for mention in self.piece.mentions)
 
 
 class SourceFile(Struct, frozen=True, dict=True):
@@ -172,7 +174,7 @@ class SourceFile(Struct, frozen=True, dict=True):
         return Lines(self.text)
 
     @cached_property
-    def by_name(self) -> dict[Name, list[tuple[int, Mention]]]:
+    def mentions_by_name(self) -> dict[Name, list[tuple[int, Mention]]]:
         """The mentions by name, each with the start of its piece, since offsets count from there."""
         mentions_by_name: dict[Name, list[tuple[int, Mention]]] = {}
         for start, piece in self.pieces:
@@ -198,17 +200,17 @@ class SourceFile(Struct, frozen=True, dict=True):
         candidates = [
             mention for mention in placed.piece.mentions if mention.start <= offset_in_piece <= mention.end
         ]
-        # Where mentions overlap, the user means the shortest name under the cursor: `f` in `m.f`.
+        # If mentions overlap, the user means the shortest under the cursor: `f`, not `m.f`.
         best = min(candidates, key=lambda mention: mention.end - mention.start, default=None)
-        return None if best is None else best.moved(placed.start)
+        return None if best is None else best.shifted(placed.start)
 
 
-def parse_problem(error: CxbridgeError) -> ParseProblem:
-    """Return the problem that a reader's exception describes."""
+def make_parse_problem(error: CxbridgeError) -> ParseProblem:
+    """Return the error of a reader as a problem of the file."""
     return ParseProblem(error.message, error.line or 1, error.column or 1, error.hint or "")
 
 
-def file_of_one_piece(
+def make_single_piece_file(
     path: str, text: str, keyword: str, name: Name | None, mentions: Iterable[Mention]
 ) -> SourceFile:
     """Return a file with a single piece, for formats that are read as a whole.

@@ -1,7 +1,7 @@
 """Reads the names in PDDL files: types, constants, predicates, and actions with their parameters.
 
-The executive's parser stops at the first mistake. This reader takes each section with balanced brackets,
-since an editor shows names while a user types.
+The executive's parser stops at the first mistake. This reader reads each section whose brackets are balanced,
+because an editor shows names while a user types.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from cxbridge_studio.agent.names import (
     PlacedPiece,
     SourceFile,
     Use,
-    parse_problem,
+    make_parse_problem,
 )
 
-_ACTIONS: Final = frozenset({":action", ":durative-action"})
+_ACTION_HEADS: Final = frozenset({":action", ":durative-action"})
 _CONNECTIVES: Final = frozenset(
     {"and", "or", "not", "imply", "forall", "exists", "when", "either", "increase", "decrease"}
     | {"assign", "scale-up", "scale-down", "=", "<", ">", "<=", ">=", "+", "-", "*", "/"}
@@ -39,8 +39,8 @@ _TYPED_SECTIONS: Final = {
     ":objects": NameKind.CONSTANT,
 }
 # The first two words of a timed condition or effect of a durative action.
-_TIMES: Final = (("at", "start"), ("at", "end"), ("over", "all"))
-# A section of a domain or problem begins its line, which also holds in broken files.
+_TIME_WORDS: Final = (("at", "start"), ("at", "end"), ("over", "all"))
+# A section of a domain or problem begins its line. That finds sections in broken files.
 _SECTION: Final = re.compile(r"^[ \t]*(\(:[a-z-]+)", re.MULTILINE | re.IGNORECASE)
 _COMMENT: Final = re.compile(r";[^\n]*")
 
@@ -51,7 +51,10 @@ def read_pddl(path: str, text: str) -> SourceFile:
         items = read_items(text)
     except PddlError as error:
         return SourceFile(
-            path, text, tuple(_with_declared_case(list(_parsable_sections(text)))), parse_problem(error)
+            path,
+            text,
+            tuple(_restore_declared_case(list(_parsable_sections(text)))),
+            make_parse_problem(error),
         )
     lines = Lines(text)
     sections = [
@@ -62,29 +65,31 @@ def read_pddl(path: str, text: str) -> SourceFile:
         if isinstance(section, Group)
     ]
     ends = [*(start for _, start in sections[1:]), len(text)] if sections else []
-    pieces = [_piece(section, text, start, end) for (section, start), end in zip(sections, ends, strict=True)]
-    return SourceFile(path, text, tuple(_with_declared_case(pieces)))
+    pieces = [
+        _read_piece(section, text, start, end) for (section, start), end in zip(sections, ends, strict=True)
+    ]
+    return SourceFile(path, text, tuple(_restore_declared_case(pieces)))
 
 
-def _with_declared_case(pieces: list[PlacedPiece]) -> Iterator[PlacedPiece]:
-    """Yield the pieces with each name in the case of its declaration, since PDDL ignores case."""
-    declared: dict[Name, str] = {}
+def _restore_declared_case(pieces: list[PlacedPiece]) -> Iterator[PlacedPiece]:
+    """Yield the pieces with each name in the case of its declaration, because PDDL ignores case."""
+    declared_texts: dict[Name, str] = {}
     for _, piece in pieces:
         for mention in piece.mentions:
             if mention.use is Use.DEFINED:
-                declared.setdefault(_lower(mention.name), mention.name.text)
+                declared_texts.setdefault(_lower_name(mention.name), mention.name.text)
 
-    def with_declared_case(mention: Mention) -> Mention:
-        text = declared.get(_lower(mention.name), mention.name.text)
+    def restore_case(mention: Mention) -> Mention:
+        text = declared_texts.get(_lower_name(mention.name), mention.name.text)
         if text == mention.name.text:
             return mention
         return replace(mention, name=mention.name._replace(text=text))
 
     for start, piece in pieces:
-        yield PlacedPiece(start, replace(piece, mentions=tuple(map(with_declared_case, piece.mentions))))
+        yield PlacedPiece(start, replace(piece, mentions=tuple(map(restore_case, piece.mentions))))
 
 
-def _lower(name: Name) -> Name:
+def _lower_name(name: Name) -> Name:
     return name._replace(text=name.text.lower())
 
 
@@ -92,7 +97,7 @@ def _parsable_sections(text: str) -> Iterator[PlacedPiece]:
     """Yield the sections that can be parsed alone in a text with unbalanced brackets."""
     starts = [match.start(1) for match in _SECTION.finditer(text)]
     for start, end in zip(starts, [*starts[1:], len(text)], strict=True):
-        code = _without_comments(text[start:end])
+        code = _blank_comments(text[start:end])
         missing = code.count("(") - code.count(")")
         # The last section also contains the bracket that closes the whole definition.
         while missing < 0 and (last := code.rfind(")")) >= 0:
@@ -100,13 +105,13 @@ def _parsable_sections(text: str) -> Iterator[PlacedPiece]:
             missing += 1
         try:
             items = read_items(code + ")" * missing)
-        except PddlError:
+        except PddlError:  # the section has another mistake
             continue
         if items and isinstance(items[0], Group):
-            yield _piece(items[0], text, start, end, Lines(code))
+            yield _read_piece(items[0], text, start, end, Lines(code))
 
 
-def _without_comments(text: str) -> str:
+def _blank_comments(text: str) -> str:
     """Return a text with blanks in place of the comments, so that offsets stay the same."""
     return _COMMENT.sub(lambda match: " " * len(match[0]), text)
 
@@ -115,19 +120,19 @@ def _offset(lines: Lines, position: Position) -> int:
     return lines.place(position.line, position.column)
 
 
-def _piece(section: Group, text: str, start: int, end: int, lines: Lines | None = None) -> PlacedPiece:
+def _read_piece(section: Group, text: str, start: int, end: int, lines: Lines | None = None) -> PlacedPiece:
     """Return the piece of a section.
 
     :param text: the text of the whole file.
     :param lines: the lines of the section's text; None if the positions refer to the whole file.
     """
     reader = _SectionReader(Lines(text) if lines is None else lines, start if lines is None else 0)
-    reader.read(section)
+    reader.read_section(section)
     mentions = tuple(sorted(reader.mentions, key=lambda mention: mention.start))
-    code = _without_comments(text[start:end])
+    code = _blank_comments(text[start:end])
     defined_name = next((mention.name for mention in mentions if mention.use is Use.DEFINED), None)
-    # The names that other sections define, such as types, are not names of the section.
-    has_name = section.head.lower() in (*_ACTIONS, "domain")
+    # Other sections, such as `:types`, define names, but have none.
+    has_name = section.head.lower() in (*_ACTION_HEADS, "domain")
     return PlacedPiece(
         start,
         Piece(
@@ -140,9 +145,9 @@ def _piece(section: Group, text: str, start: int, end: int, lines: Lines | None 
 
 
 class _SectionReader:
-    """Reader of one section.
+    """Reads one section.
 
-    :param lines: the lines of the text that the positions refer to.
+    :param lines: the lines of the text to which the positions of the section refer.
     :param start: the offset of the section in that text.
     """
 
@@ -151,40 +156,40 @@ class _SectionReader:
         self._lines = lines
         self._start = start
 
-    def read(self, section: Group) -> None:
+    def read_section(self, section: Group) -> None:
         """Record the names of a section."""
         head, items = section.head.lower(), section.items[1:]
-        if head in _ACTIONS:
-            self._action(items)
+        if head in _ACTION_HEADS:
+            self._read_action(items)
         elif head in ("domain", ":domain"):
-            self._words(items[:1], NameKind.DOMAIN, Use.DEFINED if head == "domain" else Use.NAMED)
+            self._record_words(items[:1], NameKind.DOMAIN, Use.DEFINED if head == "domain" else Use.NAMED)
         elif head in _TYPED_SECTIONS:
-            self._typed_list(items, _TYPED_SECTIONS[head])
+            self._read_typed_list(items, _TYPED_SECTIONS[head])
         elif head in (":predicates", ":functions"):
             for item in items:
                 if isinstance(item, Group):
-                    self._words(item.items[:1], NameKind.PREDICATE, Use.DEFINED)
-                    self._typed_list(item.items[1:], None)
+                    self._record_words(item.items[:1], NameKind.PREDICATE, Use.DEFINED)
+                    self._read_typed_list(item.items[1:], None)
         elif head in (":init", ":goal"):
             for item in items:
-                self._formula(item, "")
+                self._read_formula(item, "")
 
-    def _action(self, items: tuple[Item, ...]) -> None:
+    def _read_action(self, items: tuple[Item, ...]) -> None:
         """Read ``NAME :parameters (...) :precondition (...) :effect (...)``."""
         if not items or not isinstance(items[0], BracketWord):
             return
         action = items[0].text
-        self._words(items[:1], NameKind.ACTION, Use.DEFINED)
+        self._record_words(items[:1], NameKind.ACTION, Use.DEFINED)
         key = ""
         for item in items[1:]:
             if isinstance(item, BracketWord) and item.text.startswith(":"):
                 key = item.text.lower()
             elif key == ":parameters" and isinstance(item, Group):
-                self._typed_list(item.items, NameKind.PARAMETER, action)
+                self._read_typed_list(item.items, NameKind.PARAMETER, action)
             else:
-                self._formula(item, action)
+                self._read_formula(item, action)
 
-    def _typed_list(self, items: Iterable[Item], kind: NameKind | None, owner: str = "") -> None:
+    def _read_typed_list(self, items: Iterable[Item], kind: NameKind | None, owner: str = "") -> None:
         """Read ``a b - TYPE``, or ``a b - (either TYPE...)``.
 
         :param kind: the kind of the names that the list defines; None if only the types are names.
@@ -192,47 +197,47 @@ class _SectionReader:
         is_type = False
         for item in items:
             if isinstance(item, Group):
-                self._words(item.items[1:], NameKind.OBJECT_TYPE, Use.NAMED)
+                self._record_words(item.items[1:], NameKind.OBJECT_TYPE, Use.NAMED)
             elif item.text == "-":
                 is_type = True
                 continue
             elif is_type:
-                self._words((item,), NameKind.OBJECT_TYPE, Use.NAMED)
+                self._record_words((item,), NameKind.OBJECT_TYPE, Use.NAMED)
             elif kind is not None:
-                self._words((item,), kind, Use.DEFINED, owner)
+                self._record_words((item,), kind, Use.DEFINED, owner)
             is_type = False
 
-    def _formula(self, item: Item, action: str) -> None:
+    def _read_formula(self, item: Item, action: str) -> None:
         """Record the names in a formula.
 
         :param action: the action that owns the formula's parameters; empty outside of actions.
         """
-        # A loop, because formulas may be nested deeper than Python's stack.
+        # A loop instead of recursion: formulas may be nested deeper than Python's stack.
         pending = [item]
         while pending:
             word = pending.pop()
             if isinstance(word, Group):
-                pending += self._operands(word)
+                pending += self._read_operands(word)
             elif word.text.startswith("?"):
-                self._words((word,), NameKind.PARAMETER, Use.READ, action)
+                self._record_words((word,), NameKind.PARAMETER, Use.READ, action)
             elif not word.text[0].isdigit():
-                self._words((word,), NameKind.CONSTANT, Use.NAMED)
+                self._record_words((word,), NameKind.CONSTANT, Use.NAMED)
 
-    def _operands(self, group: Group) -> tuple[Item, ...]:
+    def _read_operands(self, group: Group) -> tuple[Item, ...]:
         """Record the predicate of a group and return the remaining items."""
         words = tuple(item.text.lower() for item in group.items[:2] if isinstance(item, BracketWord))
-        if words in _TIMES:
+        if words in _TIME_WORDS:
             return group.items[2:]
         if not group.head:  # an empty group, or a list of groups
             return group.items
         head = group.head.lower()
         if head not in _CONNECTIVES:
-            self._words(group.items[:1], NameKind.PREDICATE, Use.NAMED)
-        # The second item of a quantified formula is the list of its own variables.
+            self._record_words(group.items[:1], NameKind.PREDICATE, Use.NAMED)
+        # The second item of a quantified formula declares its variables.
         return group.items[2 if head in ("forall", "exists") else 1 :]
 
-    def _words(self, items: Iterable[Item], kind: NameKind, use: Use, owner: str = "") -> None:
-        """Record the words among the items as names; the question mark is not part of a parameter's name."""
+    def _record_words(self, items: Iterable[Item], kind: NameKind, use: Use, owner: str = "") -> None:
+        """Record the words among the items as names. The question mark is not part of a parameter's name."""
         for item in items:
             if isinstance(item, BracketWord):
                 start = _offset(self._lines, item.position) - self._start

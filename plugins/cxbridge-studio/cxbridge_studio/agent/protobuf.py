@@ -5,20 +5,20 @@ from __future__ import annotations
 import re
 from typing import Final, NamedTuple
 
-from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use, file_of_one_piece
+from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use, make_single_piece_file
 
-# Comments, strings and white space, which name nothing; then words, numbers and punctuation.
+# Skipped are comments, strings and white space, which have no names. Words are also numbers and punctuation.
 _TOKEN: Final = re.compile(
     r"""(?P<skipped>//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:[^"\\\n]|\\.)*"?|'(?:[^'\\\n]|\\.)*'?|\s+)"""
     r"|(?P<word>[A-Za-z_][\w.]*|\d[\w.]*|.)",
     re.DOTALL,
 )
-# Keywords before the brace of a block.
-_BLOCKS: Final = frozenset({"message", "enum", "oneof", "extend", "service", "group"})
+# The keywords that may begin a block.
+_BLOCK_KEYWORDS: Final = frozenset({"message", "enum", "oneof", "extend", "service", "group"})
 
 
 def read_proto(path: str, text: str) -> SourceFile:
-    """Read a .proto file; a broken file is read as far as possible."""
+    """Read a .proto file. A broken file is read as far as possible."""
     words = [match for match in _TOKEN.finditer(text) if match["word"]]
     mentions: list[Mention] = []
     package = ""
@@ -31,30 +31,32 @@ def read_proto(path: str, text: str) -> SourceFile:
         statement, statement_start = words[statement_start:index], index + 1
         texts = [match["word"] for match in statement]
         if word == "}":
-            if blocks:  # a broken file may have a brace too many
+            if blocks:  # a broken file may have a surplus brace
                 blocks.pop()
         elif word == "{":
-            keyword = next((text for text in texts if text in _BLOCKS), "")
+            keyword = next((text for text in texts if text in _BLOCK_KEYWORDS), "")
             name = statement[-1] if statement else None
             message = blocks[-1].message if blocks else package
             if keyword == "message" and name is not None:
                 message = ".".join(filter(None, (message, name["word"])))
-                mentions.append(_definition(NameKind.PROTO_MESSAGE, message, "", name))
+                mentions.append(_make_definition(NameKind.PROTO_MESSAGE, message, "", name))
             blocks.append(_Block(keyword, message))
         elif texts[:1] == ["package"] and len(texts) > 1:
             package = texts[1]
-        # An enum also has statements NAME = NUMBER: its values are not fields.
+        # Only blocks with fields count: an enum also has statements NAME = NUMBER.
         elif blocks and blocks[-1].keyword in ("message", "oneof") and "=" in texts[1:]:
             name = statement[texts.index("=") - 1]
             if texts[0] not in ("option", "reserved", "extensions"):
-                mentions.append(_definition(NameKind.PROTO_FIELD, name["word"], blocks[-1].message, name))
-    return file_of_one_piece(path, text, "proto", None, mentions)
+                mentions.append(
+                    _make_definition(NameKind.PROTO_FIELD, name["word"], blocks[-1].message, name)
+                )
+    return make_single_piece_file(path, text, "proto", None, mentions)
 
 
 class _Block(NamedTuple):
     """A block in braces.
 
-    :param keyword: one of `_BLOCKS`, or empty.
+    :param keyword: one of :data:`_BLOCK_KEYWORDS`, or empty.
     :param message: the full name of the innermost enclosing message, or the package outside of messages.
     """
 
@@ -62,5 +64,5 @@ class _Block(NamedTuple):
     message: str
 
 
-def _definition(kind: NameKind, text: str, owner: str, word: re.Match[str]) -> Mention:
+def _make_definition(kind: NameKind, text: str, owner: str, word: re.Match[str]) -> Mention:
     return Mention(Name(kind, text, owner), Use.DEFINED, word.start(), word.end())

@@ -1,7 +1,7 @@
 """Parses the conditions of rules, and finds their dependencies on functions and global variables.
 
-`why` and the debugger match a condition in an isolated environment, which needs only these definitions and
-the deftemplates.
+``cxbridge why`` and the debugger match a condition in an isolated environment, which needs only these
+definitions and the deftemplates.
 """
 
 from __future__ import annotations
@@ -23,31 +23,31 @@ class Prefix:
     """The conditional elements at the start of a condition, with a variable for the fact of each pattern.
 
     :ivar texts: the texts of the conditional elements.
-    :ivar facts: the names of the fact variables, in the order of the patterns.
+    :ivar fact_variables: the names of the fact variables, in the order of the patterns.
     """
 
     def __init__(self, ces: Sequence[CE]) -> None:
         self.texts: list[str] = []
-        self.facts: list[str] = []
-        self._origins: dict[str, int] = {}  # the number of the first CE that binds a variable, by variable
+        self.fact_variables: list[str] = []
+        self._binding_ce_numbers: dict[str, int] = {}  # by variable
         for number, ce in enumerate(ces, 1):
             if not isinstance(ce, PatternCE):
                 self.texts.append(ce.text)
                 continue
             variable = ce.variable or f"cx-why-{number}"
-            self.texts.append(f"?{variable} <- {ce.bare()}")
-            self.facts.append(variable)
-            for name in (*ce.binds, *filter(None, [ce.variable])):
-                self._origins.setdefault(name, number)
+            self.texts.append(f"?{variable} <- {ce.text_without_variable()}")
+            self.fact_variables.append(variable)
+            for name in (*ce.bound_variables, *filter(None, [ce.variable])):
+                self._binding_ce_numbers.setdefault(name, number)
 
     @property
-    def binds(self) -> frozenset[str]:
+    def bound_variables(self) -> frozenset[str]:
         """The variables bound by these conditional elements."""
-        return frozenset(self._origins)
+        return frozenset(self._binding_ce_numbers)
 
-    def origin(self, name: str) -> int:
+    def binding_ce_number(self, name: str) -> int:
         """Return the number of the conditional element that binds a variable, from 1."""
-        return self._origins[name]
+        return self._binding_ce_numbers[name]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +86,7 @@ def parse_rule(text: str) -> Condition:
     except RecursionError:
         raise ClipsError(f"the condition of {name} is nested too deep") from None
     salience = one_line(entries[-1].arguments[0].text) if entries else ""
-    return Condition(name, salience, ces, called(condition), named_globals(condition))
+    return Condition(name, salience, ces, called_names(condition), global_names_in(condition))
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,42 +103,42 @@ class Dependencies:
     needs_all_facts: bool
 
 
-def dependencies(condition: Condition, text_of: Callable[[str], str | None]) -> Dependencies:
+def find_dependencies(condition: Condition, find_function_text: Callable[[str], str | None]) -> Dependencies:
     """Return the dependencies of a condition.
 
-    :param text_of: returns the text of a deffunction, or None if the name is not that of a deffunction.
+    :param find_function_text: returns the text of a deffunction; None if no deffunction has the name.
     :raises ClipsError: if the calls are nested too deep.
     """
     texts: dict[str, str] = {}
     function_names, global_names = set(condition.functions), set(condition.globals)
 
-    def visit(names: frozenset[str]) -> None:
+    def add_callees(names: frozenset[str]) -> None:
         for name in sorted(names):
-            text = None if name in texts else text_of(name)
+            text = None if name in texts else find_function_text(name)
             if text is None:
                 continue
-            texts[name] = ""  # marks the function as visited: it may be recursive
+            texts[name] = ""  # so that a recursive function is visited only once
             nodes = tuple(read(text))
-            callees = called(nodes)
+            callees = called_names(nodes)
             function_names.update(callees)
-            global_names.update(named_globals(nodes))
-            visit(callees)
-            del texts[name]  # the text is inserted again at the end: callees come first
+            global_names.update(global_names_in(nodes))
+            add_callees(callees)
+            del texts[name]  # the new key comes after those of the callees
             texts[name] = text
 
     try:
-        visit(condition.functions)
+        add_callees(condition.functions)
     except RecursionError:
         raise ClipsError(f"the functions of '{condition.rule}' call one another too deep") from None
     queries_facts = any(word.startswith(_QUERY_PREFIXES) for word in function_names)
     return Dependencies(tuple(filter(None, texts.values())), frozenset(global_names), queries_facts)
 
 
-def called(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
-    """Return the first words of all lists, which include the called functions."""
+def called_names(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
+    """Return the first words of all lists: the called functions, and the heads of other lists."""
     return frozenset(node.head for top in nodes for node in top.walk() if node.head)
 
 
-def named_globals(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
+def global_names_in(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
     matches = (_GLOBAL.match(node.text) for top in nodes for node in top.walk() if node.items is None)
     return frozenset(match[1] for match in matches if match)

@@ -1,8 +1,12 @@
-"""Sub-types of goals: the rules that handle them, and the core files with these rules."""
+"""Finds the rules that handle the sub-types of goals, and the files of the core with these rules.
+
+The sub-type of a goal with sub-goals, such as ``RUN-ALL-OF-SUBGOALS``, is the way in which the goal runs
+them. A rule handles a sub-type if its condition has a pattern for goals of the sub-type.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -10,65 +14,65 @@ from typing import Final
 
 from cxbridge.clipstext.syntax import definitions, without_module
 from cxbridge.suggestions import nearest
-from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, condition_of
+from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, parse_condition
 
-SLOT: Final = "sub-type"
-NONE: Final = "nil"
+SUB_TYPE_SLOT: Final = "sub-type"
+NO_SUB_TYPE: Final = "nil"
 """The sub-type of a goal without sub-goals."""
 
 # The folder of the core that has a file for each sub-type.
-_FOLDER: Final = "goals"
+_SUB_TYPE_FOLDER: Final = "goals"
 
 
-def handled(condition: Sequence[CE]) -> frozenset[str]:
+def find_handled_sub_types(condition: Sequence[CE]) -> frozenset[str]:
     """Return the sub-types that a rule with this condition handles.
 
-    An ``or`` counts if each of its branches names sub-types.
+    An ``or`` counts only if each of its branches names sub-types: another branch would match other goals,
+    too.
     """
-    return frozenset().union(*map(_handled, condition))
+    return frozenset().union(*map(_find_handled_by_ce, condition))
 
 
-def _handled(ce: CE) -> frozenset[str]:
+def _find_handled_by_ce(ce: CE) -> frozenset[str]:
     if isinstance(ce, PatternCE):
         is_goal = without_module(ce.template) == "goal" and not ce.is_ordered
-        return ce.slots.get(SLOT, frozenset()) - {NONE} if is_goal else frozenset()
+        return ce.slots.get(SUB_TYPE_SLOT, frozenset()) - {NO_SUB_TYPE} if is_goal else frozenset()
     if not isinstance(ce, GroupCE) or ce.kind not in ("and", "or", "exists"):
         return frozenset()
-    branches = [_handled(item) for item in ce.items]
+    branches = [_find_handled_by_ce(item) for item in ce.items]
     is_sure = ce.kind != "or" or all(branches)
     return frozenset().union(*branches) if is_sure else frozenset()
 
 
 @cache
-def files_of_core(*folders: Path) -> Mapping[str, str]:
-    """Return a core's file by sub-type, in the notation of specs.
+def find_core_files(*folders: Path) -> Mapping[str, str]:
+    """Return the file of the core that handles each sub-type, in the notation of specs.
 
     :param folders: the folders of the core; files in earlier folders hide those in later ones.
     """
     files: dict[str, str] = {}
     for folder in reversed(folders):
-        for file in sorted((folder / _FOLDER).glob("*.clp")):
+        for file in sorted((folder / _SUB_TYPE_FOLDER).glob("*.clp")):
             for definition in definitions(file.read_text("utf-8", "surrogateescape")):
-                name = f"{_FOLDER}/{file.name}"
-                files.update(dict.fromkeys(handled(condition_of(definition.node)), name))
+                name = f"{_SUB_TYPE_FOLDER}/{file.name}"
+                files.update(dict.fromkeys(find_handled_sub_types(parse_condition(definition.node)), name))
     return MappingProxyType(files)
 
 
-def advice(sub_type: str, known: Iterable[str], files: Mapping[str, str]) -> str:
+def make_hint(sub_type: str, handled_sub_types: Collection[str], files: Mapping[str, str]) -> str:
     """Return the remedy for an unhandled sub-type; empty without a similar sub-type.
 
-    :param known: the handled sub-types.
-    :param files: the result of :func:`files_of_core`.
+    :param handled_sub_types: the handled sub-types.
+    :param files: the result of :func:`find_core_files`.
     """
-    handled_types = frozenset(known)
     if sub_type in files:
-        return _add(files[sub_type])
-    similar = nearest(sub_type, handled_types | files.keys())
+        return _make_addition_hint(files[sub_type])
+    similar = nearest(sub_type, {*handled_sub_types, *files})
     if not similar:
         return ""
-    missing = "" if similar[0] in handled_types else f" Then {_add(files[similar[0]])}"
-    return f"did you mean {' or '.join(similar)}?{missing}"
+    addition = "" if similar[0] in handled_sub_types else f" Then {_make_addition_hint(files[similar[0]])}"
+    return f"did you mean {' or '.join(similar)}?{addition}"
 
 
-def _add(file: str) -> str:
+def _make_addition_hint(file: str) -> str:
     return f"add {file} to the files of the spec"

@@ -1,4 +1,4 @@
-"""Splits CLIPS text into top-level lists: an error in one construct leaves the other constructs intact."""
+"""Splits CLIPS text into top-level lists, so that a construct with an error affects no other."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import HIDDEN, PARENTHESIS, blank, top_level
 
-# A line that begins a construct. CLIPS has no nested constructs, so such a line also ends an unclosed
-# construct.
-_BEGIN: Final = re.compile(
+# The beginning of a construct at the start of a line. CLIPS has no nested constructs, so it also ends an
+# unclosed construct.
+_CONSTRUCT_BEGINNING: Final = re.compile(
     r"^[ \t]*(\((?:def(?:rule|template|facts|function|global|generic|method|class|module|instances|"
     r"message-handler))(?=[\s(]))",
     re.MULTILINE,
@@ -30,13 +30,14 @@ class TopLevelList(Struct, frozen=True):
 
     start: int
     text: str
-    closed: bool
+    is_closed: bool
 
 
 def top_level_lists(text: str) -> tuple[TopLevelList, ...]:
     """Return the top-level lists of a text, in order.
 
-    In text with unbalanced parentheses or quotes, each line that begins a construct begins a list.
+    In text with unbalanced parentheses or quotes, each beginning of a construct at the start of a line begins
+    a list.
     """
     code = blank(text)
     lists = [TopLevelList(start, text[start:end], end is not None) for start, end in top_level(code)]
@@ -45,20 +46,19 @@ def top_level_lists(text: str) -> tuple[TopLevelList, ...]:
 
 def _is_balanced(text: str, code: str, lists: list[TopLevelList]) -> bool:
     """Return whether all lists are closed and no construct begins inside another construct."""
-    if any(not top_list.closed for top_list in lists) or code.count("(") != code.count(")"):
+    if any(not top_list.is_closed for top_list in lists) or code.count("(") != code.count(")"):
         return False
     starts = {top_list.start for top_list in lists}
-    if any(match.start(1) not in starts for match in _BEGIN.finditer(code)):
+    if any(match.start(1) not in starts for match in _CONSTRUCT_BEGINNING.finditer(code)):
         return False
     return not any(match["unclosed"] for match in HIDDEN.finditer(text))
 
 
 def _split_at_constructs(text: str) -> Iterator[TopLevelList]:
     """Yield the top-level lists of each part between the beginnings of two constructs."""
-    begins = [match.start(1) for match in _BEGIN.finditer(text)]
-    for begin, end in pairwise([0, *begins, len(text)]):
-        # Each part is blanked alone, so that an unclosed string hides no text after the next construct
-        # begins.
+    beginnings = [match.start(1) for match in _CONSTRUCT_BEGINNING.finditer(text)]
+    for begin, end in pairwise([0, *beginnings, len(text)]):
+        # Each part is blanked separately, so that an unclosed string does not hide the next construct.
         code = blank(text[begin:end])
         for start, stop in top_level(code):
             list_end = len(code.rstrip()) if stop is None else stop

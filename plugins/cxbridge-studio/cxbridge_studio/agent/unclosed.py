@@ -1,9 +1,9 @@
 """Finds the unclosed list of a construct from its indentation and from the syntax of CLIPS.
 
-A parser notices a missing parenthesis only at the end of the construct, but any list may lack the
-parenthesis. This module tries each possible position of a ``)`` and takes the position where the construct
-costs least. Oddities have costs: lines that are indented no deeper than their list, slots within slots, an
-arrow within a pattern, and similar mistakes.
+A parser notices a missing parenthesis only at the end of the construct, but any list in the construct may be
+the open list. This module tries each possible position of a ``)`` and takes the position with the least cost.
+The cost counts oddities: lines that are indented no deeper than their list, slots within slots, an arrow
+within a pattern, and similar mistakes.
 """
 
 from __future__ import annotations
@@ -16,24 +16,24 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import HIDDEN, TOKEN, Lines, read
 
-_TAB: Final = 2  # columns of a tab in Fawkes' files
-# With more positions than this, only those at line ends are tried, to bound the time.
+_TAB_COLUMNS: Final = 2  # columns of a tab in Fawkes' files
+# With more positions than this, only those at line ends are tried, which bounds the time.
 _MAX_POSITIONS: Final = 1500
-# The time grows with each missing parenthesis, and more than three are a deleted piece of text.
+# The time grows with each missing parenthesis. If more than three are missing, a piece of text was deleted.
 _MAX_MISSING: Final = 3
 
 # Costs of oddities, from certain mistakes to mere style. `python -m studio_tests.check.deletions` measures
 # how often the right list is named: in 99 of 100 cases with these costs.
-_BROKEN: Final = 10.0
-_HARD: Final = 3.0
-_STRUCTURE: Final = 2.0
-_SOFT: Final = 1.0
+_BROKEN_COST: Final = 10.0
+_HARD_COST: Final = 3.0
+_STRUCTURE_COST: Final = 2.0
+_SOFT_COST: Final = 1.0
 
-_CHANGES: Final = frozenset({"modify", "duplicate"})
-_COMPARISONS: Final = frozenset({"eq", "neq", "=", "<>", "<", ">", "<=", ">=", "and", "or"})
-_MIN_COMPARED: Final = 2
+_CHANGE_FUNCTIONS: Final = frozenset({"modify", "duplicate"})
+_COMPARISON_FUNCTIONS: Final = frozenset({"eq", "neq", "=", "<>", "<", ">", "<=", ">=", "and", "or"})
+_MIN_COMPARED_VALUES: Final = 2  # the arguments of a comparison
 # Functions that are rarely called directly within a call of the same function.
-_RARELY_NESTED: Final = _COMPARISONS | {"create$"}
+_RARELY_NESTED: Final = _COMPARISON_FUNCTIONS | {"create$"}
 # Functions of CLIPS with a fixed number of arguments.
 _ARGUMENT_COUNTS: Final = {
     **dict.fromkeys(("length$", "first$", "rest$", "fact-existp", "fact-relation", "str-length", "abs"), 1),
@@ -41,11 +41,11 @@ _ARGUMENT_COUNTS: Final = {
     **dict.fromkeys(("subseq$", "sub-string"), 3),
 }
 _FACETS: Final = frozenset({"type", "default", "default-dynamic", "range", "cardinality", "allowed-values"})
-# Words that belong directly into one kind of list.
+# Words that belong directly into a list with this head.
 _KEYWORDS: Final = {"then": "if", "else": "if"}
-_SLOTS: Final = frozenset({"slot", "multislot", "field", "multifield"})
+_SLOT_KEYWORDS: Final = frozenset({"slot", "multislot", "field", "multifield"})
 # Conditional elements that may contain `?fact <- (pattern)`.
-_CONDITIONS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
+_CONDITION_HEADS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
 
 _BEGINNING: Final = re.compile(r"\((def\w+)\s+([^\s()\";]+)")
 
@@ -66,7 +66,7 @@ class _Token(Struct, frozen=True):
     is_first: bool
 
 
-class _List(Struct, frozen=True):
+class _OpenList(Struct, frozen=True):
     """An open list.
 
     :param token: the opening parenthesis.
@@ -78,36 +78,36 @@ class _List(Struct, frozen=True):
     children: int = 0
 
 
-def unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None = None) -> list[int]:
+def find_unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None = None) -> list[int]:
     """Return the offsets of the unclosed lists of a construct, in the order of the text.
 
     :param text: the text of the construct, up to the start of the next construct.
     :param slots: the slot names of the known deftemplates, by deftemplate.
     """
-    tokens = list(_tokens(text))
+    tokens = list(_tokenize(text))
     missing = sum((token.text == "(") - (token.text == ")") for token in tokens)
-    names = _Names(slots or {})
+    names = _SlotNames(slots or {})
     starts: list[int] = []
     for _ in range(min(missing, _MAX_MISSING)):
-        index, opening = _best_position(tokens, names)
+        index, opening = _find_best_position(tokens, names)
         starts.append(opening.start)
         last = tokens[index - 1]
         tokens.insert(index, _Token(")", last.end, last.end, last.column, last.indent, is_first=False))
     return sorted(starts)
 
 
-def _best_position(tokens: list[_Token], names: _Names) -> tuple[int, _Token]:
+def _find_best_position(tokens: list[_Token], names: _SlotNames) -> tuple[int, _Token]:
     """Return the token index where a ``)`` is missing, and the ``(`` that it closes.
 
-    Of positions with equal costs, the last is returned: a ``)`` there closes the outermost list.
+    Of positions with equal costs, the last counts: a ``)`` there closes the outermost list.
     """
-    candidates, states = set(_candidates(tokens)), list[tuple[int, _Reading]]()
+    candidates, states = set(_find_candidates(tokens)), list[tuple[int, _Reading]]()
     reading = _Reading(tokens, names)
     # All candidates share the reading of the text before them: each continues from a copy of the state.
     for index in range(len(tokens)):
         if index in candidates and reading.stack:
             states.append((index, reading.copy()))
-        reading.step(index)
+        reading.read_token(index)
     states.append((len(tokens), reading))
     best, lowest_cost = (len(tokens), tokens[0]), float("inf")
     for index, state in reversed(states):
@@ -118,7 +118,7 @@ def _best_position(tokens: list[_Token], names: _Names) -> tuple[int, _Token]:
     return best
 
 
-def _tokens(text: str) -> Iterator[_Token]:
+def _tokenize(text: str) -> Iterator[_Token]:
     """Yield the tokens of a text, without white space and comments."""
     line_start = indent = 0
     is_first = True
@@ -128,17 +128,17 @@ def _tokens(text: str) -> Iterator[_Token]:
             if "\n" in token:
                 line_start, is_first = match.start() + token.rindex("\n") + 1, True
             continue
-        column = len(text[line_start : match.start()].expandtabs(_TAB))
+        column = len(text[line_start : match.start()].expandtabs(_TAB_COLUMNS))
         if is_first:
             indent = column
         yield _Token(token, match.start(), match.end(), column, indent, is_first)
         is_first = False
 
 
-def _candidates(tokens: list[_Token]) -> list[int]:
+def _find_candidates(tokens: list[_Token]) -> list[int]:
     """Return the token indices where a ``)`` may be missing.
 
-    Positions before a ``)`` are left out: a ``)`` after the existing one has the same effect.
+    Positions before a ``)`` are omitted: a ``)`` after the existing one has the same effect.
     """
     ends = range(2, len(tokens) + 1)
     indices = [index for index in ends if index == len(tokens) or tokens[index].text != ")"]
@@ -147,15 +147,15 @@ def _candidates(tokens: list[_Token]) -> list[int]:
     return indices
 
 
-class _Names:
-    """Slot names of the known deftemplates."""
+class _SlotNames:
+    """The slot names of the known deftemplates."""
 
     def __init__(self, slots: Mapping[str, Collection[str]]) -> None:
         self.slots = slots
-        self.all = frozenset(name for names in slots.values() for name in names)
+        self.all_slots = frozenset(name for names in slots.values() for name in names)
 
-    def opening_cost(self, stack: list[_List], head: str) -> float:
-        """Return the cost of a list with a head word within the open lists."""
+    def opening_cost(self, stack: list[_OpenList], head: str) -> float:
+        """Return the cost of opening a list with this head within the open lists."""
         parent = stack[-1].head
         grandparent = stack[-2].head if len(stack) > 1 else ""
         slots = self.slots.get(parent, ())
@@ -164,25 +164,27 @@ class _Names:
             (slots and head not in slots),
             # a slot within a slot of a fact
             (
-                parent in self.all
-                and head in self.all
-                and (grandparent in self.slots or grandparent in _CHANGES)
+                parent in self.all_slots
+                and head in self.all_slots
+                and (grandparent in self.slots or grandparent in _CHANGE_FUNCTIONS)
             ),
             # a definition of a slot within another
-            (parent in _SLOTS and head in _SLOTS),
+            (parent in _SLOT_KEYWORDS and head in _SLOT_KEYWORDS),
             # a facet within a facet
-            (parent in _FACETS and head in _FACETS and grandparent in _SLOTS),
+            (parent in _FACETS and head in _FACETS and grandparent in _SLOT_KEYWORDS),
             # a deftemplate with anything but slots
-            (parent == "deftemplate" and head not in _SLOTS),
+            (parent == "deftemplate" and head not in _SLOT_KEYWORDS),
         )
-        return _STRUCTURE * sum(map(bool, oddities)) + _SOFT * (parent == head and head in _RARELY_NESTED)
+        return _STRUCTURE_COST * sum(map(bool, oddities)) + _SOFT_COST * (
+            parent == head and head in _RARELY_NESTED
+        )
 
 
 class _Reading:
     """The state of reading a construct: the open lists, and the cost of the oddities so far."""
 
-    def __init__(self, tokens: list[_Token], names: _Names) -> None:
-        self.stack: list[_List] = []
+    def __init__(self, tokens: list[_Token], names: _SlotNames) -> None:
+        self.stack: list[_OpenList] = []
         self.cost = 0.0
         self._tokens = tokens
         self._names = names
@@ -192,80 +194,81 @@ class _Reading:
         other.stack, other.cost = [*self.stack], self.cost
         return other
 
-    def cost_with(self, insertion: int, limit: float) -> float:
+    def cost_with(self, insertion_index: int, limit: float) -> float:
         """Return the cost of the whole construct with a ``)`` inserted before a token.
 
         :param insertion: the index of that token, which is the next to read.
         :param limit: the cost at which reading ends early, because another position costs less.
         """
         if self.cost < limit:
-            self._close()
-            for index in range(insertion, len(self._tokens)):
-                self.step(index)
+            self._close_list()
+            for index in range(insertion_index, len(self._tokens)):
+                self.read_token(index)
                 if self.cost >= limit:
                     break
-        return self.cost + _BROKEN * len(self.stack)
+        return self.cost + _BROKEN_COST * len(self.stack)
 
-    def step(self, index: int) -> None:
+    def read_token(self, index: int) -> None:
+        """Read a token and add the cost of its oddities."""
         token = self._tokens[index]
         if token.text == ")":
-            self._close()
+            self._close_list()
             return
         if not self.stack and index:  # text after the end of the construct
-            self.cost += _BROKEN
+            self.cost += _BROKEN_COST
         if token.is_first:
             self.cost += _indentation_cost(token, self.stack)
         if token.text == "(":
-            self._open(token, index)
+            self._open_list(token, index)
         elif self.stack:
-            self._word(token, is_head=self._tokens[index - 1].text == "(")
+            self._read_word(token, is_head=self._tokens[index - 1].text == "(")
 
-    def _open(self, token: _Token, index: int) -> None:
+    def _open_list(self, token: _Token, index: int) -> None:
         head = self._tokens[index + 1].text if index + 1 < len(self._tokens) else ""
         if self.stack:
             self.cost += self._names.opening_cost(self.stack, head)
             self._count_element()
-        self.stack.append(_List(token))
+        self.stack.append(_OpenList(token))
 
-    def _word(self, token: _Token, *, is_head: bool) -> None:
+    def _read_word(self, token: _Token, *, is_head: bool) -> None:
         inner = self.stack[-1]
         if is_head:
-            self.stack[-1] = _List(inner.token, token.text)
+            self.stack[-1] = _OpenList(inner.token, token.text)
             return
         self._count_element()
         if token.text == "=>":  # belongs directly into the rule
-            self.cost += _BROKEN * (len(self.stack) - 1)
+            self.cost += _BROKEN_COST * (len(self.stack) - 1)
         elif token.text in _KEYWORDS:
-            self.cost += _HARD * (inner.head != _KEYWORDS[token.text])
+            self.cost += _HARD_COST * (inner.head != _KEYWORDS[token.text])
         elif token.text == "<-":
-            self.cost += _HARD * (len(self.stack) > 1 and inner.head not in _CONDITIONS)
+            self.cost += _HARD_COST * (len(self.stack) > 1 and inner.head not in _CONDITION_HEADS)
 
     def _count_element(self) -> None:
         inner = self.stack[-1]
-        self.stack[-1] = _List(inner.token, inner.head, inner.children + 1)
+        self.stack[-1] = _OpenList(inner.token, inner.head, inner.children + 1)
 
-    def _close(self) -> None:
+    def _close_list(self) -> None:
         if not self.stack:
             return
-        closed = self.stack.pop()
-        is_comparison = closed.head in _COMPARISONS
-        if closed.children != _ARGUMENT_COUNTS.get(closed.head, closed.children) or (
-            is_comparison and closed.children < _MIN_COMPARED
+        is_closed = self.stack.pop()
+        is_comparison = is_closed.head in _COMPARISON_FUNCTIONS
+        if is_closed.children != _ARGUMENT_COUNTS.get(is_closed.head, is_closed.children) or (
+            is_comparison and is_closed.children < _MIN_COMPARED_VALUES
         ):
-            self.cost += _SOFT
+            self.cost += _SOFT_COST
 
 
-def _indentation_cost(token: _Token, stack: list[_List]) -> float:
+def _indentation_cost(token: _Token, stack: list[_OpenList]) -> float:
     """Return the cost of a line that is indented no deeper than its open lists.
 
-    The construct itself is left out: its content may begin at the start of a line.
+    The construct itself does not count: its content may begin at the start of a line.
     """
     cost = 0.0
     for open_list in stack[1:]:
         if token.column <= open_list.token.indent:
-            cost += _HARD
+            cost += _HARD_COST
         elif token.column <= open_list.token.column:
-            cost += _SOFT
+            cost += _SOFT_COST
     return cost
 
 
@@ -299,7 +302,7 @@ def describe_unclosed(
     rows = enumerate(text.splitlines()[line:], line + 1)
     next_line = next((number for number, row in rows if row.lstrip().startswith("(def")), 0)
     hint = f"a ) is missing before {f'line {next_line}' if next_line else 'the end of the file'}"
-    if inner := next(iter(unclosed_lists(construct, slots)), 0):  # 0 is the construct itself
+    if inner := next(iter(find_unclosed_lists(construct, slots)), 0):  # 0 is the construct itself
         start += inner
         head = read(construct[inner:], close=True)[0].head
         message += f": its list ({head} is open" if head else ": a list in it is open"

@@ -15,18 +15,18 @@ from cxbridge_studio.agent.names import (
     NameKind,
     SourceFile,
     Use,
-    file_of_one_piece,
-    parse_problem,
+    make_parse_problem,
+    make_single_piece_file,
 )
 
-_SPECS: Final = ("clips-executive", "specs")
+_SPECS_PATH: Final = ("clips-executive", "specs")
 _STAGE: Final = re.compile(r"stage-\d+")
 # The parts of a skill string in an action mapping, such as goto{place=?(to)S}: the skill, the arguments, and
 # the action's parameters.
 _SKILL: Final = re.compile(r"\b([A-Za-z_][\w-]*)\s*[{(]")
 _ARGUMENT: Final = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
 _PLACEHOLDER: Final = re.compile(r"\?\(([A-Za-z0-9_-]+)")
-# The next key in a later line, where a skill string of several lines ends.
+# The next key in a later line, which ends a skill string of several lines.
 _KEY: Final = re.compile(r"\n[ \t]*[\w-]+:(?=\s)")
 
 
@@ -35,71 +35,72 @@ def read_yaml(path: str, text: str) -> SourceFile:
     try:
         documents = parse_documents(text, path)
     except ConfigError as error:
-        return SourceFile(path, text, (), parse_problem(error))
-    reader = _Reader(text)
+        return SourceFile(path, text, (), make_parse_problem(error))
+    reader = _ConfigurationReader(text)
     for document in documents:
-        reader.node(document, ())
-    return file_of_one_piece(path, text, "configuration", None, reader.mentions)
+        reader.read_node(document, ())
+    return make_single_piece_file(path, text, "configuration", None, reader.mentions)
 
 
-class _Reader:
-    """Reader of the documents of a file."""
+class _ConfigurationReader:
+    """Reads the documents of a file."""
 
     def __init__(self, text: str) -> None:
         self.mentions: list[Mention] = []
         self._text = text
         self._lines = Lines(text)
 
-    def node(self, node: YamlNode, path: tuple[str, ...]) -> None:
+    def read_node(self, node: YamlNode, path: tuple[str, ...]) -> None:
         """Record the names in a node.
 
-        :param path: the keys above the node; in a list, the index of a map is part of the path.
+        :param path: the keys above the node. Below a list, the index of a map is part of the path.
         """
         if isinstance(node, YamlMap):
             for key, value in node.pairs:
                 if isinstance(key, YamlScalar):
                     keys = tuple(filter(None, key.text.split("/")))  # Fawkes' dialect: a key may be a path
-                    self._key(key, value, (*path, *keys))
-                    self.node(value, (*path, *keys))
+                    self._record_key(key, value, (*path, *keys))
+                    self.read_node(value, (*path, *keys))
         elif isinstance(node, YamlList):
             for number, item in enumerate(node.items):
                 if isinstance(item, YamlScalar):
-                    self._value(item, path)
+                    self._record_value(item, path)
                 else:
-                    self.node(item, (*path, str(number)))
+                    self.read_node(item, (*path, str(number)))
         else:
-            self._value(node, path)
+            self._record_value(node, path)
 
-    def _key(self, key: YamlScalar, value: YamlNode, path: tuple[str, ...]) -> None:
+    def _record_key(self, key: YamlScalar, value: YamlNode, path: tuple[str, ...]) -> None:
         """Record a key that is a name: a spec, or an action with its skill string."""
-        if path[:2] != _SPECS:
+        if path[:2] != _SPECS_PATH:
             return
         match path[2:]:
             case (_spec,):
-                self._add(NameKind.SPEC, key.mark, key.text, Use.DEFINED)
+                self._record_name(NameKind.SPEC, key.mark, key.text, Use.DEFINED)
             case (_spec, "action-mapping", action):
-                self._add(NameKind.ACTION, key.mark, key.text, Use.NAMED)
+                self._record_name(NameKind.ACTION, key.mark, key.text, Use.NAMED)
                 if isinstance(value, YamlScalar):
-                    self._skill_string(value, action)
+                    self._record_skill_string(value, action)
 
-    def _value(self, value: YamlScalar, path: tuple[str, ...]) -> None:
+    def _record_value(self, value: YamlScalar, path: tuple[str, ...]) -> None:
         """Record a value that is a name: a spec, an interface, a file or a feature."""
         if path == ("clips-executive", "spec"):
-            self._add(NameKind.SPEC, value.mark, value.text, Use.NAMED)
-        if path[:2] != _SPECS:
+            self._record_name(NameKind.SPEC, value.mark, value.text, Use.NAMED)
+        if path[:2] != _SPECS_PATH:
             return
         match path[2:]:
             case (_spec, "blackboard-preload"):
-                self._add(NameKind.INTERFACE, value.mark, value.text, Use.NAMED)
+                self._record_name(NameKind.INTERFACE, value.mark, value.text, Use.NAMED)
             case (_spec, "init", stage, _entry, "file" | "files") if _STAGE.fullmatch(stage):
-                self._add(NameKind.FILE, value.mark, value.text, Use.NAMED)
+                self._record_name(NameKind.FILE, value.mark, value.text, Use.NAMED)
             case (_spec, "init", "stage-1", _entry, "name"):
-                self._add(NameKind.FEATURE, value.mark, value.text, Use.NAMED)
+                self._record_name(NameKind.FEATURE, value.mark, value.text, Use.NAMED)
 
-    def _skill_string(self, value: YamlScalar, action: str) -> None:
+    def _record_skill_string(self, value: YamlScalar, action: str) -> None:
         """Record the skill, the arguments and the parameters in the skill string of an action.
 
-        The text of the file is searched, not the value: YAML's escapes and folded lines change the offsets.
+        This searches the text of the file, not the value, because YAML's escapes and folded lines change
+        offsets.
         """
         start = self._offset(value.mark)
         key = _KEY.search(self._text, start)
@@ -118,8 +119,8 @@ class _Reader:
     def _offset(self, mark: Mark) -> int:
         return self._lines.place(mark.line, mark.column)
 
-    def _add(self, kind: NameKind, mark: Mark, text: str, use: Use) -> None:
-        """Record a name unless the file spells it in another way, such as with escapes."""
+    def _record_name(self, kind: NameKind, mark: Mark, text: str, use: Use) -> None:
+        """Record a name, unless its spelling in the file differs, for example by escapes."""
         start = self._offset(mark)
         start += self._text.startswith(('"', "'"), start)
         if kind is NameKind.FILE and "|" in text:  # BATCH|FILE: the file follows the bar
@@ -129,10 +130,10 @@ class _Reader:
             self.mentions.append(Mention(Name(kind, text), use, start, start + len(text)))
 
 
-def parents(file: SourceFile, offset: int) -> Iterator[str]:
+def find_parent_keys(file: SourceFile, offset: int) -> Iterator[str]:
     """Yield the keys above the line of an offset, innermost first.
 
-    Only the indentation counts: while a user types, the file is often not valid YAML.
+    Only the indentation counts, because the file is often not valid YAML while a user types.
     """
     rows = file.text[: file.text.find("\n", offset) if "\n" in file.text[offset:] else None].split("\n")
     indent = len(rows[-1]) - len(rows[-1].lstrip(" "))

@@ -208,7 +208,7 @@ class Agent(Closing):
         model = AgentModel()
         for file in self.files:
             if file.source is not None:
-                model.take(file.source)
+                model.add_file(file.source)
         return model
 
     @cached_property
@@ -216,7 +216,9 @@ class Agent(Closing):
         """The facts and words in all constructs."""
         values = list(self.config.walk("/"))
         words = {word for value in values for text in (value.text, *value.items) for word in text.split()}
-        functions = (definition.mention.name.text for definition in self.model.defined(NameKind.FUNCTION))
+        functions = (
+            definition.mention.name.text for definition in self.model.definitions_of_kind(NameKind.FUNCTION)
+        )
         # The source of a run, such as a ROS 2 program, may call functions that no file calls.
         words.update(filter(self.context.source.calls, functions))
         core_templates = frozenset(
@@ -269,7 +271,7 @@ class Agent(Closing):
     def slots(self) -> dict[str, set[str]]:
         """The slot names by deftemplate, including deftemplates that CLIPS drops."""
         slots = {name: set(names) for name, names in self._clips_slots.items()}
-        for definition in self.model.defined(NameKind.SLOT):
+        for definition in self.model.definitions_of_kind(NameKind.SLOT):
             slots.setdefault(definition.mention.name.owner, set()).add(definition.mention.name.text)
         return slots
 

@@ -16,7 +16,7 @@ from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 from cxbridge.suggestions import nearest
-from cxbridge_studio.agent.condition import CE, OBJECT, PatternCE, condition_of, needed, sides
+from cxbridge_studio.agent.condition import CE, OBJECT, PatternCE, needed, parse_condition, sides
 from cxbridge_studio.agent.model import AgentModel
 from cxbridge_studio.agent.names import Name, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge_studio.check.findings import SourcePlace
@@ -115,7 +115,7 @@ class Construct:
 
     @cached_property
     def condition(self) -> tuple[CE, ...]:
-        return condition_of(self.node)
+        return parse_condition(self.node)
 
     @cached_property
     def actions(self) -> tuple[SyntaxNode, ...]:
@@ -124,7 +124,7 @@ class Construct:
         The sides of an unclosed construct are unknown, so all its nodes count as actions.
         """
         items = self.node.arguments
-        if not self.placed.piece.closed:
+        if not self.placed.piece.is_closed:
             return items
         if self.keyword == "defrule":
             return tuple(sides(self.node)[1])

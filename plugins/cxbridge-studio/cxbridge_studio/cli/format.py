@@ -26,7 +26,7 @@ def format(  # noqa: A001 - the name of the command
 
     Example: cxbridge format --check agent
     """
-    from cxbridge_studio.agent.layout import is_balanced, layout
+    from cxbridge_studio.agent.layout import indent_clips, is_balanced
 
     changed_count = 0
     # Read all files before changing any, so that an unreadable file changes nothing.
@@ -35,7 +35,7 @@ def format(  # noqa: A001 - the name of the command
         if not is_balanced(text):
             say(f"{path}: parentheses or quotes do not match, left as it is", err=True)
             continue
-        formatted = layout(text)
+        formatted = indent_clips(text)
         if formatted != text:
             changed_count += 1
             say(f"{path}: {'would change' if check else 'changed'}")

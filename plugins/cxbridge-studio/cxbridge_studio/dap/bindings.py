@@ -105,7 +105,7 @@ def _bound_variables(
             texts += [] if is_loose else [ce.text]
             continue
         variable = ce.variable or f"{_FACT}{len(facts)}"
-        texts.append(f"?{variable} <- {_without_constraints(ce) if is_loose else ce.bare()}")
+        texts.append(f"?{variable} <- {_without_constraints(ce) if is_loose else ce.text_without_variable()}")
         facts.append(variable)
         names |= dict.fromkeys((variable,))
         names |= dict.fromkeys(field.name for part in ce.parts for field in part.fields if field.name)
@@ -120,7 +120,9 @@ def _bound_variables(
 def _without_constraints(ce: PatternCE) -> str:
     """Return a pattern that binds the same variables without any constraint."""
     constraints = [
-        constraint.write([field.binder if field.name else field.wildcard for field in constraint.fields])
+        constraint.join_fields(
+            [field.binder if field.name else field.wildcard for field in constraint.fields]
+        )
         for constraint in ce.parts
     ]
     return f"({' '.join((ce.template, *constraints))})"

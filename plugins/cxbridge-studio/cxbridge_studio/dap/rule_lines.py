@@ -12,7 +12,7 @@ from glob import escape
 from typing import Final
 
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions
-from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, condition_of, sides
+from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, parse_condition, sides
 from cxbridge_studio.debugger.breakpoints import Breakpoint
 
 # The functions that take actions as arguments, with the index of the first action.
@@ -62,7 +62,7 @@ def rules_of(text: str) -> Iterator[FileRule]:
 
 def _actions(rule: Definition, lines: Lines) -> Iterator[RuleAction]:
     try:
-        names = bound_names(condition_of(rule.node))
+        names = bound_names(parse_condition(rule.node))
     except RecursionError:  # a condition of a hostile file: the rule has no probes
         return
     _, right_hand_side = sides(rule.node)
@@ -74,7 +74,7 @@ def bound_names(ces: Sequence[CE]) -> tuple[str, ...]:
     names: set[str] = set()
     for ce in ces:
         if isinstance(ce, PatternCE):
-            names |= ce.binds | ({ce.variable} if ce.variable else set())
+            names |= ce.bound_variables | ({ce.variable} if ce.variable else set())
         elif isinstance(ce, GroupCE) and ce.kind == "and":
             names.update(bound_names(ce.items))
         elif isinstance(ce, GroupCE) and ce.kind == "or":

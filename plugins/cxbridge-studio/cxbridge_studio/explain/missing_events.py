@@ -20,7 +20,7 @@ from cxbridge_studio.explain.timed_rules import (
     TIME_KEY,
     find_missing_template,
     has_time_facts,
-    parse_condition,
+    parse_rule_condition,
 )
 
 if TYPE_CHECKING:
@@ -127,15 +127,18 @@ def _sub_type_texts(agent: Run) -> dict[str, str]:
         str(slots["id"]): sub_type
         for _, _, slots in env.facts("goal")
         if slots.get("mode") in _BEFORE_COMMITTED
-        and (sub_type := str(slots.get(sub_types.SLOT, sub_types.NONE))) != sub_types.NONE
+        and (sub_type := str(slots.get(sub_types.SUB_TYPE_SLOT, sub_types.NO_SUB_TYPE)))
+        != sub_types.NO_SUB_TYPE
     }
     rules = rule_texts(env).values() if waiting else ()
-    handled = {name for rule in rules for name in sub_types.handled(parse_condition(rule))}
-    files = sub_types.files_of_core(*agent.paths.before, agent.paths.cx)
+    handled = {
+        name for rule in rules for name in sub_types.find_handled_sub_types(parse_rule_condition(rule))
+    }
+    files = sub_types.find_core_files(*agent.paths.before, agent.paths.cx)
     texts = {}
     for goal, sub_type in waiting.items():
         if sub_type not in handled:
-            hint = sub_types.advice(sub_type, handled, files)
+            hint = sub_types.make_hint(sub_type, handled, files)
             texts[goal] = f", and no rule handles its sub-type {sub_type}" + (f": {hint}" if hint else "")
     return texts
 

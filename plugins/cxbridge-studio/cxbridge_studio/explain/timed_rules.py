@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.clipstext.syntax import read
 from cxbridge.run.stuck import TICK_RULES
-from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, condition_of
+from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, parse_condition
 from cxbridge_studio.constructs import rule_texts
 
 if TYPE_CHECKING:
@@ -44,24 +44,24 @@ def has_timed_rule(agent: Run) -> bool:
             continue
         if name == _CONTROL_RULE and not _can_get_control(agent):
             continue
-        if all(_may_hold(env, element) for element in parse_condition(text)):
+        if all(_may_hold(env, element) for element in parse_rule_condition(text)):
             return True
     return False
 
 
 def find_missing_template(env: ClipsEnvironment, rule: str) -> str:
     """Return the deftemplate of the first missing fact of a rule; empty if no fact is known to be missing."""
-    for element in parse_condition(rule_texts(env).get(rule, "")):
+    for element in parse_rule_condition(rule_texts(env).get(rule, "")):
         if isinstance(element, PatternCE) and not _may_hold(env, element):
             return element.template
     return ""
 
 
 @lru_cache(maxsize=1024)  # each check of a run parses the same rules
-def parse_condition(rule: str) -> tuple[CE, ...]:
+def parse_rule_condition(rule: str) -> tuple[CE, ...]:
     """Return the condition of a rule's text; empty if it is nested too deeply for the parser."""
     try:
-        return tuple(element for node in read(rule) for element in condition_of(node))
+        return tuple(element for node in read(rule) for element in parse_condition(node))
     except RecursionError:
         return ()
 

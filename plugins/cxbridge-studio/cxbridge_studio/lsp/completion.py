@@ -7,9 +7,15 @@ from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 from cxbridge.clipstext.syntax import read
-from cxbridge_studio.agent.clips import ARGUMENTS, CONDITIONS, DEFINES, FIELD_FUNCTIONS, SLOT_VALUES
+from cxbridge_studio.agent.clips import (
+    CONDITION_HEADS,
+    CONSTRUCT_KINDS,
+    FIELD_FUNCTIONS,
+    FIRST_ARGUMENT_KINDS,
+    SLOT_VALUE_KINDS,
+)
 from cxbridge_studio.agent.names import Name, NameKind, SourceFile, Use
-from cxbridge_studio.agent.yaml import parents
+from cxbridge_studio.agent.yaml import find_parent_keys
 from cxbridge_studio.lsp.context import Context, context_at, message_type, template_of_fact
 from cxbridge_studio.lsp.session import Session
 
@@ -32,7 +38,7 @@ _ACTION_NAME: Final = re.compile(r"\(action-name\s+([^\s()?]+)")
 _MESSAGE: Final = re.compile(r"\(\s*pb-[\w-]+\s+(\?[\w-]+)\s+\Z")
 # The fact in: ?fact:slot
 _SLOT_ACCESS: Final = re.compile(r"(\?[\w-]+):[^\s()]*\Z")
-_CONSTRUCTS: Final = (*DEFINES, "defglobal")
+_CONSTRUCTS: Final = (*CONSTRUCT_KINDS, "defglobal")
 _PDDL_KEYS: Final = (":parameters", ":precondition", ":effect", ":duration", ":condition")
 
 
@@ -59,7 +65,7 @@ def _defined(
 
     :param owner: the owner of the names, such as the template of slots; None for any owner.
     """
-    definitions = session.preferred(session.model.defined(kind, owner), file.path)
+    definitions = session.preferred(session.model.definitions_of_kind(kind, owner), file.path)
     for _, mention in definitions:
         yield Proposal(mention.name.text, kind, f"{kind.value} {mention.name.owner}".rstrip())
 
@@ -85,9 +91,9 @@ def _heads(session: Session, file: SourceFile, context: Context) -> Iterator[Pro
     """Yield the words that can begin a list here."""
     if context.template and context.head in (context.template, "modify", "duplicate"):
         yield from _slots(session, file, context.template)
-    elif context.in_condition and (context.head == "defrule" or context.head in CONDITIONS):
+    elif context.in_condition and (context.head == "defrule" or context.head in CONDITION_HEADS):
         yield from _templates(session, file)
-        yield from (Proposal(word, None, "condition") for word in (*CONDITIONS, "test", "declare"))
+        yield from (Proposal(word, None, "condition") for word in (*CONDITION_HEADS, "test", "declare"))
     elif context.head in ("assert", "deffacts"):
         yield from _templates(session, file)
     else:
@@ -114,7 +120,7 @@ def _arguments(session: Session, file: SourceFile, context: Context) -> Iterator
     """Yield the words that can follow the head of the list."""
     head, template = context.head, context.template
     if template and head != template:
-        kind = SLOT_VALUES.get((template, head))
+        kind = SLOT_VALUE_KINDS.get((template, head))
         if kind is not None:
             yield from _names(session, file, kind)
         if (template, head) == ("plan-action", "param-names"):
@@ -124,8 +130,8 @@ def _arguments(session: Session, file: SourceFile, context: Context) -> Iterator
     elif head in FIELD_FUNCTIONS and (message := _MESSAGE.search(context.text)):
         owner = message_type(context.text, message[1])
         yield from _defined(session, file, NameKind.PROTO_FIELD, owner) if owner else ()
-    elif head in ARGUMENTS:
-        yield from _names(session, file, ARGUMENTS[head])
+    elif head in FIRST_ARGUMENT_KINDS:
+        yield from _names(session, file, FIRST_ARGUMENT_KINDS[head])
     # A variable as the head is a member of a query, ((?fact TEMPLATE)).
     elif head and context.heads[1:2] and context.word == "" and head.startswith("?"):
         yield from _templates(session, file)
@@ -157,7 +163,7 @@ def _allowed_values(session: Session, file: SourceFile, template: str, slot: str
 def _yaml(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
     start = file.text.rfind("\n", 0, offset) + 1
     row = file.text[start:offset]
-    parent_keys = list(parents(file, start + len(row) - len(row.lstrip())))
+    parent_keys = list(find_parent_keys(file, start + len(row) - len(row.lstrip())))
     key = re.match(r"\s*(?:- +)?([\w-]+):", row)
     if "action-mapping" in parent_keys[:2]:
         yield from _mapping(session, file, row, parent_keys[0] if parent_keys[0] != "action-mapping" else "")

@@ -7,7 +7,7 @@ import re
 from msgspec import Struct
 
 from cxbridge.clipstext.syntax import HIDDEN, blank
-from cxbridge_studio.agent.clips import CONDITIONS
+from cxbridge_studio.agent.clips import CONDITION_HEADS
 from cxbridge_studio.agent.names import SourceFile
 from cxbridge_studio.agent.top_level import open_lists
 
@@ -80,8 +80,8 @@ def _enclosing_template(text: str, heads: tuple[str, ...], lists: list[int]) -> 
         if head in _CHANGES:
             match = _CHANGED.match(text, starts[depth])
             return template_of_fact(text, match[1]) if match else "", starts[depth]
-        has_facts = parent_head in _FACT_PARENTS or parent_head in CONDITIONS
-        if has_facts and head not in CONDITIONS and head not in _NO_FACTS:
+        has_facts = parent_head in _FACT_PARENTS or parent_head in CONDITION_HEADS
+        if has_facts and head not in CONDITION_HEADS and head not in _NO_FACTS:
             return (head, starts[depth]) if _is_fact(text, parent_head, starts[depth]) else ("", 0)
     return "", 0
 

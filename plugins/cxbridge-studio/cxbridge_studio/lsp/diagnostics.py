@@ -60,7 +60,7 @@ def _unclosed(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
         name: set(names) for name, names in session.knowledge.templates.items()
     }
     for placed in file.pieces:
-        if not placed.piece.closed:
+        if not placed.piece.is_closed:
             description = describe_unclosed(placed.piece.text, placed.start, file.lines, file.text, slots)
             end = file.text.find("\n", description.start)
             end = placed.end if end < 0 else min(end, placed.end)
@@ -73,7 +73,7 @@ def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
         return
     definitions = session.definitions(file.path)
     for placed in file.pieces:
-        if not placed.piece.closed:
+        if not placed.piece.is_closed:
             continue  # the kinds of names depend on the nesting of lists, which is unknown
         for index, mention in enumerate(placed.piece.mentions):
             problem, name = None, mention.name.text

@@ -12,7 +12,7 @@ from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcInvalidParams
 
 from cxbridge.errors import CxbridgeError
-from cxbridge_studio.agent.layout import layout
+from cxbridge_studio.agent.layout import indent_clips
 from cxbridge_studio.agent.model import FileMention
 from cxbridge_studio.agent.names import Mention, NameKind, SourceFile
 from cxbridge_studio.lsp import navigation
@@ -265,7 +265,7 @@ def _formatting(ls: AgentServer, params: lsp.DocumentFormattingParams) -> list[l
     if file is None or not file.path.endswith(".clp"):
         return []
     # If the whole text were replaced, an editor would lose the cursor and the folded regions.
-    old, new = file.text.splitlines(keepends=True), layout(file.text).splitlines(keepends=True)
+    old, new = file.text.splitlines(keepends=True), indent_clips(file.text).splitlines(keepends=True)
     if old == new:
         return []
     first = _common_length(old, new)

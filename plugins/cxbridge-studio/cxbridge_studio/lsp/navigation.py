@@ -40,7 +40,7 @@ def definitions(session: Session, file: SourceFile, mention: Mention) -> list[Fi
     if not found and name.kind is NameKind.PARAMETER and not name.owner:
         found = [
             definition
-            for definition in session.model.defined(NameKind.PARAMETER)
+            for definition in session.model.definitions_of_kind(NameKind.PARAMETER)
             if definition.mention.name.text == name.text
         ]
     if not found and name.kind in (NameKind.GOAL_CLASS, NameKind.ACTION):

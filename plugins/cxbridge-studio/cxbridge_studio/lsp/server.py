@@ -142,7 +142,7 @@ class AgentServer(LanguageServer):
             if self.session.model.file(str(resolved)) is None:
                 file = self.session.read(resolved)
                 if file is not None:
-                    _ = file.by_name  # builds the index now, so that the first request does not wait
+                    _ = file.mentions_by_name  # builds the index now, so that the first request does not wait
                 await asyncio.sleep(0)
 
     def _complain(self, text: str) -> None:

@@ -104,7 +104,7 @@ class AgentDefinitions:
         self.slots: dict[str, set[str]] = {}
         for file in files:
             for _, piece in file.pieces:
-                for mention in piece.defined:
+                for mention in piece.definitions:
                     self._add(mention.name)
 
     def _add(self, name: Name) -> None:

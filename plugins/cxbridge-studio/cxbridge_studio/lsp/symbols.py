@@ -57,10 +57,10 @@ def find(session: Session, query: str) -> list[FileMention]:
     """Return the first definitions of names that contain the letters of a query in order."""
     lower_query = query.lower()
     symbols = (
-        FileMention(file, mention.moved(placed.start))
+        FileMention(file, mention.shifted(placed.start))
         for file in session.model.files
         for placed in file.pieces
-        for mention in placed.piece.defined
+        for mention in placed.piece.definitions
         if mention.name.kind not in _INNER_KINDS and _matches(lower_query, mention.name.text.lower())
     )
     return list(islice(symbols, _MAX_RESULTS))

@@ -45,7 +45,7 @@ def check(agent: Agent) -> Iterator[Finding]:
             construct.file.path,
             construct.keyword,
             construct.name,
-        ) in agent.dropped_constructs or not piece.closed:
+        ) in agent.dropped_constructs or not piece.is_closed:
             continue
         for mention in piece.mentions:
             owner = mention.name.owner  # empty if the template of the variable's fact is ambiguous

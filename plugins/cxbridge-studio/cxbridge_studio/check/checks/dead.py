@@ -91,7 +91,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     own_constructs = [
         construct
         for construct in agent.own_constructs
-        if construct.placed.piece.closed
+        if construct.placed.piece.is_closed
         and (construct.file.path, construct.keyword, construct.name) not in agent.dropped_constructs
     ]
     yield from _check_rules(agent, usage, own_constructs)
@@ -289,12 +289,14 @@ def _find_unhandled_sub_types(
     agent: Agent, usage: Usage, own_constructs: list[Construct]
 ) -> Iterator[tuple[tuple[Construct, int], Finding]]:
     """Yield each goal with a sub-type that no rule handles, as construct and offset, and the finding."""
-    handled = frozenset().union(*(sub_types.handled(rule.condition) for rule in usage.constructs))
+    handled = frozenset().union(
+        *(sub_types.find_handled_sub_types(rule.condition) for rule in usage.constructs)
+    )
     compared = usage.configured_words.union(*(rule.compared_words for rule in usage.constructs))
-    files = sub_types.files_of_core(*agent.context.paths.before, agent.context.paths.cx)
+    files = sub_types.find_core_files(*agent.context.paths.before, agent.context.paths.cx)
     for construct, goal, start in _find_sub_type_uses(agent, usage, own_constructs, handled | files.keys()):
-        for name in goal.slots[sub_types.SLOT] - handled - compared - {sub_types.NONE}:
-            hint = sub_types.advice(name, handled, files)
+        for name in goal.slots[sub_types.SUB_TYPE_SLOT] - handled - compared - {sub_types.NO_SUB_TYPE}:
+            hint = sub_types.make_hint(name, handled, files)
             # The advice is not empty if the name is a likely mistake. Then only a rule for the class of the
             # goal shows that the name is meant.
             is_handled = any(
@@ -323,21 +325,21 @@ def _find_sub_type_uses(
     # A `modify` does not name its template. The slot tells that a goal is modified only if no other template
     # has a slot of this name.
     is_goal_slot = not any(
-        sub_types.SLOT in agent.slots[name] for name in agent.slots.keys() - {_GOAL_TEMPLATE}
+        sub_types.SUB_TYPE_SLOT in agent.slots[name] for name in agent.slots.keys() - {_GOAL_TEMPLATE}
     )
     for construct in own_constructs:
         for fact in construct.facts:
-            if fact.template == _GOAL_TEMPLATE and sub_types.SLOT in fact.slots:
+            if fact.template == _GOAL_TEMPLATE and sub_types.SUB_TYPE_SLOT in fact.slots:
                 yield construct, fact, fact.start
         for node in construct.action_nodes:
             if node.head in _CHANGE_FUNCTIONS and is_goal_slot:
                 slots = {
                     item.head: frozenset({name})
                     for item in node.arguments
-                    if item.head == sub_types.SLOT and (name := _first_word(item))
+                    if item.head == sub_types.SUB_TYPE_SLOT and (name := _first_word(item))
                 }
             elif node.head in core_functions:
-                slots = {sub_types.SLOT: core_functions[node.head]}
+                slots = {sub_types.SUB_TYPE_SLOT: core_functions[node.head]}
                 if name := _first_word(node):
                     slots[_CLASS_SLOT] = frozenset({name})
             else:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, definitions, one_line
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.loading import Diagnostic
-from cxbridge_studio.agent.rule import dependencies, parse_rule
+from cxbridge_studio.agent.rule import find_dependencies, parse_rule
 from cxbridge_studio.explain.rules.snapshot import FactTemplate, Rulebook, Snapshot
 
 _MULTI_SLOTS = ("multislot", "multifield")
@@ -100,7 +100,7 @@ class Constructs:
         if rule not in self._rules:
             raise ClipsError(f"there is no rule '{rule}'")
         text = self._rules[rule]
-        needs = dependencies(parse_rule(text), self._functions.get)
+        needs = find_dependencies(parse_rule(text), self._functions.get)
         return Snapshot(
             env,
             time_us,

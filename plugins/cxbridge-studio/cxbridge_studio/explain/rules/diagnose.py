@@ -111,7 +111,7 @@ class _Diagnoser:
         if not isinstance(inner, PatternCE):
             return None
         try:
-            pattern = f"?cx-why-fact <- {inner.alone(Prefix(previous_ces).binds)}"
+            pattern = f"?cx-why-fact <- {inner.standalone_text(Prefix(previous_ces).bound_variables)}"
             # A multislot can match in several ways, but the fact counts once.
             matches = self._matcher.match_values([pattern], ["cx-why-fact"], limit=_UNLIMITED)
         except ClipsError:
@@ -142,7 +142,7 @@ class _Diagnoser:
         return replace(inner, kind="exists", text=ce.text) if ce.kind == "exists" else inner  # else an `and`
 
     def _explain_test(self, prefix: Prefix, ce: TestCE) -> MatchFailure:
-        names = sorted(ce.used & prefix.binds)
+        names = sorted(ce.used_variables & prefix.bound_variables)
         rows = self._matcher.match_values(prefix.texts, names, MAX_SHOWN) if names else []
         values = dict.fromkeys(
             ", ".join(f"?{name} = {show_alone(value)}" for name, value in zip(names, row, strict=True))
@@ -152,7 +152,7 @@ class _Diagnoser:
 
     def _explain_not(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
         positive = Prefix([*previous_ces, *ce.items])
-        own_facts = positive.facts[len(Prefix(previous_ces).facts) :]
+        own_facts = positive.fact_variables[len(Prefix(previous_ces).fact_variables) :]
         rows = self._matcher.match_values(positive.texts, own_facts, _MAX_NOT_MATCHES) if own_facts else []
         negated_patterns = [item for item in ce.items if isinstance(item, PatternCE)]
         facts = dict.fromkeys(
@@ -174,7 +174,7 @@ class _Diagnoser:
             positive = Prefix([*previous_ces, first])
             # CLIPS replaces (forall A B) by (not (and A (not B))): facts of A without B violate it.
             violation = [*positive.texts, f"(not (and {required}))"]
-            rows = self._matcher.match_values(violation, positive.facts[-1:], MAX_SHOWN)
+            rows = self._matcher.match_values(violation, positive.fact_variables[-1:], MAX_SHOWN)
             facts = [self._fact_text(row[0].index, first) for row in rows]
         reason = f"not every {first.text} has {required}"
         return MatchFailure("forall", ce.text, reason, facts=tuple(dict.fromkeys(facts)))

@@ -18,7 +18,7 @@ from cxbridge.executive.host.facts.copying import FactCopier, FactTemplate, temp
 from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION
 from cxbridge.executive.host.values import FactAddress, show
 from cxbridge_studio.agent.condition import patterns
-from cxbridge_studio.agent.rule import dependencies, parse_rule
+from cxbridge_studio.agent.rule import find_dependencies, parse_rule
 from cxbridge_studio.constructs import defrules
 from cxbridge_studio.debugger.agenda import activations
 from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Activation, Rulebook, Snapshot
@@ -63,7 +63,7 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
         raise ClipsError(f"there is no rule '{rule}'")
     text = decode(lib.DefrulePPForm(rule_pointer))
     condition = parse_rule(text)
-    needs = dependencies(condition, lambda name: _function_text(env, name))
+    needs = find_dependencies(condition, lambda name: _function_text(env, name))
     global_names = sorted(name for name in needs.globals if lib.FindDefglobal(env.env, encode(name)) != NULL)
     names = None if needs.needs_all_facts else {pattern.template for pattern in patterns(condition.ces)}
     templates = _find_templates(env, names)

@@ -39,7 +39,7 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
     rows = [row for row in snapshot.facts if row.template == pattern.template]
     if not rows:
         return MatchFailure("pattern", pattern.text, f"there is no fact of '{pattern.template}'")
-    constraints = pattern.restrictive_parts(prefix.binds)
+    constraints = pattern.restrictive_parts(prefix.bound_variables)
     sample = _Sample(matcher, prefix, max(1, MAX_PAIRS // len(rows)))
     satisfied_slots: dict[tuple[_MatchKey, int], set[int]] = {
         (key, row.index): set() for key in sample.values for row in rows
@@ -100,7 +100,7 @@ def _failure_reason(
 ) -> str:
     if not any(miss.deviations for miss in near_misses):
         return "each part of it matches some fact, but not all parts together match one"
-    verb = "goes with the facts before it" if prefix.facts else "matches"
+    verb = "goes with the facts before it" if prefix.fact_variables else "matches"
     limitation = ", in a sample of the matches" if sample.is_limited else ""
     slots = "slot" if compared_slots == 1 else "slots"
     return f"no fact {verb}; the nearest have {best_count} of {compared_slots} {slots} right{limitation}"
@@ -119,10 +119,15 @@ def _compare_slot(
     :param number: the number of the constraint.
     :param satisfied_slots: gets the number for each pair that satisfies the slot.
     """
-    ces = [*sample.texts, f"?{_FACT_VARIABLE} <- {pattern.only(constraint, sample.prefix.binds)}"]
+    ces = [
+        *sample.texts,
+        f"?{_FACT_VARIABLE} <- {pattern.restricted_text(constraint, sample.prefix.bound_variables)}",
+    ]
     try:
         # A multislot may match in several ways for one pair, hence more matches than pairs.
-        matches = matcher.match_values(ces, [*sample.prefix.facts, _FACT_VARIABLE], limit=10 * MAX_PAIRS)
+        matches = matcher.match_values(
+            ces, [*sample.prefix.fact_variables, _FACT_VARIABLE], limit=10 * MAX_PAIRS
+        )
     except ClipsError:  # the slot calls a function that only the run has
         return False
     for *key, fact in matches:
@@ -135,8 +140,8 @@ def _compare_slot(
 def _bound_values(constraint: SlotConstraint, prefix: Prefix, values: dict[str, Value]) -> list[str]:
     """Return the values of the variables in a slot that other CEs bind."""
     return [
-        f"?{name} = {show_alone(values[name])} (CE {prefix.origin(name)})"
-        for name in sorted(constraint.used | constraint.binds)
+        f"?{name} = {show_alone(values[name])} (CE {prefix.binding_ce_number(name)})"
+        for name in sorted(constraint.used_variables | constraint.bound_variables)
         if name in values
     ]
 
@@ -153,10 +158,12 @@ class _Sample:
         self.prefix = prefix
         self.values: dict[_MatchKey, dict[str, Value]] = {}
         self.texts = list(prefix.texts)
-        names, width = sorted(prefix.binds), len(prefix.facts)
+        names, width = sorted(prefix.bound_variables), len(prefix.fact_variables)
         # Without CEs before the pattern, there is one empty partial match.
         rows = (
-            matcher.match_values(prefix.texts, [*prefix.facts, *names], limit + 1) if prefix.texts else [()]
+            matcher.match_values(prefix.texts, [*prefix.fact_variables, *names], limit + 1)
+            if prefix.texts
+            else [()]
         )
         for row in rows[:limit]:
             self.values.setdefault(tuple(row[:width]), dict(zip(names, row[width:], strict=True)))
@@ -164,5 +171,5 @@ class _Sample:
         if self.is_limited and width:
             # This test keeps CLIPS from matching the facts with the other partial matches.
             fact_keys = " ".join(f'"{",".join(str(ref.index) for ref in key)}"' for key in self.values)
-            index = ' "," '.join(f"(fact-index ?{name})" for name in prefix.facts)
+            index = ' "," '.join(f"(fact-index ?{name})" for name in prefix.fact_variables)
             self.texts.append(f"(test (member$ (str-cat {index}) (create$ {fact_keys})))")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from cxbridge.clipstext.syntax import TOKEN
 from cxbridge.executive.executive import BUILTIN_CX
-from cxbridge_studio.agent.layout import layout
+from cxbridge_studio.agent.layout import indent_clips
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, needs_fawkes, needs_robotino
 
 WRITTEN = """\
@@ -72,25 +72,25 @@ def tokens(text: str) -> list[str]:
 
 
 def check(text: str) -> None:
-    once = layout(text)
+    once = indent_clips(text)
     assert tokens(once) == tokens(text)
-    assert layout(once) == once
+    assert indent_clips(once) == once
 
 
 def test_lines_are_indented_by_their_parentheses():
-    assert layout(WRITTEN) == LAID_OUT
+    assert indent_clips(WRITTEN) == LAID_OUT
     check(WRITTEN)
 
 
 @pytest.mark.parametrize("text", ["(defrule a (b)\n   (c", '(a "b\n )', "(a))\n  (b)", ")(", "   )"])
 def test_a_text_that_does_not_close_stays(text):
-    assert layout(text) == text
+    assert indent_clips(text) == text
 
 
 def test_line_ends_stay_what_they_are():
-    assert layout("(a\r\n(b))\r\n") == "(a\r\n  (b))\r\n"
-    assert layout("") == ""
-    assert layout("\n\n (a)") == "(a)\n"
+    assert indent_clips("(a\r\n(b))\r\n") == "(a\r\n  (b))\r\n"
+    assert indent_clips("") == ""
+    assert indent_clips("\n\n (a)") == "(a)\n"
 
 
 WORDS = st.sampled_from(

@@ -93,7 +93,7 @@ def test_what_a_rule_does_with_names():
 )
 def test_a_mistake_loses_no_other_construct(text, expected):
     (file,) = model_of(a__clp=text).files
-    found = [(p.piece.name.text, p.piece.closed) for p in file.pieces if p.piece.name is not None]
+    found = [(p.piece.name.text, p.piece.is_closed) for p in file.pieces if p.piece.name is not None]
     assert found == expected
 
 
@@ -237,7 +237,7 @@ def test_each_file_of_fawkes_has_one_defect_at_most():
         (Path(file.path).name, file.lines.at(placed.start))
         for file in model.files
         for placed in file.pieces
-        if not placed.piece.closed
+        if not placed.piece.is_closed
     ]
     assert broken == [("skills.clp", 187)]
 
@@ -253,7 +253,7 @@ def test_every_rule_of_the_rcll_agent_is_seen():
             written = file.text[mention.start : mention.end].rpartition("::")[2]
             assert mention.name.text in (written, written.strip("$?*"))
         rows = [row for row in file.text.splitlines() if row.lstrip().startswith("(defrule ")]
-        assert len(list(model.defined(NameKind.RULE))) == len(rows), path
+        assert len(list(model.definitions_of_kind(NameKind.RULE))) == len(rows), path
 
 
 def test_a_call_in_an_ordered_fact_looks_like_a_slot_and_is_a_call():

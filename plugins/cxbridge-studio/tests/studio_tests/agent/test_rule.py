@@ -62,13 +62,13 @@ def test_a_rule_with_everything():
     ],
 )
 def test_a_pattern_without_what_others_say(pattern, foreign, alone):
-    assert first(pattern).alone(frozenset(foreign)) == alone
+    assert first(pattern).standalone_text(frozenset(foreign)) == alone
 
 
 def test_one_part_and_what_it_needs():
     pattern = first("(a (x ?x&c) (y ?y) (z ?z&:(> ?z ?x)&~?w))")
     foreign = frozenset("w")
-    assert [pattern.only(part, foreign) for part in pattern.parts] == [
+    assert [pattern.restricted_text(part, foreign) for part in pattern.parts] == [
         "(a (x ?x&c))",
         "(a (y ?y))",
         "(a (x ?x) (z ?z&:(> ?z ?x)&~?w))",
@@ -80,8 +80,8 @@ def test_one_part_and_what_it_needs():
 def test_parts_of_an_ordered_fact_are_its_fields():
     pattern = first("(o ?x b ?x)")
     assert [part.label for part in pattern.restrictive_parts(frozenset())] == ["field 2", "field 3"]
-    assert pattern.only(pattern.parts[1], frozenset()) == "(o ? b ?)"
-    assert pattern.only(pattern.parts[2], frozenset()) == "(o ?x ? ?x)"
+    assert pattern.restricted_text(pattern.parts[1], frozenset()) == "(o ? b ?)"
+    assert pattern.restricted_text(pattern.parts[2], frozenset()) == "(o ?x ? ?x)"
 
 
 @pytest.mark.parametrize("text", ["", "x", "(defrule)", "(defrule r", "(defrule r (a))", "(deffacts r (a))"])

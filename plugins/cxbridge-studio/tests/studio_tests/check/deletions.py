@@ -14,7 +14,7 @@ from pathlib import Path
 from cxbridge.clipstext.syntax import PARENTHESIS, blank
 from cxbridge.run import RunOptions
 from cxbridge_studio.agent.top_level import TopLevelList, open_lists, top_level_lists
-from cxbridge_studio.agent.unclosed import unclosed_lists
+from cxbridge_studio.agent.unclosed import find_unclosed_lists
 from cxbridge_studio.check.agent import Agent, find_agent_names
 from tests.support import ROOT
 
@@ -65,7 +65,7 @@ class Figure:
 
     def add(self, deletion: Deletion, slots: Mapping[str, set[str]]) -> bool:
         """Count a deletion; whether the list was named."""
-        named = unclosed_lists(deletion.text, slots)[:1]
+        named = find_unclosed_lists(deletion.text, slots)[:1]
         is_right = not deletion.right.isdisjoint(named)
         self.total += deletion.count
         self.right += is_right * deletion.count

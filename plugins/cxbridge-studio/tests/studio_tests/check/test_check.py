@@ -261,7 +261,7 @@ SUB_TYPE = """
 (defrule expand ?g <- (goal (id G) (mode SELECTED)) => (modify ?g (mode EXPANDED)))
 """
 MAKERS = [each.name for each in definitions(TREES) if each.name.startswith("goal-tree-assert-")]
-FILES = sub_types.files_of_core(BUILTIN_CX)
+FILES = sub_types.find_core_files(BUILTIN_CX)
 
 
 @pytest.mark.parametrize(("sub_type", "file"), share(FILES.items(), 2))

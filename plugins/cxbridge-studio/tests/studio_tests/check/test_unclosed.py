@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge_studio.agent.unclosed import unclosed_lists
+from cxbridge_studio.agent.unclosed import find_unclosed_lists
 from studio_tests.check.deletions import SCENARIOS, figure
 
 GOAL = {"goal": {"id", "class", "mode", "params"}}
@@ -24,13 +24,13 @@ GOAL = {"goal": {"id", "class", "mode", "params"}}
     ],
 )
 def test_a_list(text: str, named: str) -> None:
-    found = [text[at:] for at in unclosed_lists(text, GOAL)]
+    found = [text[at:] for at in find_unclosed_lists(text, GOAL)]
     assert len(found) == text.count("(") - text.count(")")
     assert all(any(part.startswith(name) for part in found) for name in named.split("|"))
 
 
 def test_nothing_is_open_in_what_closes() -> None:
-    assert unclosed_lists("(defrule r => (halt))") == []
+    assert find_unclosed_lists("(defrule r => (halt))") == []
 
 
 def test_of_all_deletions_in_the_scenarios_99_of_100_are_named() -> None:
