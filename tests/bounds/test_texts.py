@@ -7,7 +7,7 @@ from time import process_time
 import pytest
 
 from cxbridge.errors import ClipsError, CxbridgeError
-from cxbridge.executive.host.facts.constants import constant_fact
+from cxbridge.executive.host.facts.constants import parse_constant_fact
 from cxbridge.interfaces.xml.parser import parse_bytes
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from tests.skiller.rig import Rig
@@ -73,7 +73,7 @@ def test_a_start_tag(tag, encoding):
 def test_a_fact_of_a_client(inner, is_fact):
     before = process_time()
     try:
-        constant_fact(f"(f {inner})")
+        parse_constant_fact(f"(f {inner})")
     except ClipsError:
         assert not is_fact
     else:

@@ -28,7 +28,7 @@ from cxbridge.daemon.board import COMMANDS
 from cxbridge.daemon.client import ask_why, read_status, request
 from cxbridge.daemon.operations.table import verbs
 from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
-from cxbridge.executive.host.facts.constants import constant_fact, constant_values
+from cxbridge.executive.host.facts.constants import constant_values, parse_constant_fact
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.rights import FRAMES, MESSAGES, Right, Rights, right_of_message
@@ -522,7 +522,7 @@ def test_with_programs_an_expression_is_evaluated(tmp_path):
     ],
 )
 def test_constants_are_written_anew(text, written):
-    assert constant_fact(text).text == written
+    assert parse_constant_fact(text).text == written
 
 
 @pytest.mark.parametrize(
@@ -530,7 +530,7 @@ def test_constants_are_written_anew(text, written):
 )
 def test_what_is_no_fact_is_refused(text):
     with pytest.raises(ClipsError):
-        constant_fact(text)
+        parse_constant_fact(text)
 
 
 @pytest.mark.parametrize("text", VALUES)

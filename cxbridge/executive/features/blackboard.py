@@ -1,7 +1,8 @@
 """The feature ``blackboard``: interfaces as facts, messages to their writers.
 
-The rule ``blackboard-read`` reads the interfaces at each ``time`` fact. Each refreshed interface becomes a
-fact of the template named after its type.
+Rules open interfaces with functions of the feature. At each ``time`` fact, the rule ``blackboard-read`` reads
+the open interfaces. Each interface with new data becomes a fact, whose template has the name of the
+interface's type.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 
 _INTERFACE = Symbol("blackboard-interface")
-# Errors of a type's definition, which are mistakes of the agent.
+# Errors in the definition of an interface type: mistakes of the agent.
 _DEFINITION_ERRORS = (InterfaceError, UnknownTypeError)
 
 # Fawkes opens a type under this id to preload it
@@ -42,8 +43,11 @@ class _BlackBoardContext(Struct):
     defined: set[str]
     """The types with a template in the environment. Templates stay when the feature is removed."""
     reading: dict[str, list[Interface]] = field(default_factory=dict)
+    """The interfaces that are open for reading, by type."""
     writing: dict[str, list[Interface]] = field(default_factory=dict)
+    """The interfaces that are open for writing, by type."""
     messages: dict[int, tuple[Interface, Message]] = field(default_factory=dict)
+    """The messages that rules have made and not sent, by handle, each with the interface that gets it."""
     handles: itertools.count[int] = field(default_factory=lambda: itertools.count(1))
 
     def has_slot(self, name: str) -> bool:
@@ -52,11 +56,11 @@ class _BlackBoardContext(Struct):
 
     def writer(self, uid: str) -> Interface | None:
         """Return an interface opened for writing; None after a warning."""
-        kind, _, _identifier = uid.partition("::")
-        if kind not in self.writing:
-            self.log.warn(f"No interface of type {kind} opened for, writing in environment {self.env.name}")
+        type_, _, _identifier = uid.partition("::")
+        if type_ not in self.writing:
+            self.log.warn(f"No interface of type {type_} opened for, writing in environment {self.env.name}")
             return None
-        for interface in self.writing[kind]:
+        for interface in self.writing[type_]:
             if interface.uid == uid:
                 return interface
         self.log.warn(f"Interface {uid} not opened for writing, in environment {self.env.name}")
@@ -88,8 +92,29 @@ class BlackBoardFeature(Feature):
         defined = self._defined.setdefault(env, set())
         context = _BlackBoardContext(env, env.bus.logger(f"BBCLIPS|{env.name}"), defined)
         self._contexts[env.name] = context
-        self._define_interfaces(env, context)
-        self._define_messages(env, context)
+        open_interface, set_message_field = (
+            partial(self._open, context),
+            partial(self._set_msg_field, context),
+        )
+        for name, function, minimum, types in (
+            ("blackboard-open", partial(open_interface, writing=False), 2, "*;sy;sy"),
+            ("blackboard-open-reading", partial(open_interface, writing=False), 2, "*;sy;sy"),
+            ("blackboard-open-writing", partial(open_interface, writing=True), 2, "*;sy;sy"),
+            ("blackboard-preload", partial(self._preload, context), 1, "*;sy"),
+            ("blackboard-close", partial(self._close, context), 2, "*;sy;sy"),
+            ("blackboard-enable-time-read", partial(self._enable_time_read, env), 0, "*"),
+            ("blackboard-read", partial(self._read, context), 0, "*"),
+            ("blackboard-write", partial(self._write, context), 1, "*;sy"),
+            ("blackboard-get-info", partial(self._get_info, env), 0, "*"),
+            ("blackboard-set", partial(self._set, context), 3, "*;sy;sy"),
+            ("blackboard-set-multifield", partial(self._set, context), 3, "*;sy;sy;m"),
+            ("blackboard-create-msg", partial(self._create_msg, context), 2, "*;sy;sy"),
+            ("blackboard-list-msg-fields", partial(self._list_msg_fields, context), 1, "*;e"),
+            ("blackboard-set-msg-field", set_message_field, 3, "*;e;sy"),
+            ("blackboard-set-msg-multifield", set_message_field, 3, "*;e;sy;m"),
+            ("blackboard-send-msg", partial(self._send_msg, context), 1, "*;e"),
+        ):
+            self._define(env, name, function, minimum, types)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the environment's interfaces."""
@@ -101,38 +126,8 @@ class BlackBoardFeature(Feature):
     def _define(
         self, env: ClipsEnvironment, name: str, function: Function, minimum: int = 0, types: str = "*"
     ) -> None:
-        """Define a function. Subclasses override this to leave out functions."""
+        """Define a function. Subclasses override this method to leave out functions."""
         env.define(name, function, minimum, types=types)
-
-    def _define_interfaces(self, env: ClipsEnvironment, context: _BlackBoardContext) -> None:
-        define = partial(self._define, env)
-        for name in ("blackboard-open", "blackboard-open-reading"):
-            define(name, lambda kind, id_: self._open(context, kind, id_, writing=False), 2, types="*;sy;sy")
-        define(
-            "blackboard-open-writing",
-            lambda kind, id_: self._open(context, kind, id_, writing=True),
-            2,
-            types="*;sy;sy",
-        )
-        define("blackboard-preload", lambda kind: self._preload(context, kind), 1, types="*;sy")
-        define("blackboard-close", lambda kind, id_: self._close(context, kind, id_), 2, types="*;sy;sy")
-        define("blackboard-enable-time-read", lambda: self._enable_time_read(env))
-        define("blackboard-read", lambda: self._read(context))
-        define("blackboard-write", lambda uid: self._write(context, uid), 1, types="*;sy")
-        define("blackboard-get-info", lambda: self._get_info(env))
-        define("blackboard-set", lambda *args: self._set(context, *args), 3, types="*;sy;sy")
-        define("blackboard-set-multifield", lambda *args: self._set(context, *args), 3, types="*;sy;sy;m")
-
-    def _define_messages(self, env: ClipsEnvironment, context: _BlackBoardContext) -> None:
-        define = partial(self._define, env)
-        define("blackboard-create-msg", lambda *args: self._create_msg(context, *args), 2, types="*;sy;sy")
-        define("blackboard-list-msg-fields", lambda msg: self._list_msg_fields(context, msg), 1, types="*;e")
-        for name, types in (
-            ("blackboard-set-msg-field", "*;e;sy"),
-            ("blackboard-set-msg-multifield", "*;e;sy;m"),
-        ):
-            define(name, lambda *args: self._set_msg_field(context, *args), 3, types=types)
-        define("blackboard-send-msg", lambda msg: self._send_msg(context, msg), 1, types="*;e")
 
     @staticmethod
     def _enable_time_read(env: ClipsEnvironment) -> None:
@@ -140,7 +135,10 @@ class BlackBoardFeature(Feature):
         env.build("(defrule blackboard-read (declare (salience 1000)) (time $?) => (blackboard-read))")
 
     def _define_type(self, context: _BlackBoardContext, interface: Interface) -> bool:
-        """Build the deftemplate of an interface type, and the construct that retracts its facts, once."""
+        """Build the deftemplate of an interface type, and the construct that retracts its facts, once.
+
+        :returns: whether the environment has the deftemplate now.
+        """
         if interface.type in context.defined:
             return True
         template = interface_facts.deftemplate(interface)
@@ -174,7 +172,7 @@ class BlackBoardFeature(Feature):
 
     @staticmethod
     def _report_definition(context: _BlackBoardContext, kind: str, error: CxbridgeError) -> None:
-        """Log why an interface cannot be opened. A faulty definition counts as the agent's mistake."""
+        """Log why an interface cannot be opened. A faulty definition is also a mistake of the agent."""
         loader = context.env.loader
         if not isinstance(error, _DEFINITION_ERRORS):
             context.log.warn(str(error))
@@ -223,7 +221,7 @@ class BlackBoardFeature(Feature):
                     break
 
     def _read(self, context: _BlackBoardContext) -> None:
-        """Read the open interfaces; assert a fact for each refreshed one."""
+        """Read the open interfaces; assert a fact for each interface with new data."""
         env = context.env
         for kind in sorted(context.reading):  # Fawkes' map of interfaces is sorted, too
             for interface in context.reading[kind]:
@@ -262,7 +260,7 @@ class BlackBoardFeature(Feature):
 
     @staticmethod
     def _store(context: _BlackBoardContext, block: Interface | Message, name: str, value: Value) -> bool:
-        """Set a field of an interface or message; log an error. Return whether it was set."""
+        """Set a field of an interface or message; return False after logging an error."""
         try:
             interface_facts.store(block, name, value)
         except CxbridgeError as error:
@@ -283,7 +281,7 @@ class BlackBoardFeature(Feature):
             context.log.warn(str(error))
             return ExternalAddress(0)
         message.sender_thread_name = self._sender
-        # a number in place of an address: a rule may send a message twice, or keep it after its end
+        # a number instead of an address: a rule may use a message after it was sent
         handle = next(context.handles)
         context.messages[handle] = (interface, message)
         return ExternalAddress(handle)
@@ -321,8 +319,7 @@ class BlackBoardFeature(Feature):
         try:
             return interface.msgq_enqueue(message)
         except NoWriterError:
-            # the blackboard has reported it
-            return 0
+            return 0  # the blackboard has logged the error
         except CxbridgeError as error:
             context.log.warn(f"Failed to send message: {error}")
             return 0

@@ -98,28 +98,32 @@ class ClipsEnvironment:
         make_room(self.env, self.udfs)
         self._clips630_functions = Clips630Functions(self.env, self.udfs, self.build_unrecorded)
         self._build_clips630_functions()
-        define = self.udfs.define
-        for name in ("load", "load*"):  # with a star, CLIPS would load without messages
-            define(name, self._load, 1, types="*;sy")
-        for name in ("batch", "batch*"):
-            define(name, self._batch, 1, types="*;sy")
-        define("clear", self._clear)
-        define("exit", self._exit, 0, 1)
-        define("halt", self._halt)
-        define("quit", self._quit)
-        define("watch", lambda item, *names: self.watch(item, names), 1, UNBOUNDED, types="y")
-        define("unwatch", lambda item, *names: self.watch(item, names, on=False), 1, UNBOUNDED, types="y")
-        define("cx-unwatch", self.watcher.unwatch_undefined, 2, types="y")
-        define(MODIFY_FUNCTION, Modify(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
-        define(DUPLICATE_FUNCTION, Duplicate(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
+        modify_arguments = (self.env, self.api, self.maker, self.log.error)
+        functions: tuple[tuple[str, Callable[..., Value], int, int, str], ...] = (
+            ("load", self._load, 1, 1, "*;sy"),
+            ("load*", self._load, 1, 1, "*;sy"),  # CLIPS would load without messages
+            ("batch", self._batch, 1, 1, "*;sy"),
+            ("batch*", self._batch, 1, 1, "*;sy"),
+            ("clear", self._clear, 0, 0, "*"),
+            ("exit", self._exit, 0, 1, "*"),
+            ("halt", self._halt, 0, 0, "*"),
+            ("quit", self._quit, 0, 0, "*"),
+            ("watch", lambda item, *names: self.watch(item, names), 1, UNBOUNDED, "y"),
+            ("unwatch", lambda item, *names: self.watch(item, names, on=False), 1, UNBOUNDED, "y"),
+            ("cx-unwatch", self.watcher.unwatch_undefined, 2, 2, "y"),
+            (MODIFY_FUNCTION, Modify(*modify_arguments), 1, UNBOUNDED, "*"),
+            (DUPLICATE_FUNCTION, Duplicate(*modify_arguments), 1, UNBOUNDED, "*"),
+            (DATA_FUNCTION, lambda text: assert_data(self.env, text), 1, 1, "s"),
+            ("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, 1, "*;sy"),
+            ("cx-not-found", self.loader.report_missing_file, 1, 1, "*;sy"),
+            ("now", lambda: self.time_of(self.bus.clock.now_us()), 0, 0, "*"),
+            ("now-systime", lambda: split_us(self.bus.clock.now_us()), 0, 0, "*"),
+        )
+        for name, function, minimum, maximum, types in functions:
+            self.udfs.define(name, function, minimum, maximum, types)
         self.udfs.define_c(GUARD_FUNCTION, make_guard(self._report_recursion), 1, 1, "y")
-        self._by_index = FactsByIndex(self.env)
-        self.udfs.define_c(EXISTS_FUNCTION, self._by_index.function, 1, 1, "*;fl")
-        define(DATA_FUNCTION, lambda text: assert_data(self.env, text), 1, types="s")
-        define("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, types="*;sy")
-        define("cx-not-found", self.loader.report_missing_file, 1, types="*;sy")
-        define("now", lambda: self.time_of(self.bus.clock.now_us()))
-        define("now-systime", lambda: split_us(self.bus.clock.now_us()))
+        self._facts_by_index = FactsByIndex(self.env)
+        self.udfs.define_c(EXISTS_FUNCTION, self._facts_by_index.function, 1, 1, "*;fl")
 
     def _build_clips630_functions(self) -> None:
         for function in FUNCTIONS:
@@ -179,13 +183,13 @@ class ClipsEnvironment:
     def _clear(self) -> None:
         """Execute ``(clear)``, and restore the host's functions."""
         self._forget_templates()
-        self._by_index.forget()
+        self._facts_by_index.forget()
         lib.Clear(self.env)
         self._build_clips630_functions()
 
     def _exit(self, _code: Value = 0) -> None:
         """End all rules. In Fawkes this ends the process."""
-        self._stop()
+        self.quit_requested = self.is_ended = True
         self.api.halt()
 
     def _halt(self) -> None:
@@ -197,10 +201,6 @@ class ClipsEnvironment:
     def _quit(self) -> None:
         """Request an orderly end, after pending work and the finalization rules."""
         self.quit_requested = True
-
-    def _stop(self) -> None:
-        self.quit_requested = True
-        self.is_ended = True
 
     def watch(self, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:
         """Execute ``(watch ITEM NAME...)`` or ``(unwatch ...)``.
@@ -456,7 +456,7 @@ class ClipsEnvironment:
         if was_alive:
             self.output.close()
             self.api.dispose()
-            self._by_index.forget()
+            self._facts_by_index.forget()
             lib.FCBDispose(self._call_builder)
             lib.DestroyEnvironment(self.env)
 

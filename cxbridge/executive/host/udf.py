@@ -85,7 +85,9 @@ class UdfTable:
         :raises KeyError: if the function is unknown.
         """
         minimum, maximum, types, function_cell = self._functions[name]
-        return minimum, maximum, types, function_cell[0].__doc__ or ""
+        # a partial has the docstring of its class
+        documented = getattr(function_cell[0], "func", function_cell[0])
+        return minimum, maximum, types, documented.__doc__ or ""
 
     def revoke(self, names: Iterable[str], reason: str) -> None:
         """Make all calls of these functions fail, until they are defined again.

@@ -1,9 +1,10 @@
 """Facts and values made of constants only, for clients that must not run programs.
 
-CLIPS evaluates function calls within a fact: ``(battery (level (system "...")))``. Therefore the text is
-parsed here, and CLIPS gets a text written from the result: a name, slots, constants. Its only parentheses are
-those of the fact and of slots that the deftemplate has. In a relation without slots, CLIPS would call a
-function named in parentheses. A list of forbidden words would miss calls through deffunctions and by name.
+CLIPS evaluates function calls within a fact: ``(battery (level (system "...")))``. Therefore the text of a
+client is parsed here, and CLIPS gets a new text, written from the result: a name, slots, constants. The only
+parentheses in the new text are those of the fact and of slots that the deftemplate has: in an ordered fact,
+CLIPS would call a function named in parentheses. A list of forbidden functions would not suffice, because
+deffunctions and ``funcall`` can call them, too.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ _ESCAPED: Final = re.compile(r"\\(.)", re.DOTALL)
 
 
 def constant_values(text: str) -> str:
-    """Return values as CLIPS text, written from their types.
+    """Return values as CLIPS text, written from the parsed constants.
 
     :raises ClipsError: if a value is not a constant.
     """
@@ -42,7 +43,7 @@ class ConstantFact(Struct, frozen=True):
     """A fact of constants.
 
     :param slots: the names of the slots; empty for an ordered fact.
-    :param text: the fact as CLIPS text. Safe only if the deftemplate has these slots.
+    :param text: the fact as CLIPS text, which CLIPS may only read if the deftemplate has these slots.
     """
 
     template: str
@@ -50,7 +51,7 @@ class ConstantFact(Struct, frozen=True):
     text: str
 
 
-def constant_fact(text: str) -> ConstantFact:
+def parse_constant_fact(text: str) -> ConstantFact:
     """Parse a fact.
 
     :raises ClipsError: if the text is not a fact of constants.
@@ -62,14 +63,14 @@ def constant_fact(text: str) -> ConstantFact:
     if "(" not in inner:
         return ConstantFact(name, (), f"({' '.join([name, *_constants(inner, text)])})")
     if inner[-1] != ")":
-        raise _refusal(text)
+        raise _refusal_error(text)
     slots, names, start = [], [], 0
     while start < len(inner):
         end = inner.index(")", start)
         if inner[start] != "(" or end < start + 2 or not _SYMBOL.fullmatch(inner[start + 1]):
-            raise _refusal(text)
+            raise _refusal_error(text)
         names.append(inner[start + 1])
-        # a nested parenthesis is no constant, so that no slot holds a function call
+        # _constants() refuses parentheses, so that no slot holds a function call
         slots.append(f"({' '.join([inner[start + 1], *_constants(inner[start + 2 : end], text)])})")
         start = end + 1
     return ConstantFact(name, tuple(names), f"({' '.join([name, *slots])})")
@@ -78,7 +79,7 @@ def constant_fact(text: str) -> ConstantFact:
 def _tokens(text: str) -> Iterator[str]:
     for match in TOKEN.finditer(text):
         if match.lastgroup == "unclosed" or "\0" in match[0]:
-            raise _refusal(text)
+            raise _refusal_error(text)
         if not match[0].isspace():
             yield match[0]
 
@@ -91,11 +92,11 @@ def _constants(tokens: list[str], text: str) -> list[str]:
         elif _NUMBER.fullmatch(token) or (_SYMBOL.fullmatch(token) and token.isprintable()):
             constants.append(token)
         else:
-            raise _refusal(text)
+            raise _refusal_error(text)
     return constants
 
 
-def _refusal(text: str) -> ClipsError:
+def _refusal_error(text: str) -> ClipsError:
     return ClipsError(
         f"refused: {text} has more than constants", hint="only numbers, symbols and texts are taken here"
     )
@@ -116,7 +117,7 @@ def constant_text(env: CData, text: str) -> str:
 
     :raises ClipsError: if the text is not a fact of constants.
     """
-    fact = constant_fact(text)
+    fact = parse_constant_fact(text)
     if fact.slots:
         deftemplate = lib.FindDeftemplate(env, encode(fact.template))
         slots = () if deftemplate == NULL else [name for name, _ in template_of(deftemplate).slots or ()]

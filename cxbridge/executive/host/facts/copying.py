@@ -1,4 +1,4 @@
-"""Copies of many facts in small pieces, so that rules do not wait long.
+"""Copies of many facts for clients, in small pieces, so that rules do not wait long.
 
 Slot values are read from the facts' memory: ``GetFactSlot`` would make copies of 10,000 facts noticeably
 slow.
@@ -19,7 +19,7 @@ from cxbridge.executive.host.facts.making import contents_offset
 from cxbridge.executive.host.values import FactAddress, Value, to_python
 
 PIECE: Final = 100
-"""The number of facts in a piece, after which the caller may pause."""
+"""The default number of facts in a piece, after which the caller may let rules run."""
 
 _MULTIFIELD: Final = 4  # CLIPS' type code of multifields
 _WORDS: Final = ffi.typeof("intptr_t *")
@@ -75,6 +75,7 @@ class FactCopy(Struct):
 
 
 def template_of(pointer: CData) -> FactTemplate:
+    """Return the slots of a ``Deftemplate *``."""
     value = ffi.new("CLIPSValue *")
     lib.DeftemplateSlotNames(pointer, value)
     names = [str(name) for name in to_python(value)]
@@ -83,38 +84,40 @@ def template_of(pointer: CData) -> FactTemplate:
 
 
 class FactCopier:
-    """Copies facts in pieces. Rules may run between two pieces, so a fact has its old or new slots.
+    """Copies facts in pieces. The copy contains each fact that exists at the end, and no retracted fact.
 
-    The copy contains each fact that exists at the end, and no retracted fact.
+    If rules have run between two pieces, a fact has the slots of either time.
 
     :param env: the environment's pointer.
-    :param wanted: returns whether a deftemplate's facts are copied.
+    :param is_wanted: returns whether a deftemplate's facts are copied.
     :param begin: the number of wanted facts to skip.
-    :param end: the number of wanted facts to stop at; None: all.
+    :param end: the number of wanted facts after which to stop; None: all facts.
+    :param piece: the number of facts in a piece.
     """
 
     def __init__(
         self,
         env: CData,
-        wanted: Callable[[str], bool],
+        is_wanted: Callable[[str], bool],
         begin: int = 0,
         end: int | None = None,
         piece: int = PIECE,
     ) -> None:
         self._piece = piece
         self._env = env
-        self._wanted = wanted
+        self._is_wanted = is_wanted
         self._begin = begin
         self._end = end
         self._values: dict[int, Value] = {}  # by address: CLIPS shares equal atoms
         self._item = ffi.new("CLIPSValue *")
+        # by pointer: deftemplate and number of slots; None for an unwanted deftemplate
         self._templates: dict[CData, tuple[FactTemplate, int] | None] = {}
-        self._first = contents_offset() // _WORD_BYTES
+        self._first_word = contents_offset() // _WORD_BYTES
         self.copy = FactCopy()
         """The facts copied so far."""
 
     def pieces(self) -> Iterator[None]:
-        """Copy a piece before each ``yield``. To be advanced with a living environment locked."""
+        """Copy a piece before each ``yield``. The environment must be locked while the iterator advances."""
         env = self._env
         copied: set[int] = set()
         fact = lib.GetNextFact(env, NULL)
@@ -128,8 +131,8 @@ class FactCopier:
             if visited % self._piece == 0:
                 lib.RetainFact(fact)  # otherwise CLIPS could reuse the fact's memory
                 yield
-                self._forget()
-                # after a retraction of the fact the list has no place to continue: visit all again
+                self._clear_caches()
+                # a retracted fact has no successor: after its retraction, all facts are visited again
                 following = lib.GetNextFact(env, fact if lib.FactExistp(fact) else NULL)
                 lib.ReleaseFact(fact)
                 fact = following
@@ -138,7 +141,7 @@ class FactCopier:
         if visited >= self._piece:
             self._drop_retracted()
 
-    def _forget(self) -> None:
+    def _clear_caches(self) -> None:
         """Clear caches that rules may have invalidated."""
         self._values.clear()
         self._templates.clear()
@@ -148,7 +151,7 @@ class FactCopier:
         deftemplate = lib.FactDeftemplate(fact)
         if deftemplate not in self._templates:
             template = template_of(deftemplate)
-            is_copied = self._wanted(template.name)
+            is_copied = self._is_wanted(template.name)
             self._templates[deftemplate] = (template, len(template.names)) if is_copied else None
         entry = self._templates[deftemplate]
         if entry is None:
@@ -158,18 +161,20 @@ class FactCopier:
         self.copy.total += 1
         if number >= self._begin and (self._end is None or number < self._end):
             self.copy.templates[template.name] = template
-            values = self._read_values(ffi.cast(_WORDS, fact) + self._first, slots)
+            values = self._read_values(ffi.cast(_WORDS, fact) + self._first_word, slots)
             self.copy.rows.append(FactRow(int(lib.FactIndex(fact)), template.name, values))
 
     def _read_values(self, words: CData, count: int) -> tuple[Value, ...]:
-        # the cache stands for a missing value, because None is the value of void
+        """Return the values of adjacent ``CLIPSValue`` structs."""
+        # the cache itself marks a missing value, because None is the value of void
         cache, values = self._values, []
         for word in ffi.unpack(words, count):
             value = cache.get(word, cache)
-            values.append(self._value(word) if value is cache else value)
+            values.append(self._read_value(word) if value is cache else value)
         return tuple(values)
 
-    def _value(self, word: int) -> Value:
+    def _read_value(self, word: int) -> Value:
+        """Return the value of a ``CLIPSValue``, given as the address in it."""
         item = self._item
         item.value = ffi.cast(_POINTER, word)
         if item.header.type == _MULTIFIELD:

@@ -1,7 +1,8 @@
 """A fast `fact-existp` by index.
 
-Fawkes' core stores fact indices in slots and checks them in conditions, for each goal and loop. CLIPS
-searches its list of all facts for an index. This version retains the facts that were found once.
+Fawkes' core stores fact indices in slots, and checks in conditions whether the facts exist, for each goal and
+loop. CLIPS searches its list of all facts for an index. This version retains the facts that it has found, so
+that it searches once.
 """
 
 from __future__ import annotations
@@ -15,15 +16,15 @@ from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, callback
 EXISTS_FUNCTION: Final = "fact-existp"
 """The name of the replaced function."""
 
-_INTEGER: Final = 1
+_INTEGER: Final = 1  # CLIPS' type code of integers
 _FACT_ADDRESS: Final = 6  # CLIPS' type code of fact addresses
 _ALL_BITS: Final = (1 << 10) - 1  # accept arguments of any type
-# the maximum number of retained facts
+# the maximum number of retained facts, which keep their memory even after their retraction
 _MAX_HELD: Final = 4096
 
 
 class FactsByIndex:
-    """The facts whose indices were queried.
+    """The retained facts of one environment.
 
     :param env: the environment's pointer.
     """
@@ -33,7 +34,7 @@ class FactsByIndex:
         self._held: dict[int, CData] = {}
         self._argument = ffi.new("UDFValue *")
         self._true, self._false = lib.TrueSymbol(env), lib.FalseSymbol(env)
-        self.function = callback("void(Environment *, UDFContext *, UDFValue *)", self._call)
+        self.function = callback("void(Environment *, UDFContext *, UDFValue *)", self._execute)
         """The C implementation of `fact-existp`."""
 
     def exists(self, index: int) -> bool:
@@ -57,7 +58,8 @@ class FactsByIndex:
         while self._held:
             lib.ReleaseFact(self._held.popitem()[1])
 
-    def _call(self, _env: CData, context: CData, result: CData) -> None:
+    def _execute(self, _env: CData, context: CData, result: CData) -> None:
+        """Execute `fact-existp`, whose argument is a fact address or an index."""
         argument = self._argument
         result.lexemeValue = self._false
         if not lib.UDFFirstArgument(context, _ALL_BITS, argument):

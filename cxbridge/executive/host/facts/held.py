@@ -1,6 +1,6 @@
-"""Facts that the host asserts and later retracts.
+"""Facts that features assert and later retract.
 
-The host keeps their pointers, because CLIPS finds a fact by index only by searching all facts.
+A feature keeps the pointers of such facts, because CLIPS finds a fact by index only by searching all facts.
 """
 
 from __future__ import annotations
@@ -41,6 +41,6 @@ class HeldFact:
         lib.ReleaseFact(fact)
 
     def release(self) -> None:
-        """Release the fact without retracting it."""
+        """Release the fact without retracting it. To be called once."""
         fact, self._fact = self._fact, NULL
         lib.ReleaseFact(fact)

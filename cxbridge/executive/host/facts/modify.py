@@ -1,76 +1,82 @@
 """`modify` and `duplicate` of CLIPS 6.30 for users' files.
 
-`modify` retracts a fact and asserts a new one with a new index. As in 6.30, all values are evaluated first,
-and a modify without changes still makes a new fact, for which rules fire again. 6.4's `duplicate` ends the
-process if a single slot gets several values; here this is an error. :mod:`cxbridge.executive.host.source`
-rewrites calls in users' files to these functions.
+`modify` retracts a fact and asserts a new fact with a new index. As in 6.30, all values are evaluated first,
+and a `modify` without changes still makes a new fact, for which rules fire again. `duplicate` asserts a
+changed copy. If a single slot gets several values, 6.4's `duplicate` ends the process; here this is an error.
+:mod:`cxbridge.executive.host.source` rewrites calls in users' files to these functions.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import ClassVar, Final
+from typing import ClassVar
 
-from clips._clips import ffi, lib
+from clips._clips import lib
 
 from cxbridge.executive.host.capi import NULL, CData, ClipsApi, decode, encode
+from cxbridge.executive.host.facts.copying import template_of
 from cxbridge.executive.host.facts.making import FactMaker
-from cxbridge.executive.host.values import FALSE, FactAddress, Symbol, Value, clips_value, show, to_python
-
-_IMPLIED: Final = "implied"
-
-Complain = Callable[[str], None]
+from cxbridge.executive.host.values import FALSE, FactAddress, Value, clips_value, show
 
 
 class Modify:
     """The implementation of ``(cx-modify FACT slot (create$ value...) ...)``.
 
     :cvar name: the name in messages.
-    :cvar retracts: whether the old fact is retracted.
+    :cvar retracts: whether the changed fact is retracted.
     :param env: the environment's pointer.
-    :param complain: receives CLIPS' message about an impossible modify. The right-hand side then ends.
+    :param log_error: receives CLIPS' message about an impossible modify. The right-hand side then ends.
     """
 
     name: ClassVar = "modify"
     retracts: ClassVar = True
 
-    def __init__(self, env: CData, api: ClipsApi, facts: FactMaker, complain: Complain) -> None:
+    def __init__(self, env: CData, api: ClipsApi, facts: FactMaker, log_error: Callable[[str], None]) -> None:
         self._env = env
         self._api = api
         self._facts = facts
-        self._complain = complain
-        self._ordered: dict[str, bool] = {}
-        self._multislots: dict[tuple[str, str], bool] = {}
+        self._log_error = log_error
+        # for each deftemplate, whether a slot is a multislot; None for ordered facts
+        self._slots: dict[str, dict[str, bool] | None] = {}
 
     def __call__(self, fact: Value, *changes: Value) -> Value:
-        """Return the new fact; FALSE without an old fact, or if a fact like the new one exists."""
-        old = self._find(fact)
-        if old is None:
+        """Return the new fact; FALSE if there is none, because of an error or an equal fact."""
+        changed_fact = self._find_fact(fact)
+        if changed_fact is None:
             return FALSE
-        deftemplate = lib.FactDeftemplate(old)
-        if self._is_ordered(deftemplate):
+        deftemplate = lib.FactDeftemplate(changed_fact)
+        template = decode(lib.DeftemplateName(deftemplate))
+        if template not in self._slots:
+            slots = template_of(deftemplate).slots
+            self._slots[template] = None if slots is None else dict(slots)
+        is_multislot = self._slots[template]
+        if is_multislot is None:
             return FALSE  # silently, as in 6.30
-        slots: list[tuple[bytes, CData]] = []
+        slot_values: list[tuple[bytes, CData]] = []
         for slot, values in zip(changes[::2], changes[1::2], strict=True):
-            value = self._slot_value(deftemplate, slot, values)
-            if value is None:
+            if slot not in is_multislot:
+                self._fail(f"Invalid slot '{slot}' not defined in corresponding deftemplate '{template}'.")
                 return FALSE
-            slots.append((encode(slot), value))
-        new = self._facts.copy(old, slots)
+            if not is_multislot[slot] and len(values) != 1:
+                self._fail(f"The single field slot '{slot}' can only contain a single field value.")
+                return FALSE
+            value = values if is_multislot[slot] else values[0]
+            slot_values.append((encode(slot), clips_value(self._env, value)))
+        new = self._facts.copy(changed_fact, slot_values)
         if not self.retracts:
             asserted = self._facts.add(new)
         else:
-            lib.RetainFact(old)  # the new fact shares its values, which must outlive the retraction
+            lib.RetainFact(changed_fact)  # the new fact shares its values, which must outlive the retraction
             self._facts.replaces = True
-            lib.Retract(old)
+            lib.Retract(changed_fact)
             self._facts.replaces = False
             asserted = self._facts.add(new)
-            lib.ReleaseFact(old)
-        # CLIPS returns the equal fact when there is one
+            lib.ReleaseFact(changed_fact)
+        # if an equal fact exists, CLIPS returns it
         return FactAddress(asserted) if asserted == new else FALSE
 
-    def _find(self, fact: Value) -> CData | None:
-        """Return the fact of the first argument; None after a complaint."""
+    def _find_fact(self, fact: Value) -> CData | None:
+        """Return the fact of the first argument; None after a message about a wrong argument."""
         if isinstance(fact, FactAddress):
             if lib.FactExistp(fact.pointer):
                 return fact.pointer
@@ -81,38 +87,16 @@ class Modify:
         if isinstance(fact, int):
             found = self._facts.find(fact)
             if found == NULL:
-                self._complain(f"Unable to find fact f-{fact}.")  # the right-hand side continues, as in 6.30
+                self._log_error(f"Unable to find fact f-{fact}.")  # the right-hand side continues, as in 6.30
                 return None
             return found
         if fact != FALSE:
             self._fail(f"Function '{self.name}' expected a fact-address or fact-index, not {show(fact)}.")
         return None
 
-    def _is_ordered(self, deftemplate: CData) -> bool:
-        template = decode(lib.DeftemplateName(deftemplate))
-        if template not in self._ordered:
-            names = ffi.new("CLIPSValue *")
-            lib.DeftemplateSlotNames(deftemplate, names)
-            self._ordered[template] = to_python(names) == (_IMPLIED,)
-        return self._ordered[template]
-
-    def _slot_value(self, deftemplate: CData, slot: Symbol, values: tuple[Value, ...]) -> CData | None:
-        template = decode(lib.DeftemplateName(deftemplate))
-        key = (template, slot)
-        if key not in self._multislots:
-            if not lib.DeftemplateSlotExistP(deftemplate, encode(slot)):
-                self._fail(f"Invalid slot '{slot}' not defined in corresponding deftemplate '{template}'.")
-                return None
-            self._multislots[key] = bool(lib.DeftemplateSlotMultiP(deftemplate, encode(slot)))
-        if self._multislots[key]:
-            return clips_value(self._env, values)
-        if len(values) != 1:
-            self._fail(f"The single field slot '{slot}' can only contain a single field value.")
-            return None
-        return clips_value(self._env, values[0])
-
     def _fail(self, text: str) -> None:
-        self._complain(text)
+        """Log an error, and end the right-hand side."""
+        self._log_error(text)
         self._api.halt()
 
 

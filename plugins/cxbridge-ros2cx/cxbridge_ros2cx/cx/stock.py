@@ -77,7 +77,7 @@ class StockEnvironment(ClipsEnvironment):
     output_router: ClassVar[type[OutputRouter]] = StockOutput
 
     def _apply_shims(self) -> None:
-        self._by_index = FactsByIndex(self.env)
+        self._facts_by_index = FactsByIndex(self.env)
         self._clips630_functions = Clips630Functions(self.env, self.udfs, self.build_unrecorded)
         self._executing: list[Path] = []
         for name, function, minimum, maximum, types in (
