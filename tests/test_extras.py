@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge import extras
-from cxbridge.cli.health import examine
+from cxbridge.cli.health import run_checks
 from cxbridge.errors import TraceError
 from cxbridge.trace.formats.mcap.records import _decompress
 from tests.support import ROOT
@@ -72,7 +72,7 @@ def test_the_folder_was_removed(monkeypatch, tmp_path):
 
 
 def test_the_doctor_names_missing_extras_and_their_command(installed):
-    found = {finding.what: finding for finding in examine() if finding.what.startswith("extra ")}
+    found = {finding.what: finding for finding in run_checks() if finding.what.startswith("extra ")}
     assert found.keys() == {"extra packed", "extra planners"}
     assert found["extra packed"].fine
     assert not found["extra planners"].fine

@@ -336,12 +336,12 @@ def test_an_option_of_a_known_plug_in_that_is_not_installed_names_the_package(mo
 def test_its_settings(greeter):
     config = Configuration()
     config.set("/cxbridge/greeter/host", "0.0.0.0")
-    settings = DaemonSettings.of(config)
+    settings = DaemonSettings.from_config(config)
     assert not settings.sections["greeter"].is_local
     assert not settings.rights.programs
     config.set("/cxbridge/greeter/port", 1)
     with pytest.raises(ConfigError, match="knows no /cxbridge/greeter/port"):
-        DaemonSettings.of(config)
+        DaemonSettings.from_config(config)
 
 
 def test_its_clock(greeter, tmp_path):

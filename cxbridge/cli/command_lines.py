@@ -1,6 +1,6 @@
 """Lines and keys from a terminal or a pipe.
 
-A wait for input also ends when a condition of the caller holds, for example after a signal.
+The function ``is_done`` of a caller ends a wait for input, for example after a signal.
 """
 
 from __future__ import annotations
@@ -13,14 +13,10 @@ from typing import Any, Final, Self, TextIO
 
 from cxbridge.errors import CxbridgeError
 
-_SLICE_S: Final = 0.2  # seconds between calls of ``enough`` while no input comes
+_POLL_S: Final = 0.2  # seconds between calls of ``is_done`` without input
 _CHUNK: Final = 4096  # bytes of one read
 _MAX_LINE_BYTES: Final = 65_536  # a longer line is split, since the input may have no line feeds
-_QUIT_KEYS: Final = (
-    b"q",
-    b"Q",
-    b"\x04",
-)  # the last key is Ctrl-D, which does not end the input in cbreak mode
+_QUIT_KEYS: Final = (b"q", b"Q", b"\x04")  # the last is Ctrl-D, which does not end the input in cbreak mode
 
 
 class CommandLines:
@@ -33,33 +29,34 @@ class CommandLines:
         # sys.stdin is None if it was closed, which counts as the end of input
         self._stream: TextIO | None = sys.stdin if stream is None else stream
         self._buffer = b""
-        self._ended = self._stream is None
+        self._has_ended = self._stream is None
 
     @property
-    def on_terminal(self) -> bool:
+    def is_terminal(self) -> bool:
         return self._stream is not None and self._stream.isatty()
 
-    def next(self, enough: Callable[[], bool]) -> str | None:
-        """Return the next line, stripped; None at the end of input, or when ``enough`` returns True."""
-        while not enough():
+    def next(self, is_done: Callable[[], bool]) -> str | None:
+        """Return the next line, stripped; None at the end of input, or when ``is_done`` returns True."""
+        while not is_done():
             line, end, rest = self._buffer.partition(b"\n")
-            if end or (self._ended and line) or len(line) > _MAX_LINE_BYTES:
+            if end or (self._has_ended and line) or len(line) > _MAX_LINE_BYTES:
                 self._buffer = rest
                 return line.decode("utf-8", "replace").strip()
-            if self._ended:
+            if self._has_ended:
                 return None
             self._read(_CHUNK)
         return None
 
     def _read(self, size: int) -> None:
-        """Add at most ``size`` bytes to the buffer, or return after `_SLICE_S` without input."""
-        # select instead of a blocking read, because ``enough`` may report an end of the wait at any time
+        """Add at most ``size`` bytes to the buffer, or return after `_POLL_S` without input."""
+        # select instead of a blocking read, because ``is_done`` may end the wait at any time
         assert self._stream is not None
-        ready, _, _ = select.select([self._stream], [], [], _SLICE_S)
+        # this is also why Windows has no keys: its select takes sockets only
+        ready, _, _ = select.select([self._stream], [], [], _POLL_S)
         if ready:
             data = os.read(self._stream.fileno(), size)
             self._buffer += data
-            self._ended = not data
+            self._has_ended = not data
 
 
 class StepKeys(CommandLines):
@@ -75,7 +72,7 @@ class StepKeys(CommandLines):
             raise CxbridgeError(
                 "keys are read as on Linux and macOS, which Windows cannot", hint="use --speed, or WSL"
             )
-        if self.on_terminal:
+        if self.is_terminal:
             import termios
             import tty
 
@@ -91,11 +88,11 @@ class StepKeys(CommandLines):
             assert self._stream is not None
             termios.tcsetattr(self._stream, termios.TCSADRAIN, self._terminal_settings)
 
-    def __call__(self, enough: Callable[[], bool]) -> bool:
-        """Wait for a key or a line; return False at the end of input, at ``q``, or when ``enough`` does."""
-        if not self.on_terminal:
-            return self.next(enough) is not None
-        while not (self._buffer or self._ended or enough()):
+    def __call__(self, is_done: Callable[[], bool]) -> bool:
+        """Wait for a key or a line; return False at the end of input, at ``q``, or once ``is_done()``."""
+        if not self.is_terminal:
+            return self.next(is_done) is not None
+        while not (self._buffer or self._has_ended or is_done()):
             self._read(1)
         key, self._buffer = self._buffer, b""
         return bool(key) and key not in _QUIT_KEYS

@@ -20,7 +20,7 @@ TIMED_OUT = 3
 """The exit status if an awaited event does not occur in time."""
 
 # Seconds to wait for the reply of a daemon, which may load the files of an agent before.
-ANSWER_S: Final = 30.0
+REPLY_TIMEOUT_S: Final = 30.0
 
 DEFAULT_URL = DAEMON_URL
 
@@ -80,10 +80,10 @@ def ask_daemon(url: str, verb: str, **arguments: Any) -> Any:
     from cxbridge.daemon.client import request
 
     with connect(url, None) as board:
-        return request(board, verb, ANSWER_S, **arguments)
+        return request(board, verb, REPLY_TIMEOUT_S, **arguments)
 
 
-def definitions(interface_dirs: list[Path] | None) -> InterfaceRegistry | None:
+def make_registry(interface_dirs: list[Path] | None) -> InterfaceRegistry | None:
     """Return a registry of the given folders, or None for the default."""
     if not interface_dirs:
         return None

@@ -117,9 +117,9 @@ class ConsoleLog:
             self._levels |= {Level.WARN, Level.INFO} if info else {Level.WARN}
         if verbose:
             self._levels |= {Level.INFO, Level.DEBUG}
-        self._colour = sys.stderr.isatty()
-        self._counts: Counter[tuple[Level, str, str]] = Counter()
-        self._similar: Counter[tuple[Level, str, str]] = Counter()
+        self._has_colour = sys.stderr.isatty()
+        self._equal_counts: Counter[tuple[Level, str, str]] = Counter()
+        self._similar_counts: Counter[tuple[Level, str, str]] = Counter()
         self._time_us = 0
 
     def __call__(self, event: Event) -> None:
@@ -128,18 +128,18 @@ class ConsoleLog:
             return
         if (
             event.time_us - self._time_us > _MOMENT_US
-            or max(len(self._counts), len(self._similar)) > _MAX_COUNTED
+            or max(len(self._equal_counts), len(self._similar_counts)) > _MAX_COUNTED
         ):
             self.finish()
         self._time_us = event.time_us
         line = event.level, event.component, event.text
-        if line not in self._counts:
+        if line not in self._equal_counts:
             similar = *line[:2], _NUMBER.sub("#", event.text)
-            self._similar[similar] += 1
-            if self._similar[similar] > _MAX_SIMILAR:
+            self._similar_counts[similar] += 1
+            if self._similar_counts[similar] > _MAX_SIMILAR:
                 return
-        self._counts[line] += 1
-        if self._counts[line] <= _MAX_EQUAL:
+        self._equal_counts[line] += 1
+        if self._equal_counts[line] <= _MAX_EQUAL:
             self._print(*line)
 
     def show_info(self) -> None:
@@ -149,20 +149,20 @@ class ConsoleLog:
 
     def finish(self) -> None:
         """Print the numbers of omitted lines, and forget the counts."""
-        for (level, component, text), count in self._counts.items():
+        for (level, component, text), count in self._equal_counts.items():
             if count > _MAX_EQUAL:
                 self._print(level, component, f"{text} ... repeated {count - _MAX_EQUAL:,} times")
-        for (level, component, text), count in self._similar.items():
+        for (level, component, text), count in self._similar_counts.items():
             if count > _MAX_SIMILAR:
                 self._print(
                     level, component, f"{text} ... {count - _MAX_SIMILAR:,} more lines with other numbers"
                 )
-        self._counts.clear()
-        self._similar.clear()
+        self._equal_counts.clear()
+        self._similar_counts.clear()
 
     def _print(self, level: Level, component: str, text: str) -> None:
         line = f"{level.value} {one_line(component)}: {indented(text)}"
-        if self._colour:
+        if self._has_colour:
             line = f"\x1b[{_COLOURS[level]}m{line}\x1b[0m"
         terminal_of(sys.stderr).write(f"{line}\n")
 

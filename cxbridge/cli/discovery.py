@@ -1,4 +1,7 @@
-"""The table of commands: modules of a package and rows of plug-ins. A command is imported when it is used."""
+"""The table of commands: modules of a package, and rows of plug-ins.
+
+A command is imported when it is used, because importing all commands takes longer than most commands run.
+"""
 
 from __future__ import annotations
 
@@ -24,20 +27,20 @@ COMMANDS: Final[Table[Any]] = Table(
 """The commands of ``cxbridge``; a plug-in's row ``trace report`` is a command of the group ``trace``."""
 
 
-def top_rows() -> list[Row]:
+def top_level_rows() -> list[Row]:
     """Return the top-level commands and groups."""
     return [row for row in COMMANDS.rows if " " not in row.name]
 
 
-def rows_of_group(group: str, package: ModuleType | None = None) -> list[Row]:
+def group_rows(group: str, package: ModuleType | None = None) -> list[Row]:
     """Return the commands of a group: modules of its package, and rows of plug-ins."""
     prefix = f"{group} "
-    of_modules = () if package is None else rows_of_modules(package)
-    of_plugins = [row for row in COMMANDS.rows if row.name.startswith(prefix)]
-    return [*of_modules, *(replace(row, name=row.name.removeprefix(prefix)) for row in of_plugins)]
+    module_rows = () if package is None else rows_of_modules(package)
+    plugin_rows = [row for row in COMMANDS.rows if row.name.startswith(prefix)]
+    return [*module_rows, *(replace(row, name=row.name.removeprefix(prefix)) for row in plugin_rows)]
 
 
-class CommandModules(UserDict[str, Any]):
+class LazyCommands(UserDict[str, Any]):
     """The commands of a table by name; each value is a row until the command is used, then the command.
 
     :param rows: the rows; a row names a function, a group, or a module with either.
@@ -47,8 +50,9 @@ class CommandModules(UserDict[str, Any]):
 
     def __init__(self, rows: Sequence[Row], order: Sequence[str], commands: Mapping[str, Any]) -> None:
         by_name = {row.name: row for row in rows}
-        first = [name for name in order if name in by_name]
-        super().__init__({name: by_name[name] for name in (*first, *sorted(by_name.keys() - {*first}))})
+        names = [name for name in order if name in by_name]
+        names += sorted(by_name.keys() - {*names})
+        super().__init__({name: by_name[name] for name in names})
         self.data.update(commands)
 
     def __getitem__(self, name: str) -> Any:
@@ -73,23 +77,21 @@ def _load(row: Row) -> Any:
     return style(typer.main.get_group(parent).commands[name])
 
 
-def in_sections(rows: Sequence[Row], sections: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+def names_by_section(rows: Sequence[Row], sections: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
     """Return the names of commands by heading of the help; commands without a heading are last.
 
     :param sections: the names by heading, in order; rows of plug-ins may name further headings.
     """
-    names_of_rows = {row.name for row in rows}
-    by_section = {
-        title: [name for name in names if name in names_of_rows] for title, names in sections.items()
-    }
-    named = {name for names in by_section.values() for name in names}
+    row_names = {row.name for row in rows}
+    by_section = {title: [name for name in names if name in row_names] for title, names in sections.items()}
+    listed_names = {name for names in by_section.values() for name in names}
     for row in sorted(rows, key=lambda row: row.name):
-        if row.name not in named:
+        if row.name not in listed_names:
             by_section.setdefault(row.section or "Others", []).append(row.name)
     return by_section
 
 
-def group_of_commands(
+def make_group_class(
     rows: Callable[[], Sequence[Row]], sections: Mapping[str, Sequence[str]]
 ) -> type[TyperGroup]:
     """Return the class of a group with the commands of a table.
@@ -105,9 +107,9 @@ def group_of_commands(
     class CommandGroup(TyperGroup):
         def __init__(self, *, commands: Any = None, **attributes: Any) -> None:
             table = rows()
-            self._sections = in_sections(table, sections)
+            self._sections = names_by_section(table, sections)
             order = [name for names in self._sections.values() for name in names]
-            lazy: Any = CommandModules(table, order, commands or {})
+            lazy: Any = LazyCommands(table, order, commands or {})
             super().__init__(commands=lazy, **attributes)
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:

@@ -23,22 +23,23 @@ _T = TypeVar("_T")
 
 
 @contextmanager
-def plain_interrupt() -> Iterator[None]:
-    """Let Ctrl-C end the process immediately, as in C programs."""
+def default_interrupt() -> Iterator[None]:
+    """Restore the default of the operating system: Ctrl-C ends the process without a traceback."""
     handler = signal.getsignal(signal.SIGINT)
     # a program that calls the command line keeps its own handler; Python sets handlers in the main thread
     # only
-    replaced = handler is signal.default_int_handler and threading.current_thread() is threading.main_thread()
-    if replaced:
+    is_main_thread = threading.current_thread() is threading.main_thread()
+    is_replaced = is_main_thread and handler is signal.default_int_handler
+    if is_replaced:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         yield
     finally:
-        if replaced:
+        if is_replaced:
             signal.signal(signal.SIGINT, handler)
 
 
-def orderly(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
+def handle_signals(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
     """Make a command handle SIGINT, SIGTERM and SIGHUP from before its imports until its end.
 
     Instances of :class:`cxbridge.interrupt.Interrupt` within the command take over the signals.
@@ -49,7 +50,7 @@ def orderly(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_
     def decorate(command: Callable[_P, _T]) -> Callable[_P, _T]:
         @functools.wraps(command)
         def run(*args: _P.args, **kwargs: _P.kwargs) -> _T:
-            with plain_interrupt():
+            with default_interrupt():
                 from cxbridge.interrupt import Interrupt
 
                 with Interrupt(service=service):
@@ -63,13 +64,12 @@ def orderly(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_
 def main() -> None:
     """Run the command line and exit with the command's status."""
     gc.set_threshold(_GARBAGE_THRESHOLD, *gc.get_threshold()[1:])
-    with plain_interrupt():
+    with default_interrupt():
         from cxbridge.cli.main import main as run
     try:
         run()
     finally:
         gc.freeze()  # the objects are freed with the process, so a final collection is useless
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            signal.signal(
-                signal.SIGINT, signal.SIG_DFL
-            )  # nothing is left to clean up, so Ctrl-C may end the process at once
+            # nothing is left to clean up, so Ctrl-C may end the process at once
+            signal.signal(signal.SIGINT, signal.SIG_DFL)

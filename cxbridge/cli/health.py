@@ -28,14 +28,14 @@ _PACKAGES = (
     "typer",
 )
 
-_OLDEST = (3, 11)
+_OLDEST_PYTHON = (3, 11)
 
 
 @dataclass(frozen=True, slots=True)
 class HealthCheck:
     """The result of one check.
 
-    :param what: the name of the checked part.
+    :param what: the name of the checked part; like ``fine`` a key of the JSON output.
     :param fine: whether the part works.
     :param required: whether a run of the shipped scenario needs the part.
     :param detail: the version, or the reason of the failure.
@@ -48,41 +48,41 @@ class HealthCheck:
     detail: str
     remedy: str = ""
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the result as an object for JSON."""
         return asdict(self)
 
 
-def examine() -> list[HealthCheck]:
+def run_checks() -> list[HealthCheck]:
     """Run all checks, which use the parts instead of only searching for them."""
     return [
         HealthCheck("cxbridge", fine=True, required=True, detail=VERSION),
         HealthCheck(
             "Python",
-            fine=sys.version_info >= _OLDEST,
+            fine=sys.version_info >= _OLDEST_PYTHON,
             required=True,
             detail=f"{platform.python_version()} on {platform.system()} {platform.machine()}",
             remedy="install Python 3.11 or newer",
         ),
-        *(_package(name) for name in _PACKAGES),
-        *(_extra(name) for name in extras()),
-        *map(_plugin, plugins := installed_plugins()),
+        *(_check_package(name) for name in _PACKAGES),
+        *(_check_extra(name) for name in extras()),
+        *map(_check_plugin, plugins := installed_plugins()),
         *(
-            _extra(name, package)
+            _check_extra(name, package)
             for package in dict.fromkeys(plugin.package.partition(" ")[0] for plugin in plugins)
             for name in extras(package)
         ),
-        *_planners(),
-        _try("CLIPS", _clips, "install clipspy 1.0.6 or newer"),
-        _try("Lua", _lua, "install lupa; it carries Lua 5.1"),
-        _try("shipped files", _shipped, "install cxbridge again"),
-        _speech(),
-        *_speaker(),
-        _program("graphviz", "dot", "state graphs as pictures", "apt install graphviz"),
+        *_check_planners(),
+        _check_attempt("CLIPS", _try_clips, "install clipspy 1.0.6 or newer"),
+        _check_attempt("Lua", _try_lua, "install lupa; it carries Lua 5.1"),
+        _check_attempt("shipped files", _find_shipped_files, "install cxbridge again"),
+        _check_speech(),
+        *_check_speaker(),
+        _check_program("graphviz", "dot", "state graphs as pictures", "apt install graphviz"),
     ]
 
 
-def _package(name: str) -> HealthCheck:
+def _check_package(name: str) -> HealthCheck:
     try:
         version = importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
@@ -92,7 +92,7 @@ def _package(name: str) -> HealthCheck:
     return HealthCheck(name, fine=True, required=True, detail=version)
 
 
-def _extra(name: str, package: str = CORE) -> HealthCheck:
+def _check_extra(name: str, package: str = CORE) -> HealthCheck:
     absent = missing_requirements(name, package)
     purpose = f"{PURPOSES[name]}; " if package == CORE and name in PURPOSES else ""
     return HealthCheck(
@@ -104,7 +104,7 @@ def _extra(name: str, package: str = CORE) -> HealthCheck:
     )
 
 
-def _plugin(plugin: Plugin) -> HealthCheck:
+def _check_plugin(plugin: Plugin) -> HealthCheck:
     error = plugin.error
     return HealthCheck(
         f"plug-in {plugin.name}",
@@ -115,7 +115,7 @@ def _plugin(plugin: Plugin) -> HealthCheck:
     )
 
 
-def _try(name: str, attempt: Callable[[], str], remedy: str) -> HealthCheck:
+def _check_attempt(name: str, attempt: Callable[[], str], remedy: str) -> HealthCheck:
     """Call ``attempt``, which returns the detail, or raises any error if the part does not work."""
     try:
         return HealthCheck(name, fine=True, required=True, detail=attempt())
@@ -123,7 +123,7 @@ def _try(name: str, attempt: Callable[[], str], remedy: str) -> HealthCheck:
         return HealthCheck(name, fine=False, required=True, detail=f"does not work: {error}", remedy=remedy)
 
 
-def _clips() -> str:
+def _try_clips() -> str:
     from cxbridge.clock import VirtualClock
     from cxbridge.events import EventBus
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -139,7 +139,7 @@ def _clips() -> str:
     return "a rule fires"
 
 
-def _lua() -> str:
+def _try_lua() -> str:
     from lupa import lua51
 
     if lua51.LuaRuntime(encoding="latin-1").eval("6 * 7") != 42:  # noqa: PLR2004 - the product
@@ -147,7 +147,7 @@ def _lua() -> str:
     return "Lua 5.1 runs"
 
 
-def _shipped() -> str:
+def _find_shipped_files() -> str:
     from cxbridge.interfaces.registry import InterfaceRegistry
     from cxbridge.resources import shipped_dir
 
@@ -157,19 +157,21 @@ def _shipped() -> str:
     return f"{len(names)} interfaces, scenarios {', '.join(scenarios)}"
 
 
-def _planners() -> Iterator[HealthCheck]:
+def _check_planners() -> Iterator[HealthCheck]:
     from cxbridge.executive.planning.registry import make_planner, planner_names
 
     for name in planner_names():
         planner = make_planner(name)
-        not_installed = planner.not_installed
+        installation_error = planner.not_installed
         needs = ", ".join(sorted(need.value for need in planner.understands))
-        remedy = not_installed.partition(": ")[2]
-        detail = "not installed" if not_installed else f"takes {needs}"
-        yield HealthCheck(f"planner {name}", not not_installed, required=False, detail=detail, remedy=remedy)
+        remedy = installation_error.partition(": ")[2]
+        detail = "not installed" if installation_error else f"takes {needs}"
+        yield HealthCheck(
+            f"planner {name}", fine=not installation_error, required=False, detail=detail, remedy=remedy
+        )
 
 
-def _speech() -> HealthCheck:
+def _check_speech() -> HealthCheck:
     path = shutil.which("espeak-ng") or shutil.which("espeak")
     return HealthCheck(
         "speech",
@@ -180,14 +182,14 @@ def _speech() -> HealthCheck:
     )
 
 
-def _speaker() -> list[HealthCheck]:
+def _check_speaker() -> list[HealthCheck]:
     """Check the audio player on Linux; other systems include a player."""
     if platform.system() != "Linux":
         return []
-    return [_program("speaker", "aplay", "--speech on is not heard", "apt install alsa-utils")]
+    return [_check_program("speaker", "aplay", "--speech on is not heard", "apt install alsa-utils")]
 
 
-def _program(name: str, program: str, purpose: str, remedy: str) -> HealthCheck:
+def _check_program(name: str, program: str, purpose: str, remedy: str) -> HealthCheck:
     path = shutil.which(program)
     return HealthCheck(
         name, fine=path is not None, required=False, detail=path or f"absent: {purpose}", remedy=remedy

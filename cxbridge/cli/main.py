@@ -13,7 +13,7 @@ import typer
 
 from cxbridge.cli.commands import HELP_SECTIONS
 from cxbridge.cli.console import STDOUT, complain, guard_streams, name_stdout, say, say_text
-from cxbridge.cli.discovery import group_of_commands, top_rows
+from cxbridge.cli.discovery import make_group_class, top_level_rows
 from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.extras import missing_package
 from cxbridge.plugins import installed_plugins, package_hint
@@ -30,22 +30,22 @@ INTERRUPTED = 130
 """The exit status after Ctrl-C."""
 
 # Errors of a system without a free resource, which are not mistakes of the user.
-_EXHAUSTED = frozenset(
+_EXHAUSTION_CODES = frozenset(
     {errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ENOSPC, errno.EIO, errno.ENOBUFS, errno.EAGAIN}
     | ({errno.EDQUOT} if hasattr(errno, "EDQUOT") else set())
 )
 
 _UNKNOWN_COMMAND = re.compile(r"No such command '([\w-]+)'")
-_SILENCED = "PacifyFlushWrapper"  # the class of click's substitute for the stdout of a closed pipe
+_CLOSED_STDOUT_CLASS = "PacifyFlushWrapper"  # the class of click's substitute for the stdout of a closed pipe
 
 # Typer depends on click or contains a copy of click, depending on its version; this finds the ClickException.
-_UsageProblem: type[Exception] = next(
+_UsageError: type[Exception] = next(
     kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
 )
 
 app = typer.Typer(
     name="cxbridge",
-    cls=group_of_commands(top_rows, HELP_SECTIONS),
+    cls=make_group_class(top_level_rows, HELP_SECTIONS),
     help="The CLIPS Executive with an emulated Fawkes blackboard, without Fawkes.",
     no_args_is_help=True,
     add_completion=True,
@@ -91,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def invoke(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status; mistakes of the user have no traceback."""
     try:
-        status: object = _call(arguments)
+        status: object = _run_app(arguments)
     except BrokenAgentError as error:
         for mistake in error.mistakes:
             say_text(str(mistake), err=True)
@@ -99,8 +99,8 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         status = error.exit_status
     except CxbridgeError as error:
         complain(error)
-        status = FAULT if _is_exhausted(error) else error.exit_status
-    except _UsageProblem as error:
+        status = FAULT if _is_exhaustion(error) else error.exit_status
+    except _UsageError as error:
         error.message = indented(error.message) + _package_hint(error)  # type: ignore[attr-defined]  # typer hides it
         error.show()  # type: ignore[attr-defined]
         status = USAGE
@@ -115,7 +115,7 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         status = _report_system_error(error)
     except SystemExit as end:
         # click has caught the BrokenPipeError, replaced stdout and exited with status 1
-        status = 0 if type(sys.stdout).__name__ == _SILENCED else end.code
+        status = 0 if type(sys.stdout).__name__ == _CLOSED_STDOUT_CLASS else end.code
     return status if isinstance(status, int) else 0
 
 
@@ -128,7 +128,7 @@ def _package_hint(error: Exception) -> str:
     return f"\n  hint: {hint}" if hint else ""
 
 
-def _call(arguments: Sequence[str] | None) -> object:
+def _run_app(arguments: Sequence[str] | None) -> object:
     """Run the command line; an error about a missing module names the package to install."""
     try:
         return app(arguments, standalone_mode=False, prog_name="cxbridge")
@@ -145,7 +145,7 @@ def _report_system_error(error: OSError) -> int:
         return USAGE
     if error.filename is not None:
         complain(f"{error.filename}: {error.strerror}")
-        return FAULT if _is_exhausted(error) else USAGE
+        return FAULT if _is_exhaustion(error) else USAGE
     frame = traceback.extract_tb(error.__traceback__)[-1]
     complain(
         f"the system refused something: {error.strerror or error} "
@@ -154,10 +154,10 @@ def _report_system_error(error: OSError) -> int:
     return FAULT
 
 
-def _is_exhausted(error: BaseException | None) -> bool:
+def _is_exhaustion(error: BaseException | None) -> bool:
     # the error of the system may be the cause of an error of cxbridge
     while error is not None:
-        if getattr(error, "errno", None) in _EXHAUSTED:
+        if getattr(error, "errno", None) in _EXHAUSTION_CODES:
             return True
         error = error.__cause__ or error.__context__
     return False

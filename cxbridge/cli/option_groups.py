@@ -1,7 +1,7 @@
 """Groups of options: a dataclass parameter of a command becomes one option per field.
 
 A field ``Annotated[T, Meta(description=...)]`` is an option with this help text; ``ge`` and ``le`` are its
-bounds, and the option is named like the field. :data:`DECLARED` or a ``typer.Option`` in the annotation
+bounds, and the option is named like the field. :data:`OVERRIDES` or a ``typer.Option`` in the annotation
 define exceptions. Fields without an annotation are not options. Options of base classes come first, in the
 order of the bases. A field of type ``tuple[T, ...]`` is an option that may be given several times, named in
 the singular.
@@ -42,7 +42,7 @@ _SKILLER: Final = {"metavar": "lua|simulator|none|URL"}
 _SPEECH: Final = {"metavar": "off|on"}
 _GLOBS: Final = {"flags": ("--interface", "-i"), "metavar": "GLOB"}
 
-DECLARED: Final[Mapping[str, Any]] = {
+OVERRIDES: Final[Mapping[str, Any]] = {
     "ScenarioOptions.scenario": {"is_argument": True, "autocompletion": shipped_scenarios},
     "ScenarioOptions.overlays": {"metavar": "DIR"},
     "BrokenOptions.strict": {"flags": ("--strict/--lenient",)},
@@ -77,7 +77,7 @@ DECLARED: Final[Mapping[str, Any]] = {
     "ExecutorOptions.settings": {"flags": ("--set",), "metavar": "NAME=VALUE"},
     "ExecutorOptions.interface_dirs": INTERFACE_DIR,
 }
-"""The fields whose parameters need more than name, type and description.
+"""The fields of which the parameter differs from name, type and description of the field.
 
 A value has keywords of ``typer.Option``, or is a ``typer.Option``. The keyword ``flags`` has the names of the
 option; ``is_argument`` marks arguments.
@@ -96,14 +96,14 @@ def option_groups(command: Callable[..., T]) -> Callable[..., T]:
             parameters.append(parameter.replace(annotation=hints[name], kind=Parameter.KEYWORD_ONLY))
 
     @functools.wraps(command)
-    def expanded(**values: Any) -> T:
-        options = {name: group.take(values) for name, group in groups.items()}
+    def run_with_groups(**values: Any) -> T:
+        options = {name: group.pop_options(values) for name, group in groups.items()}
         return command(**values, **options)
 
     # typer reads the parameters from the signature and their types from the annotations
-    vars(expanded)["__signature__"] = inspect.Signature(parameters)
-    expanded.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-    return expanded
+    vars(run_with_groups)["__signature__"] = inspect.Signature(parameters)
+    run_with_groups.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return run_with_groups
 
 
 class _Group:
@@ -112,88 +112,88 @@ class _Group:
     def __init__(self, group: Any) -> None:
         hints = get_type_hints(group, include_extras=True)
         self._make = group
-        self._repeated = {name for name, hint in hints.items() if _item(hint) is not None}
+        self._repeatable_fields = {name for name, hint in hints.items() if _item_type(hint) is not None}
         fields = {field.name: field for field in dataclasses.fields(group)}
-        self._own = [
+        self._own_parameters = [
             Parameter(
                 name,
                 Parameter.KEYWORD_ONLY,
-                default=_default(fields[name]),
-                annotation=_with_list(_declared(group, fields[name], hints[name])),
+                default=_option_default(fields[name]),
+                annotation=_list_hint(_typer_hint(group, fields[name], hints[name])),
             )
-            for name in dict.fromkeys(_names(group))
+            for name in dict.fromkeys(_field_names(group))
             if get_origin(hints[name]) is Annotated
         ]
-        self._added = [_Group(added) for added in getattr(group, "added_groups", list)()]
+        self._added_groups = [_Group(added) for added in getattr(group, "added_groups", list)()]
         self.parameters: list[Parameter] = [
-            *self._own,
-            *(parameter for added in self._added for parameter in added.parameters),
+            *self._own_parameters,
+            *(parameter for added in self._added_groups for parameter in added.parameters),
         ]
 
-    def take(self, values: dict[str, Any]) -> Any:
+    def pop_options(self, values: dict[str, Any]) -> Any:
         """Remove the values of the fields from ``values`` and return them as the dataclass."""
-        options = {parameter.name: values.pop(parameter.name) for parameter in self._own}
-        for name in options.keys() & self._repeated:
+        options = {parameter.name: values.pop(parameter.name) for parameter in self._own_parameters}
+        for name in options.keys() & self._repeatable_fields:
             options[name] = tuple(options[name] or ())
-        added = [group.take(values) for group in self._added]
+        added = [group.pop_options(values) for group in self._added_groups]
         # only the groups with a given option: a group with defaults must not change the run
         if changed := tuple(group for group in added if group != type(group)()):
             options["more"] = changed
         return self._make(**options)
 
 
-def _names(group: type) -> Iterator[str]:
+def _field_names(group: type) -> Iterator[str]:
     """Yield the fields of the bases from left to right, then the other fields."""
     for base in group.__bases__:
-        yield from _names(base)
+        yield from _field_names(base)
     if "__dataclass_fields__" in vars(group):
         yield from inspect.get_annotations(group)
 
 
-def _declared(group: type, field: dataclasses.Field[Any], hint: Any) -> Any:
+def _typer_hint(group: type, field: dataclasses.Field[Any], hint: Any) -> Any:
     """Return the hint of a field with typer's parameter instead of the description."""
     meta = next((metadata for metadata in hint.__metadata__ if isinstance(metadata, Meta)), None)
     if meta is None:
         return hint
     kind, *_ = get_args(hint)
     definer = next(base for base in group.__mro__ if field.name in vars(base).get("__annotations__", {}))
-    declared = DECLARED.get(f"{definer.__name__}.{field.name}", {})
-    if not isinstance(declared, Mapping):
-        return Annotated[kind, declared]
-    keywords = {"min": meta.ge, "max": meta.le, "help": meta.description, **declared}
+    override = OVERRIDES.get(f"{definer.__name__}.{field.name}", {})
+    if not isinstance(override, Mapping):
+        return Annotated[kind, override]
+    keywords = {"min": meta.ge, "max": meta.le, "help": meta.description, **override}
     if field.default in (None, ""):
         keywords["show_default"] = False
-    flags = keywords.pop("flags", _flags(field, kind))
+    flags = keywords.pop("flags", _option_flags(field, kind))
     if keywords.pop("is_argument", False):
         return Annotated[kind, typer.Argument(**keywords)]
     return Annotated[kind, typer.Option(*flags, **keywords)]
 
 
-def _flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
+def _option_flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
     """Return the flags of an option if typer's default differs; otherwise none."""
     name = field.name.replace("_", "-")
     if kind is bool and field.default is False:
         return (f"--{name}",)
-    if _item(kind) is not None and name.endswith("s"):
+    if _item_type(kind) is not None and name.endswith("s"):
         return (f"--{name.removesuffix('s')}",)
     return ()
 
 
-def _item(hint: Any) -> Any:
+def _item_type(hint: Any) -> Any:
     """Return the type of the items if a hint is or contains a tuple; otherwise None."""
     if get_origin(hint) in (Annotated, UnionType):
-        return next((item for part in get_args(hint) if (item := _item(part)) is not None), None)
+        return next((item for part in get_args(hint) if (item := _item_type(part)) is not None), None)
     return get_args(hint)[0] if get_origin(hint) is tuple else None
 
 
-def _with_list(hint: Any) -> Any:
+def _list_hint(hint: Any) -> Any:
     """Return the hint of a field with a list instead of a tuple."""
     # typer takes a tuple for an option that has several values at once
-    item = _item(hint)
+    item = _item_type(hint)
     return hint if item is None else Annotated[GenericAlias(list, (item,)) | None, *hint.__metadata__]
 
 
-def _default(field: dataclasses.Field[Any]) -> Any:
+def _option_default(field: dataclasses.Field[Any]) -> Any:
     """Return the default of a field's option; None for an empty tuple, which typer does not accept."""
     if field.default is dataclasses.MISSING:
         return Parameter.empty

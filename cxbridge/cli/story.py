@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 
 _WORD_WIDTH: Final = max(len(outcome.word) for outcome in OutcomeKind)
 # The duration of a goal in seconds below which it is not printed.
-_SHORT_S: Final = 0.05
+_MIN_SHOWN_S: Final = 0.05
 
 # The number of characters of a reason that are shown even on a narrow terminal.
-_MIN_REASON: Final = 24
+_MIN_REASON_WIDTH: Final = 24
 
 # The start of the lines of a Lua error that only the log shows; the field of an interface may truncate it.
 _STACK: Final = "stack traceback:"
 
 # The start of error messages of CLIPS.
-_OF_CLIPS: Final = re.compile(r"\[[A-Z]+\d+\] ")
+_CLIPS_ERROR: Final = re.compile(r"\[[A-Z]+\d+\] ")
 
 
-def _without_stack(reason: str) -> str:
+def _drop_stack_trace(reason: str) -> str:
     """Return the first line of a Lua error with a stack trace; other reasons unchanged."""
     head, _, tail = reason.partition("\n")
     return head if _STACK.startswith(tail[: len(_STACK)]) else reason
@@ -57,15 +57,15 @@ class RunLog(ConsoleLog):
         self._printing_thread = 0  # the thread in which a rule prints; 0 without one
         self._continues = False  # whether the last line belongs to an error report of CLIPS
 
-    def attach(self, assembly: Run) -> None:
+    def attach(self, run: Run) -> None:
         """Separate the output of an agent's rules from the other log lines of its environment.
 
         An agent without goals has no other output, so its rules' output is printed.
         """
-        if not assembly.executive.knows_goals:
+        if not run.executive.knows_goals:
             self.show_info()
             return
-        output = assembly.executive.env.output
+        output = run.executive.env.output
 
         def print_line(level: Level, line: str) -> None:
             self._printing_thread = threading.get_ident()
@@ -88,7 +88,7 @@ class RunLog(ConsoleLog):
     def _is_clips_error(self, line: LogLine) -> bool:
         """Return whether a line belongs to an error report of CLIPS, whose further lines are indented."""
         self._continues = line.level is Level.ERROR and (
-            _OF_CLIPS.match(line.text) is not None or (self._continues and line.text.startswith("  "))
+            _CLIPS_ERROR.match(line.text) is not None or (self._continues and line.text.startswith("  "))
         )
         return self._continues
 
@@ -101,55 +101,56 @@ class RunStory:
 
     def __init__(self, *, quiet: bool = False) -> None:
         self._quiet = quiet
-        self._brush = Brush(on=wants_colour(sys.stdout))
+        self._brush = Brush(is_on=wants_colour(sys.stdout))
         self._width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
-        self._agents = 0
-        self._failed: OSError | None = None
+        self._agent_count = 0
+        self._stdout_error: OSError | None = None
 
-    def attach(self, assembly: Run) -> None:
+    def attach(self, run: Run) -> None:
         """Follow the goals of an assembled agent before its start."""
-        self._agents += 1
+        self._agent_count += 1
         if not self._quiet:
-            assembly.bus.subscribe(_GoalFollower(assembly, self).take, *REASON_TYPES)
-            assembly.loop.add(Hook.POST_LOOP, self._check)
+            run.bus.subscribe(_GoalFollower(run, self).take, *REASON_TYPES)
+            run.loop.add(Hook.POST_LOOP, self._raise_stdout_error)
 
-    def _check(self) -> None:
+    def _raise_stdout_error(self) -> None:
         """Raise an error that stdout has caused."""
         # raised between cycles: goals end within a call of CLIPS, through which exceptions must not pass
-        if self._failed is not None:
-            raise self._failed
+        if self._stdout_error is not None:
+            raise self._stdout_error
 
     def print_goal(
-        self, agent: str, seconds: float, goal: GoalTransition, took_s: float | None, why: str
+        self, agent: str, elapsed_s: float, goal: GoalTransition, took_s: float | None, failure: str
     ) -> None:
         """Print the end of a goal.
 
-        :param seconds: the seconds since the start of the run.
+        :param elapsed_s: the seconds since the start of the run.
         :param took_s: the seconds since the selection of the goal; None if the goal was not selected.
-        :param why: the reason of a failure; empty without one.
+        :param failure: the reason of a failure; empty without one.
         """
         outcome = goal_outcome(goal.mode, goal.outcome)
-        took = "" if took_s is None or took_s < _SHORT_S else f" in {took_s:.1f} s"
-        name = f"{agent}  " if self._agents > 1 else ""
+        took = "" if took_s is None or took_s < _MIN_SHOWN_S else f" in {took_s:.1f} s"
+        name = f"{agent}  " if self._agent_count > 1 else ""
         title = one_line(f"{goal_title(goal.goal, goal.goal_class)}{took}")
-        time = f"{seconds:7.1f} s"
-        reason = one_line(f": {_without_stack(why)}" if why else "")
-        room = self._width - sum(map(len, (time, name, self._plain_mark(outcome), title))) - 2 * len("  ")
-        if self._width and len(reason) > max(room, _MIN_REASON):
-            reason = reason[: max(room, _MIN_REASON) - 1] + "…"
-        if self._failed is not None:
+        time = f"{elapsed_s:7.1f} s"
+        reason = one_line(f": {_drop_stack_trace(failure)}" if failure else "")
+        used_width = sum(map(len, (time, name, self._outcome_mark(outcome), title))) + 2 * len("  ")
+        reason_width = max(self._width - used_width, _MIN_REASON_WIDTH)
+        if self._width and len(reason) > reason_width:
+            reason = reason[: reason_width - 1] + "…"
+        if self._stdout_error is not None:
             return
         try:
             self._print(
                 self._brush(time, "dim"),
-                f"{name}{self._brush(self._plain_mark(outcome), outcome.colour)}",
+                f"{name}{self._brush(self._outcome_mark(outcome), outcome.colour)}",
                 title + self._brush(reason, outcome.colour),
             )
         except OSError as error:
-            self._failed = error
+            self._stdout_error = error
 
-    def _plain_mark(self, outcome: OutcomeKind) -> str:
-        icon = f"{outcome.icon} " if self._brush.on else ""
+    def _outcome_mark(self, outcome: OutcomeKind) -> str:
+        icon = f"{outcome.icon} " if self._brush.is_on else ""
         return f"{icon}{outcome.word:{_WORD_WIDTH}}"
 
     def _print(self, *columns: str) -> None:
@@ -159,7 +160,7 @@ class RunStory:
 
     def finish(self, result: RunResult) -> None:
         """Print the goal tree and the result of the run."""
-        self._check()
+        self._raise_stdout_error()
         for line in self._result_lines(result):
             self._print(line)
 
@@ -174,7 +175,7 @@ class RunStory:
         )
 
     def _tree_line(self, line: GoalLine) -> str:
-        if not self._brush.on:
+        if not self._brush.is_on:
             return one_line(line.text)
         error = f"  [{line.error}]" if line.error else ""
         return (
@@ -188,13 +189,13 @@ class RunStory:
 class _GoalFollower:
     """Follows the goals of one agent."""
 
-    def __init__(self, assembly: Run, story: RunStory) -> None:
-        self._name = assembly.name
-        self._env = assembly.executive.env
+    def __init__(self, run: Run, story: RunStory) -> None:
+        self._name = run.name
+        self._env = run.executive.env
         self._story = story
         self._reasons = FailureReasons(self._slots_of)
-        self._start_us = assembly.clock.start_us
-        self._printed: dict[str, str] = {}
+        self._start_us = run.clock.start_us
+        self._printed_outcomes: dict[str, str] = {}
         self._selected_us: dict[str, int] = {}
 
     def _slots_of(self, template: str) -> Iterator[Mapping[str, object]]:
@@ -210,20 +211,20 @@ class _GoalFollower:
             self._report_end(event)
         elif event.mode == "FORMULATED":  # a goal may be formulated again, which starts a new life
             self._selected_us.pop(event.goal, None)
-            self._printed.pop(event.goal, None)
+            self._printed_outcomes.pop(event.goal, None)
         elif event.mode == "SELECTED":
             self._selected_us[event.goal] = event.time_us
 
     def _report_end(self, goal: GoalTransition) -> None:
         # a goal passes several ended modes and may skip FINISHED, so the first of them prints the end
-        if self._printed.get(goal.goal) == goal.outcome:
+        if self._printed_outcomes.get(goal.goal) == goal.outcome:
             return
-        self._printed[goal.goal] = goal.outcome
-        forget_oldest(self._printed)
-        begun = self._selected_us.pop(goal.goal, None)
-        took_s = None if begun is None else (goal.time_us - begun) / MICROSECONDS
-        seconds = (goal.time_us - self._start_us) / MICROSECONDS
-        self._story.print_goal(self._name, seconds, goal, took_s, self._reasons.reason(goal))
+        self._printed_outcomes[goal.goal] = goal.outcome
+        forget_oldest(self._printed_outcomes)
+        selected_us = self._selected_us.pop(goal.goal, None)
+        took_s = None if selected_us is None else (goal.time_us - selected_us) / MICROSECONDS
+        elapsed_s = (goal.time_us - self._start_us) / MICROSECONDS
+        self._story.print_goal(self._name, elapsed_s, goal, took_s, self._reasons.reason(goal))
 
 
 _CODES: Final[Mapping[str, str]] = {
@@ -247,7 +248,7 @@ def wants_colour(stream: IO[str], environ: Mapping[str, str] = os.environ) -> bo
     return bool(environ.get("FORCE_COLOR")) or (stream.isatty() and environ.get("TERM") != "dumb")
 
 
-def painted(text: str, colour: str) -> str:
+def paint(text: str, colour: str) -> str:
     """Return a text in a colour, dim or bold; unchanged if ``colour`` is empty."""
     return f"\x1b[{_CODES[colour]}m{text}\x1b[0m" if colour and text else text
 
@@ -255,12 +256,12 @@ def painted(text: str, colour: str) -> str:
 class Brush:
     """Colours text for one stream, or leaves it unchanged.
 
-    :param on: whether to use colours and icons.
+    :param is_on: whether to use colours and icons.
     """
 
-    def __init__(self, *, on: bool) -> None:
-        self.on = on
+    def __init__(self, *, is_on: bool) -> None:
+        self.is_on = is_on
 
     def __call__(self, text: str, colour: str) -> str:
         """Return a text in a colour."""
-        return painted(text, colour) if self.on else text
+        return paint(text, colour) if self.is_on else text

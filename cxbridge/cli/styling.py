@@ -12,12 +12,12 @@ EXAMPLE: Final = "\n\nExample: "
 """The start of the last paragraph of a command's docstring."""
 
 # Makes click preserve the line breaks of a paragraph.
-_UNMARKED: Final = "\b"
+_KEEP_LINES: Final = "\b"
 
 # Metavars by the names of parameters, so that all commands use the same word for the same kind of value.
 _DIRECTORY: Final = re.compile(r"(?:dir|bblog|clients|checkout|ros2cx)s?$")
 _SECONDS: Final = re.compile(r"(?:timeout|duration|hold|seconds)$")
-_NAMES: Final = {
+_METAVARS: Final = {
     "agent": "NAME",
     "spec": "NAME",
     "space": "NAME",
@@ -73,7 +73,7 @@ def style(command: Any) -> Any:
     if has_example:
         command.help = text
         lines = "\n".join(f"  {line.strip()}" for line in example.strip().splitlines())
-        command.epilog = f"{_UNMARKED}\nExample:\n{lines}"
+        command.epilog = f"{_KEEP_LINES}\nExample:\n{lines}"
     for parameter in command.params:
         _style_parameter(parameter)
     for subcommand in getattr(command, "commands", {}).values():
@@ -83,13 +83,13 @@ def style(command: Any) -> Any:
 
 def _style_parameter(parameter: Any) -> None:
     if parameter.metavar is None and not getattr(parameter, "is_flag", False):
-        parameter.metavar = _metavar(parameter)
+        parameter.metavar = _choose_metavar(parameter)
     text = getattr(parameter, "help", None)
     if text:
-        parameter.help = _sentence(text, (parameter.metavar or "").split("|"))
+        parameter.help = _make_sentence(text, (parameter.metavar or "").split("|"))
 
 
-def _sentence(text: str, values: Sequence[str]) -> str:
+def _make_sentence(text: str, values: Sequence[str]) -> str:
     """Return a text as a sentence; a leading value of the command line keeps its case."""
     word = text.split(maxsplit=1)[0]
     if word.isalpha() and word.islower() and word not in values:
@@ -97,13 +97,13 @@ def _sentence(text: str, values: Sequence[str]) -> str:
     return text if text.endswith((".", ")", "]")) else f"{text}."
 
 
-def _metavar(parameter: Any) -> str:
+def _choose_metavar(parameter: Any) -> str:
     name = parameter.name
     if parameter.param_type_name == "argument":
         return str(name).upper().replace("_", "-")
     kind = type(parameter.type).__name__
-    if name in _NAMES and "Path" not in kind:
-        return _NAMES[name]
+    if name in _METAVARS and "Path" not in kind:
+        return _METAVARS[name]
     if "Path" in kind:
         return "DIR" if _DIRECTORY.search(name) else "FILE"
     if "Float" in kind or _SECONDS.search(name):

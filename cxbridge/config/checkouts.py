@@ -1,4 +1,4 @@
-"""Layered checkouts: a team's and Fawkes', with equal folders.
+"""Layered checkouts: those of a team and of Fawkes, which have the same layout of folders.
 
 A team builds its robot on Fawkes: its checkout has the files that differ, and Fawkes' has the rest. Paths in
 configurations begin with placeholders such as ``@BASEDIR@``.
@@ -38,7 +38,7 @@ class Checkouts(Struct, frozen=True):
                 return configuration
         return file.parent
 
-    def base(self, file: Path) -> Path:
+    def find_checkout(self, file: Path) -> Path:
         """Return the checkout of a configuration file, else the last checkout, else the file's folder."""
         resolved = file.resolve()
         owners = (folder for folder in self.folders if resolved.is_relative_to(folder.resolve()))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from cxbridge.config.documents import MAX_DEPTH, Mark
-from cxbridge.config.loader import ConfigLoader, files_of
+from cxbridge.config.loader import ConfigLoader, config_files
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint32
 from cxbridge.config.secrets import mask
 from cxbridge.config.tree import ConfigNode, ConfigValue, NodeKind, overlay, split_path
@@ -49,7 +49,7 @@ class Configuration:
     def __init__(self) -> None:
         self._root = ConfigNode(NodeKind.MAP, Mark())
         # the nodes of files that values of this run replace, for `erase`; None where the files have no value
-        self._replaced: dict[tuple[str, ...], ConfigNode | None] = {}
+        self._replaced_nodes: dict[tuple[str, ...], ConfigNode | None] = {}
         self._host_includes: tuple[Path, ...] = ()  # with $host in the name, for hints
         self.files: tuple[Path, ...] = ()
         """The files in the order in which they are laid over each other."""
@@ -135,7 +135,7 @@ class Configuration:
         node = self._root.find(path)
         if node is None or node.children:
             raise self._missing_error(path, node)
-        return _value(path, node)
+        return _make_value(path, node)
 
     def error(self, path: str, message: str, hint: str | None = None) -> ConfigError:
         """Return an error with the place of the value at a path, or of the first value below it."""
@@ -162,7 +162,7 @@ class Configuration:
         node = self._root.find(prefix)
         if node is not None:
             for path, leaf in node.leaves(prefix):
-                yield _value(path, leaf)
+                yield _make_value(path, leaf)
 
     def get_str(self, path: str, *, default: D | _Missing = _MISSING) -> str | D:
         """Return the text of a single value, empty for null."""
@@ -216,10 +216,10 @@ class Configuration:
             return default
         value = self.get(path)
         if value.is_list:
-            raise _type_error(value, f"must be {expected}, but is a list")
+            raise _make_type_error(value, f"must be {expected}, but is a list")
         scalar = convert(value.text)
         if scalar is None:
-            raise _type_error(value, f"must be {expected}, but is {_quoted(value)}")
+            raise _make_type_error(value, f"must be {expected}, but is {_quote(value)}")
         return scalar
 
     def _list(
@@ -230,14 +230,14 @@ class Configuration:
             return default
         value = self.get(path)
         if not value.is_list:
-            raise _type_error(
-                value, f"must be a list, but is {_quoted(value)}", f"write [{mask(path, value.text)}]"
+            raise _make_type_error(
+                value, f"must be a list, but is {_quote(value)}", f"write [{mask(path, value.text)}]"
             )
         elements: list[T] = []
         for index, text in enumerate(value.items):
             element = convert(text)
             if element is None:
-                raise _type_error(
+                raise _make_type_error(
                     value,
                     f"must be a list, each element {expected}, but element {index} is '{mask(path, text)}'",
                 )
@@ -256,7 +256,7 @@ class Configuration:
                 line=node.mark.line or None, hint=f"below it are: {', '.join(list(node.children)[:8])}",
             )  # fmt: skip
         paths = [leaf for leaf, _ in self._root.leaves("")]
-        hint = self._hint_of_hosts(path) or did_you_mean(path, paths, cutoff=_MIN_PATH_LIKENESS) or None
+        hint = self._find_host_hint(path) or did_you_mean(path, paths, cutoff=_MIN_PATH_LIKENESS) or None
         mark = self._nearest_mark(path)
         return ConfigMissingError(
             f"there is no configuration value {path}",
@@ -274,7 +274,7 @@ class Configuration:
                 return node.mark
         return Mark()
 
-    def _hint_of_hosts(self, path: str) -> str:
+    def _find_host_hint(self, path: str) -> str:
         """Return a hint if files of other hosts have a value, otherwise empty."""
         files = []
         for file in self._host_files():
@@ -291,7 +291,7 @@ class Configuration:
         """Yield the files that the includes with ``$host`` name on other machines."""
         for include in self._host_includes:
             for path in sorted(include.parent.glob(include.name.replace("$host", "*", 1))):
-                for file in files_of(path) if path.is_dir() else [path]:
+                for file in config_files(path) if path.is_dir() else [path]:
                     if file not in self.files:
                         yield file
 
@@ -303,7 +303,7 @@ class Configuration:
             config._root = node.copy()
         return config
 
-    def moved(self, path: str) -> Configuration:
+    def copy_below(self, path: str) -> Configuration:
         """Return a copy with all values moved below a path."""
         config = Configuration()
         node = self._root.copy()
@@ -330,12 +330,12 @@ class Configuration:
         if node.children or not elements:
             raise node.mark.error(f"cannot set {path}: it holds {node.kind.value}", "set the values below it")
         # only the first value of this run: a second one replaces no value of a file
-        self._replaced.setdefault(tuple(elements), node.copy() if node.mark.file else None)
+        self._replaced_nodes.setdefault(tuple(elements), node.copy() if node.mark.file else None)
         node.mark = Mark()
         if isinstance(value, bool | int | float | str):
-            node.kind, node.text, node.items = NodeKind.SCALAR, _text(value), ()
+            node.kind, node.text, node.items = NodeKind.SCALAR, _to_text(value), ()
         else:
-            node.kind, node.text, node.items = NodeKind.LIST, "", tuple(_text(item) for item in value)
+            node.kind, node.text, node.items = NodeKind.LIST, "", tuple(_to_text(item) for item in value)
 
     def erase(self, path: str) -> None:
         """Remove a value that was set in this run, so that the value of the files is valid again.
@@ -343,7 +343,7 @@ class Configuration:
         :raises ConfigError: if the value was not set in this run.
         """
         elements = tuple(split_path(path))
-        if elements not in self._replaced:
+        if elements not in self._replaced_nodes:
             raise ConfigError(
                 f"cannot erase {path}: it was not set in this run",
                 hint="values of a file cannot be erased here: edit the file",
@@ -351,7 +351,7 @@ class Configuration:
         nodes = [self._root]  # from the root to the value
         for element in elements:
             nodes.append(nodes[-1].children[element])
-        replaced = self._replaced.pop(elements)
+        replaced = self._replaced_nodes.pop(elements)
         if replaced is not None:
             nodes[-2].children[elements[-1]] = replaced
             return
@@ -384,21 +384,21 @@ class Configuration:
         self.warnings += over.warnings
 
 
-def _value(path: str, node: ConfigNode) -> ConfigValue:
+def _make_value(path: str, node: ConfigNode) -> ConfigValue:
     return ConfigValue(path, node.kind is NodeKind.LIST, node.text, node.items, node.mark)
 
 
-def _quoted(value: ConfigValue) -> str:
+def _quote(value: ConfigValue) -> str:
     return f"'{mask(value.path, value.text)}'" if value.text else "empty"
 
 
-def _text(value: Scalar) -> str:
+def _to_text(value: Scalar) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     return str(value)
 
 
-def _type_error(value: ConfigValue, problem: str, hint: str | None = None) -> ConfigTypeError:
+def _make_type_error(value: ConfigValue, problem: str, hint: str | None = None) -> ConfigTypeError:
     path = "/" + "/".join(split_path(value.path))
     mark = value.mark
     return ConfigTypeError(

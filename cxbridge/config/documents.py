@@ -1,4 +1,4 @@
-"""Parsing of YAML texts into plain nodes.
+"""Parsing of YAML texts into nodes: scalars, lists and maps with their places in the file.
 
 Tags create no Python objects, so files cannot execute code. The nodes are built from the parser's events with
 bounded depth and size, so that nesting cannot exhaust the stack, and aliases of aliases cannot exhaust
@@ -46,15 +46,15 @@ class YamlScalar(NamedTuple):
 
     :param tag: the tag as the files spell it, without the exclamation mark; empty without a tag.
     :param text: the text without quotes.
-    :param null: whether YAML reads the scalar as null.
-    :param plain: whether the scalar is not quoted, so that its text may be a number or a bool.
+    :param is_null: whether YAML reads the scalar as null.
+    :param is_plain: whether the scalar is not quoted, so that its text may be a number or a bool.
     """
 
     mark: Mark
     tag: str
     text: str
-    null: bool
-    plain: bool
+    is_null: bool
+    is_plain: bool
 
 
 class YamlList(NamedTuple):
@@ -85,7 +85,7 @@ def parse_documents(data: bytes | str, name: str) -> list[YamlNode]:
     text = data if isinstance(data, str) else _decode(data, name)
     loader: Any = getattr(yaml, "CLoader", yaml.Loader)  # libyaml, if PyYAML was built with it
     try:
-        return list(_Composer(yaml.parse(text, Loader=loader), name).documents())
+        return list(_Composer(yaml.parse(text, Loader=loader), name).build_documents())
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         problem = ", ".join(text for text in (error.context, error.problem) if text)
@@ -134,78 +134,80 @@ class _Composer:
         """The node of each anchor and its number of nodes; None while the node is incomplete."""
         self._budget = MAX_NODES
 
-    def documents(self) -> Iterator[YamlNode]:
+    def build_documents(self) -> Iterator[YamlNode]:
         """Yield the root of each document."""
         for event in self._events:
             if isinstance(event, yaml.DocumentStartEvent):
                 self._anchors = {}
-                yield self._node(next(self._events), 0)
+                yield self._build_node(next(self._events), 0)
 
-    def _mark(self, event: Any) -> Mark:
+    def _make_mark(self, event: Any) -> Mark:
         return Mark(self._name, event.start_mark.line + 1, event.start_mark.column + 1)
 
-    def _spend(self, nodes: int, event: Any) -> None:
+    def _use_budget(self, nodes: int, event: Any) -> None:
         self._budget -= nodes
         if self._budget < 0:
-            raise self._mark(event).error(
+            raise self._make_mark(event).error(
                 f"the file expands to more than {MAX_NODES} values", "use fewer aliases (*name)"
             )
 
-    def _node(self, event: Any, depth: int) -> YamlNode:
+    def _build_node(self, event: Any, depth: int) -> YamlNode:
         if isinstance(event, yaml.AliasEvent):
-            return self._alias(event)
+            return self._resolve_alias(event)
         if depth > MAX_DEPTH:
-            raise self._mark(event).error(TOO_DEEP)
+            raise self._make_mark(event).error(TOO_DEEP)
         budget = self._budget
-        self._spend(1, event)
+        self._use_budget(1, event)
         if event.anchor:
             self._anchors[event.anchor] = None
         node: YamlNode
         if isinstance(event, yaml.ScalarEvent):
-            node = self._scalar(event)
+            node = self._build_scalar(event)
         elif isinstance(event, yaml.SequenceStartEvent):
-            node = self._list(event, depth)
+            node = self._build_list(event, depth)
         else:
-            node = self._map(event, depth)
+            node = self._build_map(event, depth)
         if event.anchor:
             self._anchors[event.anchor] = (node, budget - self._budget)
         return node
 
-    def _alias(self, event: Any) -> YamlNode:
+    def _resolve_alias(self, event: Any) -> YamlNode:
         if event.anchor not in self._anchors:
-            raise self._mark(event).error(
+            raise self._make_mark(event).error(
                 f"there is no anchor &{event.anchor} for the alias *{event.anchor}",
                 "quote a value that starts with '*'",
             )
-        anchored = self._anchors[event.anchor]
-        if anchored is None:
-            raise self._mark(event).error(f"the alias *{event.anchor} lies inside its own anchor")
-        node, size = anchored
-        self._spend(size, event)
+        anchor = self._anchors[event.anchor]
+        if anchor is None:
+            raise self._make_mark(event).error(f"the alias *{event.anchor} lies inside its own anchor")
+        node, size = anchor
+        self._use_budget(size, event)
         return node
 
-    def _scalar(self, event: Any) -> YamlScalar:
-        null = event.implicit[0] and event.tag is None and event.value in _NULLS
-        return YamlScalar(self._mark(event), self._tag(event), event.value, null, event.implicit[0])
+    def _build_scalar(self, event: Any) -> YamlScalar:
+        is_null = event.implicit[0] and event.tag is None and event.value in _NULLS
+        return YamlScalar(
+            self._make_mark(event), self._normalize_tag(event), event.value, is_null, event.implicit[0]
+        )
 
-    def _list(self, event: Any, depth: int) -> YamlList:
+    def _build_list(self, event: Any, depth: int) -> YamlList:
         items = []
         while not isinstance(child := next(self._events), yaml.SequenceEndEvent):
-            items.append(self._node(child, depth + 1))
-        return YamlList(self._mark(event), self._tag(event), items)
+            items.append(self._build_node(child, depth + 1))
+        return YamlList(self._make_mark(event), self._normalize_tag(event), items)
 
-    def _map(self, event: Any, depth: int) -> YamlMap:
+    def _build_map(self, event: Any, depth: int) -> YamlMap:
         pairs = []
         while not isinstance(child := next(self._events), yaml.MappingEndEvent):
-            key = self._node(child, depth + 1)
+            key = self._build_node(child, depth + 1)
             if isinstance(key, YamlScalar) and key.text == "<<":
                 raise key.mark.error(
                     "'<<' merges no maps, as in Fawkes", "write the values, or use '*name' for a whole map"
                 )
-            pairs.append((key, self._node(next(self._events), depth + 1)))
-        return YamlMap(self._mark(event), self._tag(event), pairs)
+            pairs.append((key, self._build_node(next(self._events), depth + 1)))
+        return YamlMap(self._make_mark(event), self._normalize_tag(event), pairs)
 
-    def _tag(self, event: Any) -> str:
+    def _normalize_tag(self, event: Any) -> str:
         """Return the tag in the spelling of the files, without the exclamation mark.
 
         %TAG is valid for a single document, but yaml-cpp applies it to the next one. Tags with Fawkes' prefix

@@ -17,7 +17,7 @@ from typing import Final
 from msgspec import Struct
 
 from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
-from cxbridge.config.tags import INCLUDE_TAGS, unknown_tag
+from cxbridge.config.tags import INCLUDE_TAGS, unknown_tag_error
 from cxbridge.config.tree import ConfigNode, NodeKind, TreeBuilder, overlay
 from cxbridge.errors import ConfigError
 
@@ -32,7 +32,7 @@ class _FileToRead(Struct, frozen=True):
     file: Path
     mark: Mark
     chain: tuple[Path, ...] = ()
-    ignore_missing: bool = False
+    ignores_missing: bool = False
 
 
 class ConfigLoader:
@@ -65,7 +65,7 @@ class ConfigLoader:
 
     def load_folder(self, folder: Path) -> None:
         """Read all configuration files of a folder and their includes."""
-        self._queue.extend(_FileToRead(file, Mark()) for file in files_of(folder))
+        self._queue.extend(_FileToRead(file, Mark()) for file in config_files(folder))
         self._load_queue()
 
     def load_text(self, text: str | bytes, name: str) -> None:
@@ -75,26 +75,26 @@ class ConfigLoader:
 
     def _load_queue(self) -> None:
         while self._queue:
-            self._load(self._queue.popleft())
+            self._load_entry(self._queue.popleft())
         host_entry = self._host_file
         if host_entry is not None:  # last, so that its values take precedence
-            self._load(host_entry)
+            self._load_entry(host_entry)
             if self._queue:
                 hint = f"move the include into the file that names it ({host_entry.mark.file})"
                 raise ConfigError(
                     "a host-specific file may not include files", file=host_entry.file, hint=hint
                 )
 
-    def _load(self, entry: _FileToRead) -> None:
+    def _load_entry(self, entry: _FileToRead) -> None:
         if len(self.files) >= MAX_FILES:
             raise entry.mark.error(f"more than {MAX_FILES} files are included")
         try:
             data = entry.file.read_bytes()
         except OSError as error:
             # a file that exists but cannot be read is an error all the same
-            if entry.ignore_missing and isinstance(error, FileNotFoundError | NotADirectoryError):
+            if entry.ignores_missing and isinstance(error, FileNotFoundError | NotADirectoryError):
                 return
-            raise _unreadable(entry, error) from None
+            raise _unreadable_error(entry, error) from None
         self.files.append(entry.file)
         self._read(data, entry, str(entry.file))
 
@@ -121,16 +121,16 @@ class ConfigLoader:
 
     def _queue_includes(self, document: YamlNode, entry: _FileToRead) -> None:
         """Queue the includes in the first of two documents."""
-        if isinstance(document, YamlScalar) and document.null:
+        if isinstance(document, YamlScalar) and document.is_null:
             return
         if not isinstance(document, YamlMap):
             raise document.mark.error("the first of two documents must be a map, e.g. with 'include:'")
         for key, value in document.pairs:
             if isinstance(key, YamlScalar) and key.text == "include":
-                self._queue_list(value, entry)
+                self._queue_include_list(value, entry)
 
-    def _queue_list(self, value: YamlNode, entry: _FileToRead) -> None:
-        if isinstance(value, YamlScalar) and value.null:
+    def _queue_include_list(self, value: YamlNode, entry: _FileToRead) -> None:
+        if isinstance(value, YamlScalar) and value.is_null:
             return
         if not isinstance(value, YamlList):
             raise value.mark.error("'include' must be a list", "write each file on a separate line: '- FILE'")
@@ -140,8 +140,8 @@ class ConfigLoader:
                     "an include must be the name of a file, or of a folder with '/' at its end"
                 )
             if item.tag and item.tag not in INCLUDE_TAGS:
-                raise unknown_tag(item.tag, item.mark)
-            if not item.text or item.null or "\0" in item.text:
+                raise unknown_tag_error(item.tag, item.mark)
+            if not item.text or item.is_null or "\0" in item.text:
                 raise item.mark.error("this include names nothing", "name a file or a folder")
             self._queue_include(item, entry)
 
@@ -159,23 +159,23 @@ class ConfigLoader:
                 raise item.mark.error(
                     f"there is a host-specific file already ({mark.file}:{mark.line})", "keep one"
                 )
-            self._host_file = _FileToRead(path, item.mark, chain, ignore_missing=True)
+            self._host_file = _FileToRead(path, item.mark, chain, ignores_missing=True)
             return
-        optional = item.tag == "ignore-missing"
+        is_optional = item.tag == "ignore-missing"
         if name.endswith("/"):
-            self._queue_folder(path, item.mark, chain, optional=optional)
+            self._queue_folder(path, item.mark, chain, is_optional=is_optional)
         else:
-            self._enqueue(_FileToRead(path, item.mark, chain, optional))
+            self._enqueue(_FileToRead(path, item.mark, chain, is_optional))
 
-    def _queue_folder(self, folder: Path, mark: Mark, chain: tuple[Path, ...], *, optional: bool) -> None:
+    def _queue_folder(self, folder: Path, mark: Mark, chain: tuple[Path, ...], *, is_optional: bool) -> None:
         try:
-            files = files_of(folder)
+            files = config_files(folder)
         except OSError as error:
-            if optional and isinstance(error, FileNotFoundError):
+            if is_optional and isinstance(error, FileNotFoundError):
                 return
-            raise _unreadable(_FileToRead(folder, mark), error) from None
+            raise _unreadable_error(_FileToRead(folder, mark), error) from None
         for file in files:
-            self._enqueue(_FileToRead(file, mark, chain, optional))
+            self._enqueue(_FileToRead(file, mark, chain, is_optional))
 
     def _enqueue(self, entry: _FileToRead) -> None:
         if entry.file in entry.chain:
@@ -186,7 +186,7 @@ class ConfigLoader:
         self._queue.append(entry)
 
 
-def files_of(folder: Path) -> list[Path]:
+def config_files(folder: Path) -> list[Path]:
     """Return the configuration files of a folder, ``[a-zA-Z0-9_-]+.yaml``, sorted by name.
 
     :raises OSError: if the folder cannot be read.
@@ -194,7 +194,7 @@ def files_of(folder: Path) -> list[Path]:
     return sorted(file for file in folder.iterdir() if _FILE_IN_FOLDER.fullmatch(file.name))
 
 
-def _unreadable(entry: _FileToRead, error: OSError) -> ConfigError:
+def _unreadable_error(entry: _FileToRead, error: OSError) -> ConfigError:
     reason = (error.strerror or str(error)).lower()
     if not entry.mark.file:
         return ConfigError(f"cannot read the configuration: {reason}", file=entry.file)

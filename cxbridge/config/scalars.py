@@ -50,7 +50,7 @@ _NAN = {".nan", ".NaN", ".NAN"}
 _FLOAT32_OVERFLOW = float.fromhex("0x1.ffffffp127")
 
 
-def _integer(match: re.Match[str]) -> int:
+def _parse_integer(match: re.Match[str]) -> int:
     digits, base = match["decimal"], 10
     if match["hex"] is not None:
         digits, base = match["hex"], 16
@@ -66,7 +66,7 @@ def to_uint(text: str) -> int | None:
     match = _STRTOL.fullmatch(text)
     if match is None:
         return None
-    value = _integer(match)
+    value = _parse_integer(match)
     return value if 0 <= value <= LONG_MAX else None
 
 
@@ -84,7 +84,7 @@ def to_int(text: str) -> int | None:
     match = _STREAM_INT.fullmatch(text)
     if match is None:
         return None
-    value = _integer(match)
+    value = _parse_integer(match)
     return value if -INT_MAX - 1 <= value <= INT_MAX else None
 
 
@@ -112,7 +112,7 @@ def to_bool(text: str) -> bool | None:
     return None
 
 
-def type_of(text: str) -> ConfigType:
+def scalar_type(text: str) -> ConfigType:
     """Return the first type to which a scalar's text converts."""
     if to_uint(text) is not None:
         return ConfigType.UINT

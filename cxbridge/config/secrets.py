@@ -14,11 +14,11 @@ from typing import Final
 from msgspec.structs import replace
 
 from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
-from cxbridge.config.scalars import ConfigType, type_of
+from cxbridge.config.scalars import ConfigType, scalar_type
 from cxbridge.config.tree import ConfigValue
 from cxbridge.errors import ConfigError
 
-HIDDEN: Final = "(not told)"
+MASKED_TEXT: Final = "(not told)"
 """The text in place of a secret."""
 
 # The words of a name: api and Key in apiKey, API and Key in APIKey.
@@ -29,8 +29,8 @@ _ENDINGS: Final = tuple(
     for plural in ("", "s")
 )
 # The kinds of keys that are secrets, such as ``crypto-key`` or ``apikey``.
-_KEYS: Final = ("encryption", "crypto", "private", "api", "access", "shared", "auth", "signing")
-_KEY_ENDINGS: Final = tuple(f"{kind}key" for kind in _KEYS)
+_KEY_KINDS: Final = ("encryption", "crypto", "private", "api", "access", "shared", "auth", "signing")
+_KEY_ENDINGS: Final = tuple(f"{kind}key" for kind in _KEY_KINDS)
 # A path at which each key is a user, and each value a password or its hash.
 _USER_MAP: Final = re.compile(r"/*webview/+users/")
 
@@ -41,7 +41,7 @@ _TAG: Final = re.compile(r"!\S*[ \t]+")
 _USER: Final = re.compile(r"(?<=://)(?:[^\s/:@]*:\S*|[^\s/:@]+)@")
 # A parameter of a URI with the name of a secret: token=abc in http://host/?token=abc. A masked value is kept.
 _PARAMETER: Final = re.compile(
-    rf"([?&;][^=&;\s]*(?:{'|'.join(_ENDINGS)}|(?:{'|'.join(_KEYS)})[-_]?key)=)(?!\(not told\))[^&;#\s]+",
+    rf"([?&;][^=&;\s]*(?:{'|'.join(_ENDINGS)}|(?:{'|'.join(_KEY_KINDS)})[-_]?key)=)(?!\(not told\))[^&;#\s]+",
     re.IGNORECASE,
 )
 _PEM: Final = re.compile(r"-----BEGIN [A-Z ]*PRIVATE KEY-----")
@@ -68,64 +68,65 @@ def mask(path: str, text: str) -> str:
     :param path: the path of the value, empty if it is unknown.
     """
     if _PEM.search(text):
-        return HIDDEN
+        return MASKED_TEXT
     # a switch such as `use-password: true` tells nothing
-    if path and text and is_secret(path) and type_of(text) is not ConfigType.BOOL:
-        return HIDDEN
+    if path and text and is_secret(path) and scalar_type(text) is not ConfigType.BOOL:
+        return MASKED_TEXT
     if "://" in text:
-        text = _USER.sub(f"{HIDDEN}@", text)
-        text = _PARAMETER.sub(rf"\g<1>{HIDDEN}", text)
+        text = _USER.sub(f"{MASKED_TEXT}@", text)
+        text = _PARAMETER.sub(rf"\g<1>{MASKED_TEXT}", text)
     return text
 
 
-def masked(value: ConfigValue) -> ConfigValue:
+def mask_value(value: ConfigValue) -> ConfigValue:
     """Return a value without secrets."""
     items = tuple(mask(value.path, text) for text in value.items)
     return replace(value, text=mask(value.path, value.text), items=items)
 
 
-def without_secrets(data: bytes, name: str) -> bytes | None:
+def remove_secrets(data: bytes, name: str) -> bytes | None:
     """Return a configuration file without its secrets, or None if they cannot be removed.
 
     All other text is kept, including comments.
     """
     try:
-        secrets = _secrets(data, name)
+        secrets = _find_secrets(data, name)
         if not secrets:
             return data
         lines = data.decode("utf-8").split("\n")
-        for mark, text, harmless in sorted(secrets, reverse=True):  # from the end, where positions stay valid
-            lines[mark.line - 1] = _replace_scalar(lines[mark.line - 1], mark.column - 1, text, harmless)
-        masked_text = "\n".join(lines).encode()
+        # from the end, because a replacement moves the scalars after it
+        for mark, text, masked_text in sorted(secrets, reverse=True):
+            lines[mark.line - 1] = _replace_scalar(lines[mark.line - 1], mark.column - 1, text, masked_text)
+        masked_file = "\n".join(lines).encode()
         # a secret over several lines, for example, is still there
-        return None if _secrets(masked_text, name) else masked_text
+        return None if _find_secrets(masked_file, name) else masked_file
     except (ConfigError, UnicodeDecodeError, IndexError):
         return None
 
 
-def _secrets(data: bytes, name: str) -> set[tuple[Mark, str, str]]:
+def _find_secrets(data: bytes, name: str) -> set[tuple[Mark, str, str]]:
     """Return the places and texts of the secrets in a file, and the texts without secrets."""
     return {
-        (node.mark, node.text, harmless)
+        (node.mark, node.text, masked_text)
         for root in parse_documents(data, name)
-        for path, node in _scalars(root, "")
-        if (harmless := mask(path, node.text)) != node.text
+        for path, node in _walk_scalars(root, "")
+        if (masked_text := mask(path, node.text)) != node.text
     }
 
 
-def _scalars(node: YamlNode, path: str) -> Iterator[tuple[str, YamlScalar]]:
+def _walk_scalars(node: YamlNode, path: str) -> Iterator[tuple[str, YamlScalar]]:
     if isinstance(node, YamlScalar):
         yield path, node
     elif isinstance(node, YamlList):
         for item in node.items:
-            yield from _scalars(item, path)
+            yield from _walk_scalars(item, path)
     elif isinstance(node, YamlMap):
         for key, value in node.pairs:
             name = key.text if isinstance(key, YamlScalar) else ""
-            yield from _scalars(value, f"{path}/{name}")
+            yield from _walk_scalars(value, f"{path}/{name}")
 
 
-def _replace_scalar(line: str, begin: int, text: str, harmless: str) -> str:
+def _replace_scalar(line: str, begin: int, text: str, masked_text: str) -> str:
     """Return a line with the scalar at a position replaced.
 
     The line is unchanged if the scalar is written differently. A tag is dropped, because the new text may
@@ -134,8 +135,8 @@ def _replace_scalar(line: str, begin: int, text: str, harmless: str) -> str:
     properties = _PROPERTIES.match(line, begin)
     end = properties.end() if properties else begin
     for quote in ("", '"', "'"):
-        if line.startswith(written := quote + text + quote, end):
+        if line.startswith(source_text := quote + text + quote, end):
             anchor = _TAG.sub("", line[begin:end])
-            replacement = json.dumps(harmless, ensure_ascii=False)
-            return f"{line[:begin]}{anchor}{replacement}{line[end + len(written) :]}"
+            replacement = json.dumps(masked_text, ensure_ascii=False)
+            return f"{line[:begin]}{anchor}{replacement}{line[end + len(source_text) :]}"
     return line

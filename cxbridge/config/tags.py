@@ -55,7 +55,7 @@ def check_tag(node: YamlNode) -> None:
     if not node.tag:
         return
     if node.tag not in _CHECKS:
-        raise unknown_tag(node.tag, node.mark)
+        raise unknown_tag_error(node.tag, node.mark)
     check, expected = _CHECKS[node.tag]
     if not isinstance(node, YamlScalar):
         raise node.mark.error(f"!{node.tag} is for a single value", f"write {expected} after it")
@@ -63,7 +63,7 @@ def check_tag(node: YamlNode) -> None:
         raise node.mark.error(f"'{node.text}' is not what !{node.tag} stands for", f"write {expected}")
 
 
-def unknown_tag(tag: str, mark: Mark) -> ConfigError:
+def unknown_tag_error(tag: str, mark: Mark) -> ConfigError:
     """Return the error for an unknown or misplaced tag."""
     if tag in INCLUDE_TAGS:
         return mark.error(

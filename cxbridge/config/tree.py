@@ -13,7 +13,7 @@ from enum import Enum
 from msgspec import Struct, field, structs
 
 from cxbridge.config.documents import MAX_DEPTH, TOO_DEEP, Mark, YamlList, YamlMap, YamlNode, YamlScalar
-from cxbridge.config.scalars import ConfigType, type_of
+from cxbridge.config.scalars import ConfigType, scalar_type
 from cxbridge.config.tags import check_tag
 from cxbridge.errors import ConfigError
 
@@ -93,8 +93,8 @@ class ConfigValue(Struct, frozen=True):
         An empty list is a UINT, the first of the types. Null is an empty STRING.
         """
         if self.is_list:
-            return type_of(self.items[0]) if self.items else ConfigType.UINT
-        return type_of(self.text)
+            return scalar_type(self.items[0]) if self.items else ConfigType.UINT
+        return scalar_type(self.text)
 
     def error(self, message: str, hint: str | None = None) -> ConfigError:
         """Return an error with the file and line of this value."""
@@ -133,14 +133,14 @@ class TreeBuilder:
         if isinstance(node, YamlScalar):
             return (
                 ConfigNode(NodeKind.NULL, node.mark)
-                if node.null
+                if node.is_null
                 else ConfigNode(NodeKind.SCALAR, node.mark, node.text)
             )
         if isinstance(node, YamlMap):
-            return self._map(node, depth)
-        return self._list(node, depth)
+            return self._build_map(node, depth)
+        return self._build_list(node, depth)
 
-    def _list(self, node: YamlList, depth: int) -> ConfigNode:
+    def _build_list(self, node: YamlList, depth: int) -> ConfigNode:
         if not node.items:
             return ConfigNode(NodeKind.LIST, node.mark)
         if isinstance(node.items[0], YamlMap):
@@ -148,12 +148,12 @@ class TreeBuilder:
             return ConfigNode(NodeKind.MAPS, node.mark, children=children)
         return ConfigNode(NodeKind.LIST, node.mark, items=tuple(_item_text(item) for item in node.items))
 
-    def _map(self, node: YamlMap, depth: int) -> ConfigNode:
+    def _build_map(self, node: YamlMap, depth: int) -> ConfigNode:
         root = ConfigNode(NodeKind.MAP, node.mark)
         for key_node, value_node in node.pairs:
             *parents, key = _key_elements(key_node)
-            inner = depth + len(parents) + 1
-            if inner > MAX_DEPTH:
+            child_depth = depth + len(parents) + 1
+            if child_depth > MAX_DEPTH:
                 raise key_node.mark.error(TOO_DEEP)
             node_above = root
             for element in parents:  # a key may be a path, as in 'a/b: 1'
@@ -162,22 +162,24 @@ class TreeBuilder:
                     raise key_node.mark.error(
                         f"'{element}' is {node_above.kind.value} in line {node_above.mark.line}, not a map"
                     )
-            value = self.build(value_node, inner)
-            earlier = node_above.children.get(key)
-            if earlier is not None:
-                self._report_duplicate(key, earlier, value, key_node.mark)
+            value = self.build(value_node, child_depth)
+            earlier_node = node_above.children.get(key)
+            if earlier_node is not None:
+                self._report_duplicate(key, earlier_node, value, key_node.mark)
             node_above.children[key] = value
         return root
 
-    def _report_duplicate(self, key: str, earlier: ConfigNode, value: ConfigNode, mark: Mark) -> None:
+    def _report_duplicate(self, key: str, earlier_node: ConfigNode, value: ConfigNode, mark: Mark) -> None:
         """Report a duplicate key: a warning for equal kinds, where the later value is used as in Fawkes."""
-        if earlier.kind is not value.kind:
+        if earlier_node.kind is not value.kind:
             raise mark.error(
-                f"'{key}' is {value.kind.value} here, but {earlier.kind.value} in line {earlier.mark.line}",
+                f"'{key}' is {value.kind.value} here, "
+                f"but {earlier_node.kind.value} in line {earlier_node.mark.line}",
                 "the key is defined twice: keep one of them",
             )
         self.warnings.append(
-            f"{mark.file}:{mark.line}: '{key}' replaces all that it was given in line {earlier.mark.line}"
+            f"{mark.file}:{mark.line}: '{key}' replaces all that it was given "
+            f"in line {earlier_node.mark.line}"
         )
 
 
@@ -189,7 +191,7 @@ def _item_text(node: YamlNode) -> str:
             "give the inner list a name: '- name: [..]'" if isinstance(node, YamlList) else None,
         )
     check_tag(node)
-    return "null" if node.null else node.text
+    return "null" if node.is_null else node.text
 
 
 def _key_elements(node: YamlNode) -> list[str]:

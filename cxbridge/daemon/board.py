@@ -19,10 +19,14 @@ if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface, Message
 
 DAEMON_ID = "cxbridge"
+"""The id of DaemonInterface and RequestInterface."""
+
 EXPLAIN_TYPE = "ExplainInterface"
 EXPLAIN_ID = "cxbridge"
 REQUEST_TYPE = "RequestInterface"
 OWNER = "cxbridge daemon"
+"""The owner of the daemon's interfaces, for lists of readers and writers."""
+
 MAX_COMMANDS = 16
 """The maximal number of waiting commands; further ones are refused, since a stuck loop processes none."""
 
@@ -60,12 +64,12 @@ class DaemonBoard:
         daemon: Any = board.open_for_writing(
             "DaemonInterface", DAEMON_ID, owner=OWNER, queue_limit=MAX_COMMANDS
         )
-        self._daemon = daemon
-        self._components: dict[str, Any] = {}
+        self._daemon_interface = daemon
+        self._component_interfaces: dict[str, Any] = {}
         for position, name in enumerate(components, 1):
             interface: Any = board.open_for_writing("ComponentInterface", name, owner=OWNER)
             interface.position = position
-            self._components[name] = interface
+            self._component_interfaces[name] = interface
         daemon.pid = os.getpid()
         daemon.started = board.clock.now_us()
         daemon.version = VERSION
@@ -79,47 +83,47 @@ class DaemonBoard:
         :param state: the name of a ``DaemonState``.
         """
         with self._lock:
-            if not self._daemon.valid:
+            if not self._daemon_interface.valid:
                 # the blackboard is closed; the watchdog or the end of the daemon may publish afterwards
                 return
             for status in components:
-                interface = self._components[status.name]
+                interface = self._component_interfaces[status.name]
                 interface.state = int(status.state)
                 interface.since = status.since_us
                 interface.reason = status.reason
                 self._write(interface)
-            self._daemon.state = state
-            self._write(self._daemon)
+            self._daemon_interface.state = state
+            self._write(self._daemon_interface)
 
-    def note(self, *, endpoints: Sequence[str] | None = None, error: str | None = None) -> None:
+    def set_fields(self, *, endpoints: Sequence[str] | None = None, error: str | None = None) -> None:
         """Set the endpoints or the error, which the next :meth:`publish` writes."""
         with self._lock:
-            if self._daemon.valid:
+            if self._daemon_interface.valid:
                 if endpoints is not None:
-                    self._daemon.endpoints = " ".join(endpoints)
+                    self._daemon_interface.endpoints = " ".join(endpoints)
                 if error is not None:
-                    self._daemon.error = error
+                    self._daemon_interface.error = error
 
     @staticmethod
     def _write(interface: Any) -> None:
-        # without a change no write, except for the first one, which readers wait for
+        # An unchanged interface is not written again. The first write happens always: readers wait for it.
         if interface.changed or not interface.timestamp_us:
             interface.write()
 
     def next_command(self) -> tuple[str, int] | None:
         """Remove the oldest command; return its name and the id of its message."""
-        if self._daemon.msgq_empty():
+        if self._daemon_interface.msgq_empty():
             return None
-        message = self._daemon.msgq_pop()
+        message = self._daemon_interface.msgq_pop()
         return None if message is None else (COMMANDS.get(message.type, ""), message.id)
 
     def acknowledge(self, msgid: int) -> None:
         """Set the id of the last processed message, which the next :meth:`publish` writes."""
         with self._lock:
-            if self._daemon.valid:
-                self._daemon.msgid = msgid
+            if self._daemon_interface.valid:
+                self._daemon_interface.msgid = msgid
                 # a repeated command may leave all values equal, but its client waits for a change
-                self._daemon.mark_data_changed()
+                self._daemon_interface.mark_data_changed()
 
 
 class _MessageListener(Listener):

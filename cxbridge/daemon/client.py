@@ -22,8 +22,10 @@ if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface, Message
 
 OWNER = "cxbridge daemon client"
+"""The owner of a client's interfaces, for lists of readers and writers."""
+
 SKILLER = "SkillerInterface"
-_TYPE = "DaemonInterface"
+_DAEMON_TYPE = "DaemonInterface"
 
 MAX_ARGUMENT_BYTES: Final = 8191
 """The maximal bytes of a request's arguments as JSON."""
@@ -39,9 +41,9 @@ def _has_writer(board: BlackBoard, interface_type: str, interface_id: str) -> bo
     return any(info.has_writer for info in board.list(interface_type, interface_id))
 
 
-def _check(board: BlackBoard) -> None:
+def _check_daemon(board: BlackBoard) -> None:
     """Raise an error if the blackboard does not belong to a daemon."""
-    if not _has_writer(board, _TYPE, DAEMON_ID):
+    if not _has_writer(board, _DAEMON_TYPE, DAEMON_ID):
         raise BlackBoardError(
             "this blackboard has no daemon", hint="only 'cxbridge daemon' reports its components"
         )
@@ -55,9 +57,9 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
 
     :raises BlackBoardError: if there is no daemon.
     """
-    _check(board)
+    _check_daemon(board)
     with Feed(board, OWNER) as feed:
-        daemon = feed.now(feed.open(_TYPE, DAEMON_ID)).values
+        daemon = feed.now(feed.open(_DAEMON_TYPE, DAEMON_ID)).values
         skillers = [
             (info.id, feed.open(info.type, info.id)) for info in board.list(SKILLER) if info.has_writer
         ]
@@ -92,26 +94,26 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
     }
 
 
-def command(board: BlackBoard, verb: str, timeout_s: float) -> bool:
+def send_command(board: BlackBoard, verb: str, timeout_s: float) -> bool:
     """Send ``Pause``, ``Resume``, ``Reset``, ``Interrupt`` or ``Shutdown``; return whether it was done.
 
     :raises BlackBoardError: if there is no daemon.
     """
-    _check(board)
+    _check_daemon(board)
     with Feed(board, OWNER) as feed:
-        interface = feed.open(_TYPE, DAEMON_ID)
+        interface = feed.open(_DAEMON_TYPE, DAEMON_ID)
         message = interface.create_message(f"{verb}Message")
-        for change in _replies(feed, interface, message, timeout_s):
+        for change in _send_and_follow(feed, interface, message, timeout_s):
             # a daemon that shuts down closes its interface instead of a reply
             if change.kind == "writer removed" or change.values["msgid"] == message.id:
                 return True
     return False
 
 
-def _replies(
+def _send_and_follow(
     feed: Feed, interface: Interface, message: Message, timeout_s: float
 ) -> Iterator[InterfaceChange]:
-    """Send a message and yield the changes of the interface afterwards, until the timeout."""
+    """Send a message and yield the later changes of the interface, until the timeout."""
     deadline = Deadline(timeout_s)
     before = feed.now(interface)
     interface.msgq_enqueue(message)
@@ -122,7 +124,7 @@ def _replies(
             yield change
 
 
-def _result(change: InterfaceChange) -> dict[str, Any]:
+def _parse_reply(change: InterfaceChange) -> dict[str, Any]:
     """Return the reply in the field ``answer``.
 
     :raises CxbridgeError: if the daemon has ended.
@@ -157,16 +159,16 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
         interface = feed.open(EXPLAIN_TYPE, EXPLAIN_ID)
         message: Any = interface.create_message("WhyMessage")
         message.name, message.kind, message.rules = name, kind, rules
-        for change in _replies(feed, interface, message, timeout_s):
-            reply = _result(change)
+        for change in _send_and_follow(feed, interface, message, timeout_s):
+            reply = _parse_reply(change)
             if change.values["msgid"] == message.id:
                 _check_reply(reply)
                 return reply
     return None
 
 
-def check_executive(board: BlackBoard) -> None:
-    """Raise an error if the blackboard does not belong to a daemon."""
+def check_serves_requests(board: BlackBoard) -> None:
+    """Raise an error if the blackboard has no daemon that takes requests."""
     if not _has_writer(board, REQUEST_TYPE, DAEMON_ID):
         raise BlackBoardError("there is no daemon here", hint="only 'cxbridge daemon' takes such requests")
 
@@ -177,7 +179,7 @@ def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) ->
     :returns: a JSON value.
     :raises CxbridgeError: if there is no daemon, or it refuses, or does not reply in time.
     """
-    check_executive(board)
+    check_serves_requests(board)
     text, token = json.dumps(arguments), uuid4().hex
     if len(text) > MAX_ARGUMENT_BYTES:
         raise CxbridgeError(
@@ -187,9 +189,9 @@ def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) ->
         interface = feed.open(REQUEST_TYPE, DAEMON_ID)
         message: Any = interface.create_message("AskMessage")
         message.verb, message.arguments, message.token = verb, text, token
-        for change in _replies(feed, interface, message, timeout_s):
-            # compares tokens, because the same field holds the replies to all clients
-            reply = _result(change)
+        for change in _send_and_follow(feed, interface, message, timeout_s):
+            # the same field holds the replies to all clients, so the token tells them apart
+            reply = _parse_reply(change)
             if reply.get("token") == token:
                 _check_reply(reply)
                 return reply["result"]

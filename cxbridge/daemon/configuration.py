@@ -1,4 +1,4 @@
-"""The configuration of a daemon with its options."""
+"""The configuration of a daemon: a scenario or a Fawkes configuration, overlays, and the options on top."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cxbridge.config import Configuration
 from cxbridge.daemon.options import DaemonOptions
-from cxbridge.daemon.settings import DaemonSettings, core_of
+from cxbridge.daemon.settings import DaemonSettings, read_core
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
 from cxbridge.run.agent import RunBase
@@ -25,7 +25,7 @@ def make_daemon_base(options: DaemonOptions) -> tuple[RunBase, DaemonSettings]:
     :raises CxbridgeError: if a file is missing or invalid, or a setting is invalid.
     """
     config, file = read_configuration(options)
-    settings = DaemonSettings.of(config)
+    settings = DaemonSettings.from_config(config)
     clock = clock_of(settings.clock, config, file.parent)
     bus = EventBus(clock)
     loop = make_main_loop(source_of(_source_options(options)).loop_period_us(config), bus)
@@ -71,8 +71,8 @@ def make_run_options(options: DaemonOptions, config: Configuration, settings: Da
         scenario=options.config if source_of(source_options).is_named else DEFAULT_CONFIG,
         spec=options.spec,
         agent=options.agent,
-        core=core_of(config),
-        clock="real",
+        core=read_core(config),
+        clock="real",  # not used: make_daemon_base has made the daemon's clock
         trace=settings.trace,
         trace_level=settings.trace_level,
         trace_files=settings.trace_files,

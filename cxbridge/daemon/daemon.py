@@ -70,7 +70,7 @@ class Daemon(Run):
         """The endpoints of the started servers."""
         self._state = "STARTING"
         self._next_watch_us = 0
-        self._thread = 0  # the thread of :meth:`run`; 0 before it
+        self._thread_id = 0  # the thread of :meth:`run`; 0 before it
         self._notifier = Notifier()
         self.node: ExecutiveNode | None = None
         """The executive for clients, None without one."""
@@ -87,7 +87,7 @@ class Daemon(Run):
         )
         nodes = self.lifecycle.nodes
         self.status = DaemonBoard(
-            self.board, [node.name for node in nodes], self.clock.name, self._take_message
+            self.board, [node.name for node in nodes], self.clock.name, self._process_urgent_message
         )
         self._requests = DaemonRequests(
             self.board,
@@ -110,12 +110,12 @@ class Daemon(Run):
 
     def _make_nodes(self) -> None:
         """Make the nodes of all components; each node makes its component when it is configured."""
-        nodes = [self._node(row) for row in needed_components(self, *DAEMON_COMPONENTS)]
+        nodes = [self._make_node(row) for row in needed_components(self, *DAEMON_COMPONENTS)]
         self.lifecycle = ComponentManager(
             nodes, self.clock, self.log, policy=self.settings.on_failure, on_change=self._publish
         )
 
-    def _node(self, row: Row) -> ManagedNode[Any]:
+    def _make_node(self, row: Row) -> ManagedNode[Any]:
         kind = COMPONENTS.load(row)
 
         def make() -> Any:
@@ -149,7 +149,7 @@ class Daemon(Run):
         for endpoint in endpoints:
             self.log.info(f"Serving {purpose} at {endpoint}")
         self.endpoints += endpoints
-        self.status.note(endpoints=self.endpoints)
+        self.status.set_fields(endpoints=self.endpoints)
 
     def run(self) -> int:
         """Start the components, work until a signal, a command or a failure, and stop.
@@ -157,10 +157,10 @@ class Daemon(Run):
         :returns: the exit status: 0 after a requested stop, 4 after a failure.
         :raises CxbridgeError: if a component fails to start and the policy is to stop.
         """
-        self._thread = get_ident()
+        self._thread_id = get_ident()
         for warning in self.warnings:
             self.bus.logger("Config").warn(warning)
-        with Interrupt(self.stop, self._force, service=True) as interrupt:
+        with Interrupt(self.stop, self._interrupt_rules, service=True) as interrupt:
             self.stalls.watchdog.start()
             try:
                 with self.loop.busy():
@@ -169,20 +169,20 @@ class Daemon(Run):
                     # an interrupted start may have failed only because of the interrupt
                     self.lifecycle.failure = ""
                 elif self.lifecycle.failure:
-                    raise self._with_component(self.lifecycle.failure_error)
+                    raise self._startup_error(self.lifecycle.failure_error)
                 else:
-                    self._work()
+                    self._run_loop()
             finally:
                 interrupt.give_time(GOODBYE_S)
                 with self.loop.busy():
-                    self._wind_up()
+                    self._shut_down()
                 self.stalls.watchdog.stop()
                 self.clock.close()
         if isinstance(self.lifecycle.failure_error, BrokenAgentError):
             raise self.lifecycle.failure_error  # a mistake in a file that was loaded after the start
         return FAULT if self.lifecycle.failure else 0
 
-    def _with_component(self, error: Exception) -> Exception:
+    def _startup_error(self, error: Exception) -> Exception:
         """Return a mistake of the user unchanged, and any other error with the name of the component."""
         if isinstance(error, CxbridgeError) or (isinstance(error, OSError) and error.filename is not None):
             return error
@@ -190,10 +190,10 @@ class Daemon(Run):
         component_error.__cause__ = error
         return component_error
 
-    def _work(self) -> None:
+    def _run_loop(self) -> None:
         """Report readiness and run the main loop."""
-        self._settle()
-        self._notifier.ready(f"serving at {', '.join(self.endpoints) or 'nowhere'}")
+        self._update_state()
+        self._notifier.report_ready(f"serving at {', '.join(self.endpoints) or 'nowhere'}")
         self.log.info("Ready")
         self.loop.run(lambda: bool(self.lifecycle.failure))
 
@@ -201,7 +201,7 @@ class Daemon(Run):
         """Make :meth:`run` return soon; callable from any thread."""
         self.loop.stop()
 
-    def _force(self) -> None:
+    def _interrupt_rules(self) -> None:
         """Interrupt rules that do not end; callable from any thread."""
         if self.node is None:
             return
@@ -211,9 +211,9 @@ class Daemon(Run):
         else:
             self.node.abort_rule()
 
-    def _wind_up(self) -> None:
+    def _shut_down(self) -> None:
         self.stop()
-        self._notifier.stopping()
+        self._notifier.report_stopping()
         self.log.info("Stopping")
         self._state = "STOPPING"
         if self.plugins is not None:
@@ -222,7 +222,7 @@ class Daemon(Run):
         self.lifecycle.shutdown()
         self.log.info("Stopped")
 
-    def _take_message(self, message: str) -> None:
+    def _process_urgent_message(self, message: str) -> None:
         """Process a command on arrival that a stuck loop cannot process."""
         if not self.settings.rights.control or message == "ResumeMessage":
             return  # the rules that a client resumes are stopped at a breakpoint, not stuck
@@ -237,24 +237,24 @@ class Daemon(Run):
             self.log.info("The loop continues")
         elif self.loop.stopping:
             self.stalls.watchdog.interrupt()  # the servers are stopping, so no client can interrupt the rules
-        self._notifier.status("goes on" if stall is None else str(stall))
+        self._notifier.report_status("goes on" if stall is None else str(stall))
         self._publish()
 
     def _poll(self) -> None:
         """Process commands, and check the components once a second."""
         while (command := self.status.next_command()) is not None:
-            self._command(*command)
+            self._process_command(*command)
         if self.plugins is not None and self.plugins.poll():
-            self._settle()
+            self._update_state()
         self._requests.process_next()
         now_us = self.clock.now_us()
         if now_us >= self._next_watch_us:
             self._next_watch_us = now_us + _WATCH_US
             self.lifecycle.watch()
-            self._notifier.alive()
-            self._settle()
+            self._notifier.report_alive()
+            self._update_state()
 
-    def _command(self, verb: str, msgid: int) -> None:
+    def _process_command(self, verb: str, msgid: int) -> None:
         rights = self.settings.rights
         if not rights.allow(Right.CONTROL):  # the servers have refused it already
             self.log.warn(f"Refusing to {verb}: {rights.why_not(Right.CONTROL)}")
@@ -263,7 +263,7 @@ class Daemon(Run):
         self.status.acknowledge(0)
         self.carry_out(verb)
         self.status.acknowledge(msgid)
-        self._settle()
+        self._update_state()
 
     def carry_out(self, verb: str) -> None:
         """Process a command of a client, between two steps of the main loop.
@@ -272,7 +272,7 @@ class Daemon(Run):
 
         :raises RuntimeError: in another thread than that of :meth:`run`.
         """
-        if get_ident() != self._thread:
+        if get_ident() != self._thread_id:
             raise RuntimeError("a daemon's commands are carried out by its main loop: send it a message")
         if verb == "interrupt":
             return  # processed on arrival
@@ -283,7 +283,7 @@ class Daemon(Run):
             getattr(self.lifecycle, verb)()
         if verb == "resume":
             self._requests.resume()
-        self._settle()
+        self._update_state()
 
     @property
     def state(self) -> str:
@@ -308,9 +308,9 @@ class Daemon(Run):
         try:
             self.lifecycle.change_one(name, transition)
         finally:
-            self._settle()
+            self._update_state()
 
-    def _settle(self) -> None:
+    def _update_state(self) -> None:
         """Compute and publish the state of the daemon."""
         states = {status.state for status in self.lifecycle.status()}
         if self.lifecycle.paused:
@@ -325,5 +325,5 @@ class Daemon(Run):
         components = self.status_of_components()
         errors = [f"{status.name}: {status.reason}" for status in components if status.reason]
         error = errors[0] if errors else self.stalls.text
-        self.status.note(error="" if self._state == "PAUSED" else error)
+        self.status.set_fields(error="" if self._state == "PAUSED" else error)
         self.status.publish(self.state, components)

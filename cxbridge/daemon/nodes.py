@@ -54,9 +54,8 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
         if self._checks is not None:
             self._checks.look()
             if self._checks.all_initialized:
-                self._checks = (
-                    None  # from now on clients may load files, whose mistakes must not end the daemon
-                )
+                # from now on clients may load files, whose mistakes must not end the daemon
+                self._checks = None
         if self._configured and self.component is not None:
             self.component.manager.run_extra()
 

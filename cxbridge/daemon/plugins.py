@@ -1,7 +1,7 @@
 """The components of a daemon as plugins for Fawkes' ffplugin.
 
-The server's threads put requests into a queue and wait; the main loop, in whose thread components start and
-stop, takes them.
+Components start and stop in the thread of the main loop. Therefore the server's threads put their requests
+into a queue and wait until the main loop has processed them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cxbridge.run.components.manager import ComponentManager, LifecycleError, St
 if TYPE_CHECKING:
     from cxbridge.blackboard.fawkesnet.components.plugins import PluginManager
 
-ANSWER_S = 30.0
+REPLY_TIMEOUT_S = 30.0
 """The time limit of loading or unloading in seconds: an executive loads all files of an agent."""
 
 
@@ -28,9 +28,9 @@ class _Request:
     def __init__(self, name: str, *, load: bool) -> None:
         self.name = name
         self.load = load
-        self.done = threading.Event()
+        self.processed = threading.Event()
         self.error: CxbridgeError | None = None
-        self._claimed = threading.Lock()  # never released
+        self._claimed = threading.Lock()  # never released: Python has no other atomic test-and-set
 
     def claim(self) -> bool:
         """Claim the request; only the first claim succeeds.
@@ -43,13 +43,13 @@ class _Request:
 class DaemonPlugins:
     """Starts and stops components for other threads, in the thread of the main loop.
 
-    :param manager: the manager of the components; components that serve clients are not plugins.
-    :param allowed: whether clients may load and unload.
+    :param manager: the manager of the components. Steady components serve the clients and are not plugins.
+    :param allowed: whether clients may load and unload plugins.
     """
 
     def __init__(self, manager: ComponentManager, *, allowed: bool) -> None:
         self._manager = manager
-        self._allowed = allowed
+        self._may_change = allowed
         self._requests: deque[_Request] = deque()
         self._closed = False
         self._notified: list[str] = []
@@ -80,15 +80,15 @@ class DaemonPlugins:
         self._request(_Request(name.strip(), load=False))
 
     def _request(self, request: _Request) -> None:
-        if not self._allowed:
+        if not self._may_change:
             raise LifecycleError("clients may not load or unload anything: cxbridge/remote-control is off")
         # appended before the check: a concurrent close() either refuses the request or is noticed here
         self._requests.append(request)
         if self._closed:
             raise LifecycleError("the daemon is stopping")
-        if not request.done.wait(ANSWER_S):
-            late = "nothing is done any more" if request.claim() else "it is being done now"
-            raise LifecycleError(f"{request.name}: no answer within {ANSWER_S:g} s, {late}")
+        if not request.processed.wait(REPLY_TIMEOUT_S):
+            state = "the request is withdrawn" if request.claim() else "the request is being processed"
+            raise LifecycleError(f"{request.name}: no answer within {REPLY_TIMEOUT_S:g} s, {state}")
         if request.error is not None:
             raise request.error
 
@@ -104,19 +104,19 @@ class DaemonPlugins:
                 (self._manager.start_one if request.load else self._manager.stop_one)(request.name)
             except CxbridgeError as error:
                 request.error = error
-            request.done.set()
+            request.processed.set()
         return has_processed
 
     def notify_watchers(self) -> None:
         """Notify the watchers of plugins that were loaded or unloaded since the last call."""
-        before, loaded = self._notified, list(self.loaded())
+        previous, loaded = self._notified, list(self.loaded())
         self._notified = loaded
         if self.watchers is not None:
-            for name in before:
+            for name in previous:
                 if name not in loaded:
                     self.watchers.notify_unloaded(name)
             for name in loaded:
-                if name not in before:
+                if name not in previous:
                     self.watchers.notify_loaded(name)
 
     def close(self) -> None:
@@ -125,4 +125,4 @@ class DaemonPlugins:
         while self._requests:
             request = self._requests.popleft()
             request.error = LifecycleError("the daemon is stopping")
-            request.done.set()
+            request.processed.set()

@@ -27,19 +27,19 @@ class Notifier:
         # @ stands for the NUL byte with which the system call starts the name of an abstract socket
         self._address = "\0" + path[1:] if path.startswith("@") else path
 
-    def ready(self, status: str) -> None:
+    def report_ready(self, status: str) -> None:
         """Report readiness with a status text."""
         self._send(f"READY=1\nSTATUS={one_line(status)}")
 
-    def status(self, text: str) -> None:
+    def report_status(self, text: str) -> None:
         """Report a status text of one line."""
         self._send(f"STATUS={text}")
 
-    def alive(self) -> None:
+    def report_alive(self) -> None:
         """Report activity to systemd's watchdog."""
         self._send("WATCHDOG=1")
 
-    def stopping(self) -> None:
+    def report_stopping(self) -> None:
         """Report that the process is stopping."""
         self._send("STOPPING=1")
 

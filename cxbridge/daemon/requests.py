@@ -10,7 +10,7 @@ from itertools import count, islice
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.daemon.board import DAEMON_ID, OWNER, REQUEST_TYPE
-from cxbridge.daemon.operations.operation import OperationContext, ParameterError, plain
+from cxbridge.daemon.operations.operation import OperationContext, ParameterError, to_json
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, EventBus, LogLine, SkillStatus
 from cxbridge.executive.host.values import show
@@ -54,7 +54,7 @@ class DaemonState:
         self._lines: deque[tuple[int, str, str, str]] = deque(maxlen=MAX_LINES)
         self._numbers = count(1)
         self._lock = threading.Lock()
-        self._skills: dict[str, tuple[str, str]] = {}
+        self._skills: dict[str, tuple[str, str]] = {}  # the skill string and its status by Skiller
         bus.subscribe(self._record_event, LogLine, SkillStatus)
 
     def _record_event(self, event: Event) -> None:
@@ -74,18 +74,18 @@ class DaemonState:
             contain it, and their ancestors.
         """
         since, limit = int(parameters.get("since", 0)), int(parameters.get("goals", MAX_GOALS))
-        goals = self._goals(str(parameters.get("words", "")).lower())
+        goals = self._goal_rows(str(parameters.get("words", "")).lower())
         return {
             "time_us": self._clock.now_us(),
             "loops": 0 if self._loop is None else self._loop.loops,
             "goals": goals[:limit],
             "more_goals": max(0, len(goals) - limit),
-            "actions": self._actions(),
+            "actions": self._action_rows(),
             "skills": [[skiller, *status] for skiller, status in sorted(self._skills.items())],
             "log": [line for line in tuple(self._lines) if line[0] > since],
         }
 
-    def _goals(self, words: str) -> list[dict[str, str]]:
+    def _goal_rows(self, words: str) -> list[dict[str, str]]:
         """Return the goals that contain a text, and their ancestors; all goals if it is empty."""
         if self._node is None:
             return []
@@ -101,7 +101,7 @@ class DaemonState:
         )
         return [row for goal, row in rows.items() if goal in goals]
 
-    def _actions(self) -> list[dict[str, str]]:
+    def _action_rows(self) -> list[dict[str, str]]:
         """Return the slots of the present plan-actions that tools show."""
         env = None if self._node is None else self._node.env
         if env is None:
@@ -206,12 +206,12 @@ class DaemonRequests:
         try:
             reply: dict[str, Any] = {"result": self._carry_out(verb, arguments)}
         except CxbridgeError as error:
-            reply = _refusal(error)
+            reply = _error_reply(error)
         except Exception as error:  # noqa: BLE001 - no request may end a daemon
-            reply = _refusal(CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}"))
+            reply = _error_reply(CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}"))
         text = json.dumps(reply | {"token": token})
         if len(text) > _MAX_REPLY_BYTES:
-            reply = _refusal(CxbridgeError("the answer is too long", hint="ask for less"))
+            reply = _error_reply(CxbridgeError("the answer is too long", hint="ask for less"))
             text = json.dumps(reply | {"token": token})
         self._interface.answer = text
         self._interface.mark_data_changed()
@@ -228,17 +228,17 @@ class DaemonRequests:
             )
         if operation.right is not Right.LOOK:
             self.context.rights.check(operation.right, verb)
-            self._log.info(f"A client asks: {verb} {_loggable(arguments)}")
+            self._log.info(f"A client asks: {verb} {_log_excerpt(arguments)}")
         values = _parse(verb, arguments)
         try:
-            return plain(operation.carry_out(self.context, operation.parse(values)))
+            return to_json(operation.carry_out(self.context, operation.parse(values)))
         except ParameterError as error:
             raise CxbridgeError(f"the arguments of {verb} are wrong: {error.message}") from None
         except (KeyError, OverflowError, TypeError, ValueError) as error:
             raise CxbridgeError(f"the arguments of {verb} are wrong: {error!r}") from None
 
 
-def _loggable(text: str) -> str:
+def _log_excerpt(text: str) -> str:
     """Return the start of a client's text on one line, so that it cannot imitate other log lines."""
     return one_line(text[:_MAX_LOGGED])
 
@@ -254,6 +254,6 @@ def _parse(verb: str, arguments: str) -> Mapping[str, Any]:
     return values
 
 
-def _refusal(error: CxbridgeError) -> dict[str, Any]:
-    place = f"{error.location}: " if error.location else ""
-    return {"error": place + error.message, "hint": error.hint}
+def _error_reply(error: CxbridgeError) -> dict[str, Any]:
+    location = f"{error.location}: " if error.location else ""
+    return {"error": location + error.message, "hint": error.hint}

@@ -1,4 +1,4 @@
-"""The servers of a daemon: ZeroMQ, and Fawkes' protocol for Fawkes' tools."""
+"""The components of a daemon that serve its blackboard: over ZeroMQ, and over Fawkes' protocol."""
 
 from __future__ import annotations
 
@@ -41,22 +41,22 @@ class ServerComponent(Component, ABC, Generic[ServerType]):
         self._server: ServerType | None = None
 
     @abstractmethod
-    def make(self) -> ServerType:
+    def make_server(self) -> ServerType:
         """Make the server."""
 
     @abstractmethod
-    def endpoints(self, server: ServerType) -> list[str]:
+    def list_endpoints(self, server: ServerType) -> list[str]:
         """Return the URLs of a started server."""
 
     def activate(self) -> None:
-        server = self.make()
+        server = self.make_server()  # anew each time, because a stopped server does not start again
         try:
             server.start()
         except Exception:
             server.stop()  # one of several endpoints may be open
             raise
         self._server = server
-        self._daemon.add_endpoints(self.endpoints(server))
+        self._daemon.add_endpoints(self.list_endpoints(server))
 
     def deactivate(self) -> None:
         server, self._server = self._server, None
@@ -67,7 +67,7 @@ class ServerComponent(Component, ABC, Generic[ServerType]):
 class ZmqComponent(ServerComponent[ZmqBlackBoardServer]):
     """Serves the blackboard over ZeroMQ."""
 
-    def make(self) -> ZmqBlackBoardServer:
+    def make_server(self) -> ZmqBlackBoardServer:
         """Make the server, with CURVE if there are keys."""
         raise_file_limit()
         settings, keys = self._daemon.settings, None
@@ -81,7 +81,7 @@ class ZmqComponent(ServerComponent[ZmqBlackBoardServer]):
             rights=settings.rights,
         )
 
-    def endpoints(self, server: ZmqBlackBoardServer) -> list[str]:
+    def list_endpoints(self, server: ZmqBlackBoardServer) -> list[str]:
         """Return the URLs with their actual ports."""
         return server.endpoints
 
@@ -89,7 +89,7 @@ class ZmqComponent(ServerComponent[ZmqBlackBoardServer]):
 class FawkesComponent(ServerComponent[FawkesServer]):
     """Serves the blackboard over Fawkes' protocol."""
 
-    def make(self) -> FawkesServer:
+    def make_server(self) -> FawkesServer:
         """Make the server."""
         raise_file_limit()
         daemon = self._daemon
@@ -112,7 +112,7 @@ class FawkesComponent(ServerComponent[FawkesServer]):
             rights=rights,
         )
 
-    def endpoints(self, server: FawkesServer) -> list[str]:
+    def list_endpoints(self, server: FawkesServer) -> list[str]:
         """Return the URL with its actual port."""
         host = f"[{server.host}]" if ":" in server.host else server.host
         return [f"fawkes://{host}:{server.port}"]

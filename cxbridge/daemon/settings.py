@@ -101,53 +101,53 @@ class DaemonSettings:
     bblog: Path | None
 
     @classmethod
-    def of(cls, config: Configuration) -> DaemonSettings:
+    def from_config(cls, config: Configuration) -> DaemonSettings:
         """Read the settings of a configuration.
 
         :raises ConfigError: if a setting is unknown or invalid.
         """
         _refuse_unknown(config)
 
-        def text(name: str, default: str) -> str:
+        def read_text(name: str, default: str) -> str:
             return config.get_str(f"{TREE}/{name}", default=default)
 
-        def file(name: str) -> Path | None:
+        def read_file(name: str) -> Path | None:
             return config.get_file(f"{TREE}/{name}")
 
-        def flag(name: str, default: bool) -> bool:
+        def read_flag(name: str, default: bool) -> bool:
             return config.get_bool(f"{TREE}/{name}", default=default)
 
         fawkes = FawkesSettings(
-            host=text("fawkes/host", LOOPBACK),
+            host=read_text("fawkes/host", LOOPBACK),
             port=config.get_uint(f"{TREE}/fawkes/port", default=DEFAULT_FAWKES_PORT),
             allow=tuple(config.get_strings(f"{TREE}/fawkes/allow", default=[])),
         )
         endpoints = tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DAEMON_URL]))
-        has_fawkes = flag("fawkes/enable", True)
+        has_fawkes = read_flag("fawkes/enable", True)
         # clients of other machines may only run programs if the configuration says so
-        local = (not has_fawkes or is_loopback(fawkes.host)) and all(map(is_private, endpoints))
-        skiller = _choice(config, "skiller", SKILLERS, "lua", url=True)
+        is_local = (not has_fawkes or is_loopback(fawkes.host)) and all(map(is_private, endpoints))
+        skiller = _read_choice(config, "skiller", SKILLERS, "lua", accepts_url=True)
         sections = plugin_settings(config, of_daemon=True)
-        rights = read_rights(config, skiller, sections.values(), local=local)
+        rights = read_rights(config, skiller, sections.values(), local=is_local)
         settings = cls(
-            clock=text("clock", "real"),
-            executive=flag("executive", bool(config.keys("/clips-executive/specs"))),
+            clock=read_text("clock", "real"),
+            executive=read_flag("executive", bool(config.keys("/clips-executive/specs"))),
             skiller=skiller,
-            speech=_choice(config, "speech", SPEECH, "off"),
+            speech=_read_choice(config, "speech", SPEECH, "off"),
             endpoints=endpoints,
-            insecure=flag("zmq/insecure", False),
-            secret_key=file("zmq/secret-key"),
-            clients=file("zmq/clients"),
+            insecure=read_flag("zmq/insecure", False),
+            secret_key=read_file("zmq/secret-key"),
+            clients=read_file("zmq/clients"),
             fawkes=fawkes if has_fawkes else None,
             sections=sections,
-            on_failure=Policy(_choice(config, "on-failure", ("continue", "stop"), "stop")),
+            on_failure=Policy(_read_choice(config, "on-failure", ("continue", "stop"), "stop")),
             rights=rights,
-            watchdog_s=_seconds(config, "watchdog", STALL_S),
-            trace=file("record/trace"),
-            trace_level=_choice(config, "record/level", TRACE_LEVELS, "transitions"),
-            trace_files=flag("record/files", True),
-            log=file("record/log"),
-            bblog=file("record/bblog"),
+            watchdog_s=_read_seconds(config, "watchdog", STALL_S),
+            trace=read_file("record/trace"),
+            trace_level=_read_choice(config, "record/level", TRACE_LEVELS, "transitions"),
+            trace_files=read_flag("record/files", True),
+            log=read_file("record/log"),
+            bblog=read_file("record/bblog"),
         )
         settings.check()
         return settings
@@ -165,28 +165,28 @@ class DaemonSettings:
             )
 
 
-def _choice(
+def _read_choice(
     config: Configuration,
     name: str,
     values: tuple[str, ...],
     default: str,
     *,
-    url: bool = False,
+    accepts_url: bool = False,
 ) -> str:
     """Return a setting with a fixed set of values.
 
-    :param url: whether the URL of a blackboard is also allowed.
+    :param accepts_url: whether the URL of a blackboard is also allowed.
     :raises ConfigError: if the setting has another value.
     """
     path = f"{TREE}/{name}"
     value = config.get_str(path, default=default)
-    if value in values or (url and "://" in value):
+    if value in values or (accepts_url and "://" in value):
         return value
-    hint = f"one of: {', '.join(values)}" + (", or the URL of a blackboard" if url else "")
+    hint = f"one of: {', '.join(values)}" + (", or the URL of a blackboard" if accepts_url else "")
     raise config.error(path, f"{path} cannot be '{value}'", hint)
 
 
-def _seconds(config: Configuration, name: str, default: float) -> float:
+def _read_seconds(config: Configuration, name: str, default: float) -> float:
     """Return a non-negative time in seconds.
 
     :raises ConfigError: if the time is negative or infinite.
@@ -198,9 +198,9 @@ def _seconds(config: Configuration, name: str, default: float) -> float:
     return value
 
 
-def core_of(config: Configuration) -> str | None:
+def read_core(config: Configuration) -> str | None:
     """Return the configured CX core, None for the core that fits the checkout."""
-    return _choice(config, "core", CORES, "builtin") if config.exists(f"{TREE}/core") else None
+    return _read_choice(config, "core", CORES, "builtin") if config.exists(f"{TREE}/core") else None
 
 
 def _refuse_unknown(config: Configuration) -> None:

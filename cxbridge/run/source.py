@@ -196,7 +196,7 @@ class Source:
         options, checkouts = self.options, self.checkouts
         folder = checkouts.confdir(config_file).resolve()
         fawkes = options.fawkes_dir.resolve() if options.fawkes_dir else None
-        base = checkouts.base(config_file)
+        base = checkouts.find_checkout(config_file)
         placeholders = {
             "BASEDIR": str(base),
             "FAWKES_BASEDIR": str(fawkes or base),

@@ -13,7 +13,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.config.secrets import masked, without_secrets
+from cxbridge.config.secrets import mask_value, remove_secrets
 from cxbridge.events import Event, EventBus, SourceRead
 from cxbridge.trace.formats.base import Attachment
 
@@ -124,10 +124,11 @@ def emit_configuration(bus: EventBus, config: Configuration) -> None:
             data = Path(file).read_bytes()
         except OSError:
             continue  # the file was deleted after it was read; the tree has its values
-        if (harmless := without_secrets(data, str(file))) is not None:
+        if (harmless := remove_secrets(data, str(file))) is not None:
             bus.emit_source("config", "", str(file), harmless)
     tree = {
-        item.path: list(item.items) if item.is_list else item.text for item in map(masked, config.search("/"))
+        item.path: list(item.items) if item.is_list else item.text
+        for item in map(mask_value, config.search("/"))
     }
     text = json.dumps(tree, ensure_ascii=False, indent=1)
     bus.emit_source("config-tree", "", "tree.json", text.encode("utf-8", "backslashreplace"))

@@ -39,7 +39,7 @@ def board(monkeypatch):
 @pytest.fixture
 def status(board):
     made = DaemonBoard(board, ["blackboard", "skiller"], "real")
-    made.note(endpoints=["ipc:///x"])
+    made.set_fields(endpoints=["ipc:///x"])
     made.publish(
         "RUNNING", [ComponentStatus(name, State.ACTIVE, "", 5) for name in ("blackboard", "skiller")]
     )
@@ -73,13 +73,13 @@ def test_status_where_there_is_no_daemon(board, capsys):
 @pytest.mark.parametrize("what", ["pause", "resume", "reset", "shutdown"])
 def test_commands(board, status, what):
     obey = Obey(status)
-    board.register_listener(obey, status._daemon, EventKind.MESSAGE_RECEIVED)
+    board.register_listener(obey, status._daemon_interface, EventKind.MESSAGE_RECEIVED)
     assert invoke(["daemon", what]) == 0
     assert obey.told == [f"{what.capitalize()}Message"]
 
 
 def test_a_daemon_that_does_not_answer_is_status_3(status, monkeypatch, capsys):
-    monkeypatch.setattr(daemon, "_COMMAND_S", 0.01)
+    monkeypatch.setattr(daemon, "_COMMAND_TIMEOUT_S", 0.01)
     assert invoke(["daemon", "pause"]) == 3
     assert "did not pause within" in capsys.readouterr().err
 

@@ -8,7 +8,7 @@ import shlex
 import typer
 
 from cxbridge.cli import commands
-from cxbridge.cli.discovery import in_sections, top_rows
+from cxbridge.cli.discovery import names_by_section, top_level_rows
 from cxbridge.cli.main import app
 from cxbridge.plugins import rows_of_modules
 from tests.support import needs_all_plugins
@@ -54,5 +54,6 @@ def test_the_sections_name_the_cores_commands_and_only_these():
 
 
 def test_the_help_has_each_command_once():
-    listed = [name for names in in_sections(top_rows(), commands.HELP_SECTIONS).values() for name in names]
-    assert sorted(listed) == sorted(row.name for row in top_rows())
+    sections = names_by_section(top_level_rows(), commands.HELP_SECTIONS)
+    listed = [name for names in sections.values() for name in names]
+    assert sorted(listed) == sorted(row.name for row in top_level_rows())

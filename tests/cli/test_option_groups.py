@@ -11,7 +11,7 @@ import typer
 from msgspec import Meta
 from typer.testing import CliRunner
 
-from cxbridge.cli.option_groups import DECLARED, option_groups
+from cxbridge.cli.option_groups import OVERRIDES, option_groups
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.services.options import ExecutorOptions, RecordOptions, ReplayOptions
 from cxbridge.run.options import RunOptions
@@ -98,4 +98,4 @@ def test_what_is_declared_is_a_field():
     groups = (RunOptions, DaemonOptions, RecordOptions, ReplayOptions, ExecutorOptions, FawkesTemplate)
     bases = {base for group in groups for base in group.__mro__}
     fields = {f"{base.__name__}.{name}" for base in bases for name in vars(base).get("__annotations__", ())}
-    assert DECLARED.keys() - fields == set()
+    assert OVERRIDES.keys() - fields == set()

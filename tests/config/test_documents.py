@@ -52,7 +52,7 @@ def test_yaml_own_tags_say_what_the_node_is() -> None:
 
 def test_only_plain_scalars_are_null() -> None:
     values = [value for _, value in only("a: ~\nb: null\nc:\nd: ''\ne: 'null'\n").pairs]
-    assert [isinstance(value, YamlScalar) and value.null for value in values] == [
+    assert [isinstance(value, YamlScalar) and value.is_null for value in values] == [
         True,
         True,
         True,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from cxbridge.config.scalars import ConfigType, to_bool, to_float, to_int, to_uint, type_of
+from cxbridge.config.scalars import ConfigType, scalar_type, to_bool, to_float, to_int, to_uint
 from tests.support import many
 
 patient = settings(max_examples=many(100, 25), deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -51,7 +51,7 @@ patient = settings(max_examples=many(100, 25), deadline=None, suppress_health_ch
     ],
 )
 def test_first_type_that_converts_wins(text: str, type_: ConfigType) -> None:
-    assert type_of(text) is type_
+    assert scalar_type(text) is type_
 
 
 def test_values() -> None:
@@ -88,4 +88,4 @@ def test_a_million_digits_are_no_integer_and_take_no_time() -> None:
 @patient
 @given(st.text(max_size=20))
 def test_any_text_has_a_type(text: str) -> None:
-    assert type_of(text) in ConfigType
+    assert scalar_type(text) in ConfigType

@@ -17,7 +17,7 @@ from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
 from cxbridge.config import Configuration
-from cxbridge.daemon.client import command, read_status
+from cxbridge.daemon.client import read_status, send_command
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.settings import DaemonSettings
@@ -38,7 +38,7 @@ def settings(text, **changes):
     config = Configuration.from_text(text, "/there/cxbridge.yaml")
     for path, value in changes.items():
         config.set(path, value)
-    return DaemonSettings.of(config)
+    return DaemonSettings.from_config(config)
 
 
 @contextmanager
@@ -146,7 +146,7 @@ def test_it_serves_its_blackboard_and_tells_how_it_stands(tmp_path):
 def test_pause_resume_reset_and_shutdown_by_messages(tmp_path):
     with running(settings=(*QUIET[:1], ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]))) as (daemon, _, outcome):
         with connected(daemon) as board:
-            assert command(board, "Pause", WAIT_S)
+            assert send_command(board, "Pause", WAIT_S)
             states = {part["name"]: part["state"] for part in read_status(board)["components"]}
             assert states == {
                 "blackboard": "ACTIVE",
@@ -155,13 +155,13 @@ def test_pause_resume_reset_and_shutdown_by_messages(tmp_path):
                 "skiller": "INACTIVE",
             }
             assert read_status(board)["state"] == "PAUSED"
-            assert command(board, "Resume", WAIT_S)
+            assert send_command(board, "Resume", WAIT_S)
             assert read_status(board)["state"] == "RUNNING"
             reader = board.open_for_reading(SkillerInterface, "Skiller", owner="test")
-            assert command(board, "Reset", WAIT_S)
+            assert send_command(board, "Reset", WAIT_S)
             assert reader.has_writer
             assert read_status(board)["state"] == "RUNNING"
-            assert command(board, "Shutdown", WAIT_S)
+            assert send_command(board, "Shutdown", WAIT_S)
             daemon_gone = threading.Event()
             for _ in range(WAIT_S * 50):
                 if outcome:
@@ -175,7 +175,7 @@ def test_commands_are_refused_when_remote_control_is_off(tmp_path):
     with running(settings=options) as (daemon, _lines, _), connected(daemon) as board:
         for what in ("Pause", "Resume", "Reset", "Shutdown"):
             with pytest.raises(RemoteRefusalError, match="remote-control of the daemon is off"):
-                command(board, what, WAIT_S)
+                send_command(board, what, WAIT_S)
         assert read_status(board)["state"] == "RUNNING"
 
 
@@ -248,10 +248,10 @@ def test_a_component_that_fails_leaves_the_others_alone_when_told_so():
         broken.check = lambda: 1 // 0
         done = threading.Event()
         for _ in range(WAIT_S * 50):
-            if daemon.status._daemon.state.name == "DEGRADED":
+            if daemon.status._daemon_interface.state.name == "DEGRADED":
                 break
             done.wait(0.02)
-        assert daemon.status._daemon.error.startswith("speech: ZeroDivisionError")
+        assert daemon.status._daemon_interface.error.startswith("speech: ZeroDivisionError")
         assert outcome == []
 
 
@@ -295,7 +295,7 @@ def test_commands_are_for_the_main_loop():
     with running(settings=QUIET) as (daemon, _, outcome):
         with pytest.raises(RuntimeError, match="carried out by its main loop"):
             daemon.carry_out("reset")
-        assert command(daemon.board, "Reset", WAIT_S)
+        assert send_command(daemon.board, "Reset", WAIT_S)
     assert outcome == [0]
 
 
@@ -408,7 +408,7 @@ def test_the_configuration_of_the_page_is_one_and_shows_every_setting():
     page = (ROOT / "docs" / "daemon.md").read_text()
     (sample,) = re.findall(r"^```yaml\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     config = Configuration.from_text(sample, "docs/daemon.md")
-    assert DaemonSettings.of(config).fawkes is not None
+    assert DaemonSettings.from_config(config).fawkes is not None
     shown = {value.path.removeprefix("/cxbridge/") for value in config.search("/cxbridge")}
     assert shown == {*KEYS, *plugin_keys()}
 

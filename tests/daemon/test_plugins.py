@@ -89,7 +89,7 @@ def test_what_is_not_there_cannot_be_changed(manager, name):
 
 
 def test_a_request_that_was_given_up_is_not_carried_out_later(manager, monkeypatch):
-    monkeypatch.setattr("cxbridge.daemon.plugins.ANSWER_S", 0)
+    monkeypatch.setattr("cxbridge.daemon.plugins.REPLY_TIMEOUT_S", 0)
     plugins = DaemonPlugins(manager, allowed=True)
     with pytest.raises(LifecycleError, match="skiller: no answer"):
         plugins.unload("skiller")

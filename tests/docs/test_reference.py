@@ -50,7 +50,7 @@ def test_a_daemon_takes_the_samples(name, text):
     """``web: {}`` was shown, and refused."""
     absent = ""
     try:
-        DaemonSettings.of(Configuration.from_text(text, str(DOCS / name)))
+        DaemonSettings.from_config(Configuration.from_text(text, str(DOCS / name)))
     except ConfigError as error:
         absent = error.message  # of a file that the sample names
     assert not absent or absent.endswith("there is no such file")

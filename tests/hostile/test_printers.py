@@ -481,7 +481,7 @@ def test_the_manager_of_services_is_told_one_status(tmp_path: Path) -> None:
     receiver = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     with receiver:
         receiver.bind(str(tmp_path / "notify"))
-        Notifier(str(tmp_path / "notify")).ready(f"serving\nMAINPID=1\n{TEXT}")
+        Notifier(str(tmp_path / "notify")).report_ready(f"serving\nMAINPID=1\n{TEXT}")
         told = check(receiver.recv(65536))
     assert [line.partition("=")[0] for line in told.splitlines()] == ["READY", "STATUS"]
 

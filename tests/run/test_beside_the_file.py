@@ -35,7 +35,7 @@ def ours(written: dict[str, str]) -> str:
 
 
 def files(config: Configuration) -> dict[str, Path | None]:
-    settings = DaemonSettings.of(config)
+    settings = DaemonSettings.from_config(config)
     return {
         "record/trace": settings.trace,
         "record/log": settings.log,

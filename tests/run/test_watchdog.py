@@ -16,7 +16,7 @@ import pytest
 
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.clock import RealClock, VirtualClock
-from cxbridge.daemon.client import command, read_status
+from cxbridge.daemon.client import read_status, send_command
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.events import EventBus, LogLine
 from cxbridge.executive.host.environment import ClipsEnvironment
@@ -169,7 +169,7 @@ def test_a_daemon_whose_rule_does_not_end_is_degraded_says_which_and_can_be_inte
         reasons = {part["name"]: part["reason"] for part in status["components"]}
         assert "rule spin does not end" in reasons["executive"]
         assert status["error"].startswith("executive: rule spin does not end")
-        assert command(board, "Interrupt", WAIT_S)
+        assert send_command(board, "Interrupt", WAIT_S)
         assert wait_for(board, "RUNNING")["error"] == ""
         assert any("executive: rule spin does not end" in line for line in lines)
     assert outcome == [0]
@@ -179,10 +179,10 @@ def test_a_daemon_whose_rule_does_not_end_is_degraded_says_which_and_can_be_inte
 def test_commands_reach_a_daemon_whose_rule_does_not_end(tmp_path, what):
     with spinning(tmp_path) as (daemon, _, outcome), connected(daemon) as board:
         wait_for(board, "DEGRADED")
-        assert command(board, what, WAIT_S)
+        assert send_command(board, what, WAIT_S)
         if what != "Shutdown":
             daemon.stalls.interrupt()  # the rule may spin again
-            assert command(board, "Pause", WAIT_S)
+            assert send_command(board, "Pause", WAIT_S)
     assert outcome == [0]
 
 
@@ -190,7 +190,7 @@ def test_without_remote_control_nobody_interrupts(tmp_path):
     with spinning(tmp_path, **{"remote-control": False}) as (daemon, lines, _), connected(daemon) as board:
         wait_for(board, "DEGRADED")
         with pytest.raises(BlackBoardError, match="remote-control of the daemon is off"):
-            command(board, "Interrupt", 1.0)
+            send_command(board, "Interrupt", 1.0)
         assert read_status(board)["state"] == "DEGRADED"
         daemon.stop()
         daemon.stalls.watchdog.interrupt()

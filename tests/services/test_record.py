@@ -72,7 +72,7 @@ def test_files_of_both_formats_have_every_write(transport, tmp_path):
     assert check_as_fawkes_does(file)[0] == 50
     assert values(outputs[0]) == values(outputs[1]) == list(range(1, 51))
     (report,) = found
-    assert report.plain()["interfaces"] == {"SwitchInterface::s": 50}
+    assert report.to_json()["interfaces"] == {"SwitchInterface::s": 50}
     assert (report.skipped, report.gaps, report.errors) == (0, [], [])
 
 

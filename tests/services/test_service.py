@@ -38,7 +38,7 @@ def test_systemd_hears_when_it_is_ready_and_when_it_stops(manager):
     stops: list[Callable[[], None]] = []
     with Service(on_ready=stops.append) as service:
         assert told(manager) == []
-        service.ready("mirroring a and b")
+        service.report_ready("mirroring a and b")
         assert told(manager) == ["READY=1\nSTATUS=mirroring a and b"]
         stops[0]()
         assert service.stopped.is_set()
@@ -54,7 +54,7 @@ def test_one_that_was_never_ready_does_not_say_that_it_stops(manager):
 def test_a_signal_stops_and_wakes_it():
     woken = []
     with Service() as service:
-        service.wake_by(lambda: woken.append(True))
+        service.set_wake_function(lambda: woken.append(True))
         signal.raise_signal(signal.SIGTERM)
         assert service.stopped.wait(20)
     assert woken
@@ -64,7 +64,7 @@ def test_what_would_wake_it_comes_after_the_stop():
     woken = []
     with Service() as service:
         service.stop()
-        service.wake_by(lambda: woken.append(True))
+        service.set_wake_function(lambda: woken.append(True))
         assert woken == [True]
 
 

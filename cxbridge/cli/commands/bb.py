@@ -20,7 +20,7 @@ from cxbridge.cli.connect import (
     split_glob,
 )
 from cxbridge.cli.console import local_time, say, say_json
-from cxbridge.cli.discovery import group_of_commands, rows_of_group
+from cxbridge.cli.discovery import group_rows, make_group_class
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.following import Feed, InterfaceChange
     from cxbridge.interfaces.instance import Interface
 
-app = typer.Typer(name="bb", cls=group_of_commands(lambda: rows_of_group("bb"), {}), no_args_is_help=True)
+app = typer.Typer(name="bb", cls=make_group_class(lambda: group_rows("bb"), {}), no_args_is_help=True)
 
 OWNER: Final = "cxbridge bb"
 
-_ANY: Final = "*"
+_ANY_INTERFACE: Final = "*"
 
 Assignments = Annotated[
     list[str] | None,
@@ -53,7 +53,7 @@ def _bb() -> None:
 
 @app.command("list")
 def list_interfaces(
-    glob: Glob = _ANY,
+    glob: Glob = _ANY_INTERFACE,
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,
     as_json: AsJson = False,
@@ -71,7 +71,7 @@ def list_interfaces(
     type_glob, id_glob = split_glob(glob)
     with connect(url, interface_dir) as board:
         infos = list(board.list(type_glob, id_glob))
-        if not infos and glob != _ANY:
+        if not infos and glob != _ANY_INTERFACE:
             raise BlackBoardError(
                 f"no interface matches '{glob}'{or_similar_interface(board, glob)}",
                 hint="see 'cxbridge bb list'",
@@ -84,9 +84,8 @@ def list_interfaces(
         writer = (info.writer or "yes") if info.has_writer else "-"
         readers = ", ".join(name for name in info.readers if name) or str(info.num_readers)
         rows.append((info.uid, writer, readers, local_time(info.timestamp_us)))
-    widths = [
-        max(len(row[column]) for row in rows) for column in range(3)
-    ]  # the last column needs no padding
+    # the last column needs no padding
+    widths = [max(len(row[column]) for row in rows) for column in range(3)]
     for row in rows:
         cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
         say("  ".join([*cells, row[3]]))
@@ -105,7 +104,7 @@ def show(
         with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
             instance.read()
             if as_json:
-                row = {**_info_row(info), "fields": _plain_values(instance.as_dict())}
+                row = {**_info_row(info), "fields": _json_values(instance.as_dict())}
                 say_json(row, indent=2)
             else:
                 _print_interface(info, instance)
@@ -129,7 +128,7 @@ def watch(
     """
     from cxbridge.blackboard.following import Deadline, Feed
 
-    deadline, printed = Deadline(timeout), 0
+    deadline, printed_count = Deadline(timeout), 0
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
         last_values: dict[str, dict[str, Any]] = {}
         say_unmatched(board, globs)
@@ -137,11 +136,11 @@ def watch(
         for type_glob, id_glob in map(split_glob, globs):
             for instance in feed.follow(type_glob, id_glob):
                 last_values[instance.uid] = feed.now(instance).values
-        while count is None or printed < count:
+        while count is None or printed_count < count:
             change = feed.next(deadline)
             if change is None:
                 return 0 if count is None else TIMED_OUT
-            printed += _print_change(change, last_values, as_json=as_json)
+            printed_count += _print_change(change, last_values, as_json=as_json)
     return 0
 
 
@@ -176,7 +175,7 @@ def set_fields(
         writer.mark_data_refreshed()  # a write of equal values has a new time stamp
         writer.write()
         if not writer.num_readers and hold is None:
-            say("it has no reader: it is gone with this command; --hold keeps it", err=True)
+            say("the interface has no reader, so it ends with this command; --hold keeps it", err=True)
         if hold is not None:
             feed.next(Deadline(hold))
 
@@ -214,20 +213,20 @@ def send(
         is_full_name = message in instance.MESSAGES or message.endswith("Message")
         outgoing = instance.create_message(message if is_full_name else f"{message}Message")
         assign(outgoing, assignments or ())
-        before = feed.now(instance)
+        earlier = feed.now(instance)
         msgid = instance.msgq_enqueue(outgoing)
         say(msgid, flush=True)
-        if wait and not _print_reply(feed, before, msgid, Deadline(timeout)):
+        if wait and not _print_reply(feed, earlier, msgid, Deadline(timeout)):
             say(f"no answer to message {msgid} after {timeout:g} s", err=True)
             return TIMED_OUT
     return 0
 
 
-def _print_reply(feed: Feed, before: InterfaceChange, msgid: int, deadline: Any) -> bool:
+def _print_reply(feed: Feed, earlier: InterfaceChange, msgid: int, deadline: Any) -> bool:
     """Wait for the reply to a message and print the fields; return whether there is a reply in time."""
     while (change := feed.next(deadline)) is not None:
         # a listener may get a write that precedes the message a second time
-        is_stale = change.values == before.values and change.time_us <= before.time_us
+        is_stale = change.values == earlier.values and change.time_us <= earlier.time_us
         if change.kind == "data" and not is_stale and change.values["msgid"] == msgid:
             _print_fields(change.values)
             return True
@@ -252,7 +251,7 @@ def _find_interface(board: BlackBoard, uid: str) -> InterfaceInfo:
     raise BlackBoardError(f"no process has {uid} open", hint=hint)
 
 
-def _plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
+def _json_values(values: Mapping[str, Any]) -> dict[str, Any]:
     from cxbridge.interfaces.assignments import json_value
 
     return {name: json_value(value) for name, value in values.items()}
@@ -300,13 +299,13 @@ def _print_change(change: InterfaceChange, last_values: dict[str, dict[str, Any]
 
     fields: Iterable[str] = ()
     if change.kind == "data":
-        before = last_values.get(change.uid)
+        earlier = last_values.get(change.uid)
         last_values[change.uid] = change.values
-        fields = [name for name, value in change.values.items() if before is None or before[name] != value]
+        fields = [name for name, value in change.values.items() if earlier is None or earlier[name] != value]
         if not fields:
             return False
     if as_json:
-        values = _plain_values({name: change.values[name] for name in fields})
+        values = _json_values({name: change.values[name] for name in fields})
         row = {"time_us": change.time_us, "uid": change.uid, "what": change.kind, "fields": values}
         say_json(row, flush=True)
     else:

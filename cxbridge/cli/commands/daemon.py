@@ -9,8 +9,8 @@ import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, ask_daemon, connect
 from cxbridge.cli.console import ConsoleOptions, local_time, say, say_json
-from cxbridge.cli.discovery import group_of_commands, rows_of_group
-from cxbridge.cli.entry import orderly
+from cxbridge.cli.discovery import group_rows, make_group_class
+from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.styling import StyledCommand
 from cxbridge.daemon.options import DaemonOptions
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
     from cxbridge.blackboard import BlackBoard
 
-_COMMAND_S = 30.0  # a reset loads all files of an agent, which takes seconds
-_WHERE_S = 5.0  # a stuck main loop does not reply
+_COMMAND_TIMEOUT_S = 30.0  # a reset loads all files of an agent, which takes seconds
+_STOP_TIMEOUT_S = 5.0  # a stuck main loop does not reply
 
 
 # Click documents parse_args and shell_complete as the interface for subclasses of groups.
-class _StartByDefault(group_of_commands(lambda: rows_of_group("daemon"), {})):  # type: ignore[misc]
+class _StartByDefault(make_group_class(lambda: group_rows("daemon"), {})):  # type: ignore[misc]
     """Passes arguments without a command to ``start``: ``daemon CONFIG`` means ``daemon start CONFIG``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -36,9 +36,8 @@ class _StartByDefault(group_of_commands(lambda: rows_of_group("daemon"), {})):  
         # a missing plug-in's command would otherwise be taken for CONFIG
         if (hint := package_hint(word)) and not Path(word).exists():
             raise CxbridgeError(f"there is no command 'daemon {word}'", hint=hint)
-        if not has_command and (
-            args or not ctx.resilient_parsing
-        ):  # a completion without words lists the commands
+        # a completion without words lists the commands
+        if not has_command and (args or not ctx.resilient_parsing):
             args = ["start", *args]
         parsed: list[str] = super().parse_args(ctx, args)
         return parsed
@@ -65,7 +64,7 @@ def _daemon() -> None:
 
 @app.command(cls=StyledCommand)
 @option_groups
-@orderly(service=True)
+@handle_signals(service=True)
 def start(options: DaemonOptions, console: ConsoleOptions) -> int:
     """Serve a blackboard, with Skiller and executive, in the foreground until SIGINT or SIGTERM.
 
@@ -93,7 +92,7 @@ def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
 
     with connect(url, None) as board:
         row = read_status(board)
-        row["stop"] = _where(board) if row["stopped"] else None
+        row["stop"] = _read_stop(board) if row["stopped"] else None
     if as_json:
         say_json(row, indent=2)
     else:
@@ -107,7 +106,7 @@ def pause(url: Connect = DEFAULT_URL) -> int:
 
     Example: cxbridge daemon pause
     """
-    return _command(url, "Pause")
+    return _send_command(url, "Pause")
 
 
 @app.command()
@@ -116,7 +115,7 @@ def resume(url: Connect = DEFAULT_URL) -> int:
 
     Example: cxbridge daemon resume
     """
-    return _command(url, "Resume")
+    return _send_command(url, "Resume")
 
 
 @app.command()
@@ -125,7 +124,7 @@ def reset(url: Connect = DEFAULT_URL) -> int:
 
     Example: cxbridge daemon reset
     """
-    return _command(url, "Reset")
+    return _send_command(url, "Reset")
 
 
 @app.command()
@@ -136,7 +135,7 @@ def interrupt(url: Connect = DEFAULT_URL) -> int:
 
     Example: cxbridge daemon interrupt
     """
-    return _command(url, "Interrupt")
+    return _send_command(url, "Interrupt")
 
 
 @app.command()
@@ -145,26 +144,26 @@ def shutdown(url: Connect = DEFAULT_URL) -> int:
 
     Example: cxbridge daemon shutdown --connect tcp://127.0.0.1:1911
     """
-    return _command(url, "Shutdown")
+    return _send_command(url, "Shutdown")
 
 
-def _command(url: str, verb: str) -> int:
+def _send_command(url: str, verb: str) -> int:
     """Send a command to a daemon; return the exit status."""
-    from cxbridge.daemon.client import command
+    from cxbridge.daemon.client import send_command
 
     with connect(url, None) as board:
-        if command(board, verb, _COMMAND_S):
+        if send_command(board, verb, _COMMAND_TIMEOUT_S):
             return 0
-    say(f"the daemon did not {verb.lower()} within {_COMMAND_S:g} s", err=True)
+    say(f"the daemon did not {verb.lower()} within {_COMMAND_TIMEOUT_S:g} s", err=True)
     return TIMED_OUT
 
 
-def _where(board: BlackBoard) -> dict[str, Any] | None:
-    """Return the place at which a daemon's rules are stopped, or None."""
+def _read_stop(board: BlackBoard) -> dict[str, Any] | None:
+    """Return the place at which a daemon's rules are stopped; None if the daemon does not answer in time."""
     from cxbridge.daemon.client import NoAnswerError, request
 
     try:
-        stop: dict[str, Any] | None = request(board, "where", _WHERE_S)
+        stop: dict[str, Any] | None = request(board, "where", _STOP_TIMEOUT_S)
     except NoAnswerError:
         return None
     return stop
@@ -183,11 +182,11 @@ def _print_status(row: dict[str, Any]) -> None:
     if (stop := row["stop"]) is not None:
         number = f"breakpoint {stop['breakpoint']}; " if stop["breakpoint"] else ""
         say(f"  {number}fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}")
-    for line in _component_lines(row["components"]):
+    for line in _format_components(row["components"]):
         say(f"  {line}")
 
 
-def _component_lines(components: Sequence[Mapping[str, str]]) -> Iterator[str]:
+def _format_components(components: Sequence[Mapping[str, str]]) -> Iterator[str]:
     width = max((len(component["name"]) for component in components), default=0)
     for component in components:
         state, reason = component["state"].lower(), component["reason"]
@@ -215,13 +214,13 @@ def component(
     if transition:
         ask_daemon(url, "component-change", component=name, transition=transition)
     components = ask_daemon(url, "component-list")
-    chosen = [row for row in components if row["name"] == name] if name else components
-    if not chosen:
+    selected = [row for row in components if row["name"] == name] if name else components
+    if not selected:
         names = ", ".join(row["name"] for row in components)
         raise CxbridgeError(f"there is no component '{name}'", hint=f"there are: {names}")
     if as_json:
-        say_json(chosen, indent=2)
+        say_json(selected, indent=2)
     else:
-        for line in _component_lines(chosen):
+        for line in _format_components(selected):
             say(line)
     return 0

@@ -18,11 +18,11 @@ def doctor(
 
     Example: cxbridge doctor
     """
-    from cxbridge.cli.health import examine
+    from cxbridge.cli.health import run_checks
 
-    findings = examine()
+    findings = run_checks()
     if as_json:
-        say_json([finding.as_dict() for finding in findings], indent=2)
+        say_json([finding.to_json() for finding in findings], indent=2)
     else:
         for finding in findings:
             mark = "ok  " if finding.fine else ("MISSING" if finding.required else "absent")

@@ -8,7 +8,7 @@ import typer
 
 from cxbridge.cli.connect import InterfaceDirs
 from cxbridge.cli.console import ConsoleOptions
-from cxbridge.cli.entry import orderly
+from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 
 _Url = Annotated[
@@ -18,7 +18,7 @@ _Url = Annotated[
 
 
 @option_groups
-@orderly(service=True)
+@handle_signals(service=True)
 def gateway(
     left: _Url,
     right: _Url,

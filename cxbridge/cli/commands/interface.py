@@ -55,7 +55,7 @@ def list_types(interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> 
 
     Example: cxbridge interface list
     """
-    names = registry_of(interface_dir).names()
+    names = make_registry(interface_dir).names()
     if as_json:
         say_json(names, indent=2)
     else:
@@ -71,7 +71,7 @@ def show(name: Type, interface_dir: InterfaceDirs = None, as_json: AsJson = Fals
     """
     from cxbridge.interfaces.describe import describe, schema_row
 
-    schema = _schema(name, interface_dir)
+    schema = _find_schema(name, interface_dir)
     if as_json:
         say_json(schema_row(schema), indent=2)
     else:
@@ -134,7 +134,7 @@ def print_hash(
     from cxbridge.interfaces.known_hashes import hash_for_wire
 
     for name in names:
-        schema = _schema(name, interface_dir)
+        schema = _find_schema(name, interface_dir)
         digest = hash_for_wire(schema) if wire else schema.hash
         say(f"{digest.hex().upper()}  {schema.name}")
 
@@ -155,7 +155,7 @@ def compile_types(
     from cxbridge.errors import InterfaceError
     from cxbridge.interfaces.codegen import module_source, stub_source
 
-    schemas = [_schema(name, interface_dir) for name in names]
+    schemas = [_find_schema(name, interface_dir) for name in names]
     for schema in schemas:
         path = output / f"{schema.name}{'.pyi' if stubs else '.py'}"
         try:
@@ -166,7 +166,7 @@ def compile_types(
         say(path)
 
 
-def registry_of(dirs: list[Path] | None) -> InterfaceRegistry:
+def make_registry(dirs: list[Path] | None) -> InterfaceRegistry:
     """Return a registry of the given folders and the shipped definitions."""
     from cxbridge.errors import InterfaceError
     from cxbridge.interfaces.registry import InterfaceRegistry
@@ -179,10 +179,10 @@ def registry_of(dirs: list[Path] | None) -> InterfaceRegistry:
     return InterfaceRegistry(dirs or ())
 
 
-def _schema(name: str, dirs: list[Path] | None) -> InterfaceSchema:
+def _find_schema(name: str, dirs: list[Path] | None) -> InterfaceSchema:
     """Return the schema of a type or a definition file."""
     from cxbridge.interfaces.xml.parser import parse_file
 
     if name.endswith(".xml") or "/" in name:
         return parse_file(name)
-    return registry_of(dirs).schema(name)
+    return make_registry(dirs).schema(name)

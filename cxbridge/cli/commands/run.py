@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.cli.console import say, say_json
-from cxbridge.cli.entry import orderly
+from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.run.options import RunOptions
 
@@ -35,7 +35,7 @@ class _OutputOptions:
 
 
 @option_groups
-@orderly()
+@handle_signals()
 def run(options: RunOptions, output: _OutputOptions) -> int:
     """Run a scenario to its end; with --web, watch it in the browser.
 
@@ -67,12 +67,12 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
         else:
             story.finish(result)
 
-    shown = False
+    is_shown = False  # whether `stay` has shown the result
 
     def stay(result: RunResult, servers: Sequence[RunServer]) -> Callable[[], bool]:
         """Show the result while the servers continue, and tell the user how to end them."""
-        nonlocal shown
-        shown = True
+        nonlocal is_shown
+        is_shown = True
         show(result)
         names = " and ".join(server.stays for server in servers if server.stays)
         end = "Enter or Ctrl-C" if sys.stdin.isatty() else "Ctrl-C"
@@ -82,7 +82,7 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
     # with --json, stdout is only for the result, not for the output of a prompt
     with explained(options), redirect_stdout(sys.stderr if output.as_json else stdout):
         result = run_scenario(options, log, attach, stay=stay)
-    if not shown:
+    if not is_shown:
         show(result)
     return result.status
 

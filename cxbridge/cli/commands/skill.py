@@ -16,18 +16,16 @@ from cxbridge.cli.connect import (
     connect,
 )
 from cxbridge.cli.console import ConsoleLog, say, say_json
-from cxbridge.cli.discovery import group_of_commands, rows_of_group
-from cxbridge.cli.entry import orderly
+from cxbridge.cli.discovery import group_rows, make_group_class
+from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import ExecutorOptions
 from cxbridge.printing import one_line, terminal_of
 
-app = typer.Typer(
-    name="skill", cls=group_of_commands(lambda: rows_of_group("skill"), {}), no_args_is_help=True
-)
+app = typer.Typer(name="skill", cls=make_group_class(lambda: group_rows("skill"), {}), no_args_is_help=True)
 
 Skiller = Annotated[str, typer.Option(metavar="ID", help="id of the Skiller's interface")]
-_LIST_S = 3.0  # seconds to wait for the list of skills, which Fawkes does not send
+_LIST_TIMEOUT_S = 3.0  # seconds to wait for the list of skills, which Fawkes does not send
 
 
 @app.callback()
@@ -91,7 +89,7 @@ def list_skills(
     from cxbridge.skiller.calls import OWNER, TYPE, skill_names
 
     rows: list[dict[str, Any]] = []
-    names: dict[str, str] = {}
+    controllers: dict[str, str] = {}
     with connect(url, interface_dir) as board:
         for info in board.list(TYPE):
             if not info.has_writer:
@@ -101,14 +99,14 @@ def list_skills(
                 row: dict[str, Any] = {"skiller": info.id}
                 for name, value in instance.as_dict().items():
                     row[name] = json_value(value)
-                names[info.id] = describe_controller(instance, row["exclusive_controller"])
-            row["skills"] = skill_names(board, info.id, _LIST_S)
+                controllers[info.id] = describe_controller(instance, row["exclusive_controller"])
+            row["skills"] = skill_names(board, info.id, _LIST_TIMEOUT_S)
             rows.append(row)
     if as_json:
         say_json(rows, indent=2)
         return
     for row in rows:
-        control = names[row["skiller"]]
+        control = controllers[row["skiller"]]
         say(f"{row['skiller']}: {row['status']} {row['skill_string']!r}, controlled by {control}")
         for name in row["skills"] or ():
             say(f"  {name}")
@@ -120,7 +118,7 @@ def list_skills(
 
 @app.command()
 @option_groups
-@orderly(service=True)
+@handle_signals(service=True)
 def executor(
     options: ExecutorOptions,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="log errors only")] = False,
@@ -146,16 +144,16 @@ def show_board(
 
     Example: cxbridge skill board
     """
-    from cxbridge.daemon.services.executor import board_rows
+    from cxbridge.daemon.services.executor import read_executor_states
 
     with connect(url, interface_dir) as board:
-        rows = board_rows(board)
+        rows = read_executor_states(board)
     if as_json:
         say_json(rows, indent=2)
         return
     for row in rows:
-        doing = f": {row['skill']} for {row['board']}, action {row['master']}" if row["skill"] else ""
-        say(f"{row['agent']}: {row['executor']} ({', '.join(row['skills'])}) {row['state']}{doing}")
+        activity = f": {row['skill']} for {row['board']}, action {row['master']}" if row["skill"] else ""
+        say(f"{row['agent']}: {row['executor']} ({', '.join(row['skills'])}) {row['state']}{activity}")
     if not rows:
         say("there is no executor", err=True)
 
@@ -165,7 +163,7 @@ class _Progress:
 
     def __init__(self, skill_string: str) -> None:
         self._skill_string = skill_string
-        self._shown = False
+        self._is_shown = False
 
     def show(self, status: str, error: str) -> None:
         """Show a new status."""
@@ -173,10 +171,10 @@ class _Progress:
             line = one_line(f"{status} {self._skill_string} {error}".rstrip())
             terminal_of(sys.stderr).write(f"\r\x1b[K{line}")
             sys.stderr.flush()
-            self._shown = True
+            self._is_shown = True
 
     def end(self) -> None:
         """Remove the line."""
-        if self._shown:
+        if self._is_shown:
             terminal_of(sys.stderr).write("\r\x1b[K")
             sys.stderr.flush()

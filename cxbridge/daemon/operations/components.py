@@ -41,12 +41,12 @@ def _find(context: OperationContext, name: str) -> Mapping[str, Any]:
 
 
 def _component_route(
-    method: str, about: str, *, errors: Mapping[int, str] = MappingProxyType({}), body: str = ""
+    method: str, summary: str, *, errors: Mapping[int, str] = MappingProxyType({}), body: str = ""
 ) -> Route[Any]:
     return Route(
         method,
         f"{_PATH}/{{component}}",
-        about,
+        summary,
         ComponentState,
         _KIND,
         answer=_info,

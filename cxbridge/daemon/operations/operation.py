@@ -1,4 +1,8 @@
-"""The description of an operation: parameters, function, right and routes."""
+"""Operations: requests that clients may send to a daemon.
+
+An operation has a name, typed parameters, a function and the right that a client needs. Clients send the name
+over RequestInterface. An operation with routes is also a request over HTTP.
+"""
 
 from __future__ import annotations
 
@@ -114,30 +118,30 @@ class Route(Generic[_Parameters]):
     """A request over HTTP for an operation.
 
     :param path: below ``/api``; ``{x}`` is a parameter.
-    :param about: a sentence with the purpose of the request, for the description of the API.
+    :param summary: a sentence with the purpose of the request, for the description of the API.
     :param reply: the type of the reply: a struct, or a list of structs.
     :param kind: the member ``kind`` of the reply; by default the name of its type.
     :param answer: returns the reply after the operation; by default the reply is the result of the operation.
-    :param instead: the function to call instead of the function of the operation.
+    :param http_function: the function to call over HTTP instead of the function of the operation.
     :param check: raises an error if a name in the path is unknown; called before the body is parsed.
     :param body: the name of the model of the body, empty without one.
     :param names: names of parameters that differ in the body.
-    :param given: the defaults of parameters that the client may omit.
+    :param defaults: the defaults of parameters that the client may omit.
     :param query: the parameters of the query, with descriptions.
     :param errors: the descriptions of error replies by status.
     """
 
     method: str
     path: str
-    about: str
+    summary: str
     reply: Any
     kind: str = ""
     answer: Handler[_Parameters] | None = None
-    instead: Handler[_Parameters] | None = None
+    http_function: Handler[_Parameters] | None = None
     check: Callable[[OperationContext, Mapping[str, str]], object] | None = None
     body: str = ""
     names: Mapping[str, str] = field(default_factory=dict)
-    given: Mapping[str, str] = field(default_factory=dict)
+    defaults: Mapping[str, str] = field(default_factory=dict)
     query: Mapping[str, str] = field(default_factory=dict)
     errors: Mapping[int, str] = field(default_factory=dict)
 
@@ -177,8 +181,8 @@ class Operation(Generic[_Parameters]):
                 raise ParameterError(match[2], f"'{match[2]}' is missing") from None
             raise ParameterError(match[1] if match else "", str(error)) from None
 
-    def words(self, line: str) -> dict[str, str]:
-        """Return the parameters typed at a prompt: one word each, the rest of the line for the last one.
+    def parse_words(self, line: str) -> dict[str, str]:
+        """Parse the parameters in a line of a prompt: one word each, the rest of the line for the last one.
 
         The environment is not typed, because a prompt belongs to one environment.
         """
@@ -207,6 +211,6 @@ class Operations(list[Operation[Any]]):
         return decorate
 
 
-def plain(result: object) -> Any:
+def to_json(result: object) -> Any:
     """Return the result of an operation for JSON."""
     return msgspec.to_builtins(result)

@@ -8,7 +8,7 @@ from types import MappingProxyType, ModuleType
 from typing import Any, Final
 
 import cxbridge.daemon.operations
-from cxbridge.daemon.operations.operation import Operation, OperationContext, plain
+from cxbridge.daemon.operations.operation import Operation, OperationContext, to_json
 from cxbridge.plugins import PluginError, Row, Table, is_module, rows_of_modules
 from cxbridge.rights import Right
 
@@ -50,4 +50,4 @@ def carry_out(context: OperationContext, name: str, **parameters: Any) -> Any:
     :raises CxbridgeError: if the parameters are invalid, or the operation fails.
     """
     operation = operations()[name]
-    return plain(operation.carry_out(context, operation.parse(parameters)))
+    return to_json(operation.carry_out(context, operation.parse(parameters)))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.blackboard import BlackBoard, EventKind, Listener
 from cxbridge.blackboard.errors import WriterActiveError
 from cxbridge.daemon.services.options import ExecutorOptions
-from cxbridge.daemon.services.service import OnReady, Service, ignore
+from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing
 from cxbridge.errors import SkillerError
 from cxbridge.events import Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
@@ -24,9 +24,12 @@ if TYPE_CHECKING:
 PERIOD_S = 1 / 30  # seconds between steps, the period of a daemon's main loop
 
 PATIENCE_S = 5.0
-"""The seconds to wait for the end of a predecessor with the same id, which the server notices late."""
+"""The seconds to wait for the end of a predecessor with the same id.
 
-_RETRY_S = 0.1  # seconds between attempts to open the interface
+A killed process does not close its connection, so the server notices its end late.
+"""
+
+_RETRY_INTERVAL_S = 0.1  # seconds between attempts to open the interface
 
 
 class _MessageSignal(Listener):
@@ -44,7 +47,7 @@ def run_executor(
     options: ExecutorOptions,
     *,
     console: Sink | None = None,
-    on_ready: OnReady = ignore,
+    on_ready: ReadyCallback = do_nothing,
 ) -> None:
     """Serve an executor until SIGINT or SIGTERM.
 
@@ -53,22 +56,22 @@ def run_executor(
     :raises CxbridgeError: if the class does not exist, no server answers at the URL, or the id is in use.
     """
     settings = parse_settings(options.settings)
-    kind = load_executor(options.target, Path.cwd())
-    name = options.name or f"{options.agent}-{kind.__name__.lower()}"
+    executor_class = load_executor(options.target, Path.cwd())
+    name = options.name or f"{options.agent}-{executor_class.__name__.lower()}"
     signal = _MessageSignal()
     with Service(console, on_ready) as service:
-        service.wake_by(signal.arrived.set)
+        service.set_wake_function(signal.arrived.set)
         log = service.bus.logger(name)
         board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
         context = ExecutorContext(options.agent, board, service.clock, log, settings, Path.cwd())
-        host = _make_patiently(lambda: make_host(kind, context, name), service.stopped)
+        host = _make_host(lambda: make_host(executor_class, context, name), service.stopped)
         if host is None:
             return
         service.callback(host.close)
         host.listen(signal, EventKind.MESSAGE_RECEIVED)
-        text = f"{name} executes {', '.join(kind.skills)} for {options.agent} on {options.url}"
+        text = f"{name} executes {', '.join(executor_class.skills)} for {options.agent} on {options.url}"
         log.info(f"Ready: {text}")
-        service.ready(text)
+        service.report_ready(text)
         next_step_s = time.monotonic()
         while not service.stopped.is_set():
             host.exchange()
@@ -81,7 +84,7 @@ def run_executor(
             signal.arrived.clear()
 
 
-def _make_patiently(make: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:
+def _make_host(make: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:
     """Call ``make`` until the interface has no other writer; return None if the service is stopped before.
 
     :raises WriterActiveError: if there is another writer after `PATIENCE_S`.
@@ -93,7 +96,7 @@ def _make_patiently(make: Callable[[], ExecutorHost], stopped: threading.Event) 
         except WriterActiveError:
             if time.monotonic() >= deadline_s:
                 raise
-        if stopped.wait(_RETRY_S):
+        if stopped.wait(_RETRY_INTERVAL_S):
             return None
 
 
@@ -113,7 +116,7 @@ def parse_settings(texts: Iterable[str]) -> dict[str, Any]:
     return settings
 
 
-def board_rows(board: BlackBoard) -> list[dict[str, Any]]:
+def read_executor_states(board: BlackBoard) -> list[dict[str, Any]]:
     """Return the states of the executors for JSON, sorted by agent."""
     rows = []
     for info in board.list("SkillExecutorInterface"):

@@ -8,7 +8,7 @@ from pathlib import Path
 from cxbridge.blackboard.gateway import Gateway
 from cxbridge.blackboard.gateway.gateway import COMPONENT
 from cxbridge.blackboard.patterns import Pattern
-from cxbridge.daemon.services.service import OnReady, Service, ignore
+from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
@@ -20,7 +20,7 @@ def run_gateway(
     *,
     interface_dirs: Iterable[Path] = (),
     console: Sink | None = None,
-    on_ready: OnReady = ignore,
+    on_ready: ReadyCallback = do_nothing,
 ) -> None:
     """Mirror interfaces between the blackboards at two URLs until SIGINT or SIGTERM.
 
@@ -39,5 +39,5 @@ def run_gateway(
         gateway.start()
         between = f"between {urls[0]} and {urls[1]}"
         service.bus.logger(COMPONENT).info(f"Ready: {', '.join(patterns)} {between}")
-        service.ready(between)
+        service.report_ready(between)
         service.stopped.wait()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.daemon.services.options import RecordOptions
-from cxbridge.daemon.services.service import OnReady, Service, ignore
+from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import EventBus, Sink, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
@@ -27,7 +27,7 @@ from cxbridge.trace.switch import RecordingSwitch
 if TYPE_CHECKING:
     from cxbridge.trace.formats.base import RunWriter
 
-_TICK_S = 0.5  # seconds between progress reports
+_PROGRESS_INTERVAL_S = 0.5  # seconds between progress reports
 
 
 @dataclass(slots=True)
@@ -49,7 +49,7 @@ class RecordReport:
     gaps: list[tuple[int, float]] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
 
-    def plain(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the result for JSON."""
         return {
             "url": self.url,
@@ -79,8 +79,8 @@ def record(
     options: RecordOptions,
     *,
     console: Sink | None = None,
-    on_ready: OnReady = ignore,
-    on_progress: Callable[[RecordReport], None] = ignore,
+    on_ready: ReadyCallback = do_nothing,
+    on_progress: Callable[[RecordReport], None] = do_nothing,
 ) -> RecordReport:
     """Record for the duration, or until SIGINT or SIGTERM.
 
@@ -93,21 +93,21 @@ def record(
     report = RecordReport(options.url, tuple(str(path) for path in options.outputs))
     with Service(console, on_ready) as service:
         # a separate bus: the blackboard emits its own events on the bus of the service
-        recorded = service.make_bus()
+        recorded_bus = service.make_bus()
         board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
-        definition = partial(read_interface_source, InterfaceRegistry(options.interface_dirs))
-        writers = _open_writers(options, service.clock.now_us(), definition)
-        recorder = service.enter_context(Recorder(recorded, writers))
+        find_definition = partial(read_interface_source, InterfaceRegistry(options.interface_dirs))
+        writers = _open_writers(options, service.clock.now_us(), find_definition)
+        recorder = service.enter_context(Recorder(recorded_bus, writers))
         recorder.describe({"cxbridge": VERSION, "clock": service.clock.name, "blackboard": options.url})
-        forwarder = WriteForwarder(board, patterns, recorded)
+        forwarder = WriteForwarder(board, patterns, recorded_bus)
         service.callback(forwarder.close)
-        service.wake_by(forwarder.wake)
+        service.set_wake_function(forwarder.wake)
         began_s = time.monotonic()
         count = forwarder.start()
-        _serve_switch(options, board, forwarder, recorder, recorded, service)
-        text = f"{count} interfaces at {options.url} match" if count else "nothing matches yet"
-        recorded.logger(COMPONENT).info(f"Ready: {text}")
-        service.ready(f"recording {options.url}")
+        _serve_switch(options, board, forwarder, recorder, recorded_bus, service)
+        match_text = f"{count} interfaces at {options.url} match" if count else "nothing matches yet"
+        recorded_bus.logger(COMPONENT).info(f"Ready: {match_text}")
+        service.report_ready(f"recording {options.url}")
 
         def update_report() -> float:
             """Update the report; return the remaining seconds."""
@@ -115,7 +115,7 @@ def record(
             report.writes, report.skipped = dict(forwarder.counts), board.skipped
             report.gaps = [(gap.start_us, gap.seconds) for gap in forwarder.gaps]
             report.errors = [str(error) for error in recorder.errors]
-            return _TICK_S if options.duration_s is None else options.duration_s - seconds
+            return _PROGRESS_INTERVAL_S if options.duration_s is None else options.duration_s - seconds
 
         # the recording ends when all of its files have failed
         while (
@@ -123,7 +123,7 @@ def record(
             and (remaining_s := update_report()) > 0
             and len(report.errors) < len(options.outputs)
         ):
-            forwarder.poll(min(remaining_s, _TICK_S))
+            forwarder.poll(min(remaining_s, _PROGRESS_INTERVAL_S))
             recorder.flush_when_due()
             on_progress(report)
         forwarder.close()
@@ -134,11 +134,11 @@ def record(
 
 
 def _open_writers(
-    options: RecordOptions, start_us: int, definition: Callable[[str, int], SourceRead | None]
+    options: RecordOptions, start_us: int, find_definition: Callable[[str, int], SourceRead | None]
 ) -> list[RunWriter]:
     """Return a writer for each output, or close all of them if an output cannot be opened.
 
-    :param definition: returns the definition of an interface type.
+    :param find_definition: returns the definition of an interface type.
     """
     writers: list[RunWriter] = []
     try:
@@ -146,7 +146,7 @@ def _open_writers(
             if path.suffix == ".mcap":
                 from cxbridge.trace.formats.mcap.writer import McapWriter  # noqa: PLC0415 - slow to import
 
-                writers.append(McapWriter(with_folder(path), definition=definition))
+                writers.append(McapWriter(with_folder(path), definition=find_definition))
             else:
                 from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415
 
@@ -181,7 +181,7 @@ def _serve_switch(
         log.warn(f"This recording has no switch: {error.message}")
 
 
-def duplicate_output(outputs: Sequence[Path]) -> Path | None:
+def find_duplicate_output(outputs: Sequence[Path]) -> Path | None:
     """Return an output that is named twice, or None."""
     paths = [path.absolute() for path in outputs]
     return next((path for path in paths if paths.count(path) > 1), None)

@@ -14,7 +14,7 @@ from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.services.options import ReplayOptions
-from cxbridge.daemon.services.service import OnReady, Service, ignore
+from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import Sink
 from cxbridge.interfaces.classes import make_interface_class
@@ -30,9 +30,9 @@ DONE, INTERRUPTED, LOST = "done", "interrupted", "lost"
 """The results of a replay."""
 
 COMPONENT: Final = "Replay"
-_TICK_S = 0.2  # seconds between progress reports while the values are held
+_PROGRESS_INTERVAL_S = 0.2  # seconds between progress reports while the values are held
 
-Keys = Callable[[Callable[[], bool]], bool]
+KeyWaiter = Callable[[Callable[[], bool]], bool]
 """Waits for a key and returns False at the end of input; the argument returns whether to give up."""
 
 
@@ -65,7 +65,7 @@ class ReplayReport:
     undelivered: int = 0
     notes: list[str] = field(default_factory=list)
 
-    def plain(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the result for JSON."""
         return {
             "run": self.run,
@@ -93,11 +93,11 @@ class ReplayReport:
 def replay(
     options: ReplayOptions,
     *,
-    keys: Keys | None = None,
+    keys: KeyWaiter | None = None,
     console: Sink | None = None,
-    on_ready: OnReady = ignore,
-    on_progress: Callable[[ReplayReport], None] = ignore,
-    announce: Callable[[ReplayMove], None] = ignore,
+    on_ready: ReadyCallback = do_nothing,
+    on_progress: Callable[[ReplayReport], None] = do_nothing,
+    announce: Callable[[ReplayMove], None] = do_nothing,
 ) -> ReplayReport:
     """Replay a recording until its end, SIGINT, SIGTERM or the loss of the connection.
 
@@ -114,8 +114,8 @@ def replay(
     run = open_run(options.run, registry)
     # one pass before the first write finds all interfaces, which are opened first: if one of them has another
     # writer, nothing is replayed
-    overview = _survey(run, selection)
-    add_attached(registry, run, overview.writes.keys() | overview.messages.keys())
+    overview = _find_moves(run, selection)
+    add_attached_types(registry, run, overview.writes.keys() | overview.messages.keys())
     report = ReplayReport(str(options.run), options.url, notes=list(run.notes))
     report.last_s = overview.last_us / MICROSECONDS
     report.total = sum(overview.writes.values()) + sum(overview.messages.values())
@@ -123,15 +123,15 @@ def replay(
         board = service.open_blackboard(options.url, registry)
         player = ReplayPlayer(board, service.bus.logger(COMPONENT), restamp=options.restamp)
         service.callback(player.close)
-        session = _Session(options, board, player, report, service.stopped)
+        session = _ReplaySession(options, board, player, report, service.stopped)
         session.on_progress, session.announce = on_progress, announce
         player.open(overview)
-        service.ready(f"replaying {options.run} to {options.url}")
+        service.report_ready(f"replaying {options.run} to {options.url}")
         session.run(lambda: replay_moves(run, selection), keys)
     return report
 
 
-class _Session:
+class _ReplaySession:
     """A replay with opened interfaces.
 
     :param report: updated during the replay.
@@ -146,10 +146,10 @@ class _Session:
         report: ReplayReport,
         stop: threading.Event,
     ) -> None:
-        self.on_progress: Callable[[ReplayReport], None] = ignore
-        self.announce: Callable[[ReplayMove], None] = ignore
-        self._stop = stop
-        self._lost = False
+        self.on_progress: Callable[[ReplayReport], None] = do_nothing
+        self.announce: Callable[[ReplayMove], None] = do_nothing
+        self._stop_event = stop
+        self._is_connection_lost = False
         self._options = options
         self._board = board
         self._player = player
@@ -157,35 +157,35 @@ class _Session:
         self._began_s = time.monotonic()
         board.on_connection(self._on_connection)
 
-    def run(self, make_moves: Callable[[], Iterable[ReplayMove]], keys: Keys | None) -> None:
+    def run(self, make_moves: Callable[[], Iterable[ReplayMove]], keys: KeyWaiter | None) -> None:
         """Replay, hold the interfaces if requested, and complete the report."""
-        report, pace = self._report, self._pace(keys)
+        report, pace = self._report, self._make_pace(keys)
         try:
             while True:
                 report.rounds += 1
                 is_complete = self._player.play(make_moves(), pace, self._record_move)
-                if not (is_complete and self._options.loop) or self._stop.is_set():
+                if not (is_complete and self._options.loop) or self._stop_event.is_set():
                     break
             # a stop after the last write still reports done, because the last values may be held
-            if not self._stop.is_set() or (is_complete and not self._options.loop):
+            if not self._stop_event.is_set() or (is_complete and not self._options.loop):
                 report.end = DONE
                 self._board.flush()
-            while self._options.hold and not self._stop.wait(_TICK_S):
+            while self._options.hold and not self._stop_event.wait(_PROGRESS_INTERVAL_S):
                 self._player.drop_messages()  # the queues of the held interfaces would otherwise fill up
                 self._update_report()
         except BlackBoardError:
-            if self._board.connected and not self._lost:
+            if self._board.connected and not self._is_connection_lost:
                 raise  # a refusal of the blackboard, not the end of the connection
-            self._lost = True
-        if self._lost:
+            self._is_connection_lost = True
+        if self._is_connection_lost:
             report.end = LOST
         self._update_report()
         report.end = report.end or INTERRUPTED
 
-    def _pace(self, keys: Keys | None) -> Pace:
+    def _make_pace(self, keys: KeyWaiter | None) -> Pace:
         if keys is None:
-            return TimedPace(self._options.speed, self._stop, self._update_report)
-        return SteppedPace(lambda: keys(self._stop.is_set))
+            return TimedPace(self._options.speed, self._stop_event, self._update_report)
+        return SteppedPace(lambda: keys(self._stop_event.is_set))
 
     def _update_report(self) -> None:
         report, player = self._report, self._player
@@ -200,11 +200,11 @@ class _Session:
 
     def _on_connection(self, connected: bool) -> None:
         if not connected:
-            self._lost = True
-            self._stop.set()
+            self._is_connection_lost = True
+            self._stop_event.set()
 
 
-def _survey(run: Run, selection: ReplaySelection) -> ReplaySurvey:
+def _find_moves(run: Run, selection: ReplaySelection) -> ReplaySurvey:
     """Read the run and return the overview of its replay.
 
     :raises TraceError: if no write is selected.
@@ -225,16 +225,16 @@ def _survey(run: Run, selection: ReplaySelection) -> ReplaySurvey:
     )
 
 
-def add_attached(registry: InterfaceRegistry, run: Run, uids: Iterable[str]) -> None:
+def add_attached_types(registry: InterfaceRegistry, run: Run, uids: Iterable[str]) -> None:
     """Add unknown interface types that are attached to the run as ``<Type>.xml`` to a registry.
 
     :raises InterfaceDefinitionError: if such a file is invalid.
     """
-    missing = {kind for kind, _ in map(parse_uid, uids) if registry.path(kind) is None}
-    if not missing:
+    missing_types = {kind for kind, _ in map(parse_uid, uids) if registry.path(kind) is None}
+    if not missing_types:
         return
     for attachment in run.attachments():
         name = PurePath(attachment.name)
-        if name.suffix == ".xml" and name.stem in missing:
+        if name.suffix == ".xml" and name.stem in missing_types:
             file = f"{run.path}: {attachment.name}"
             registry.add(make_interface_class(parse_bytes(attachment.data, file)))

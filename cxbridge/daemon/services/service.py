@@ -1,4 +1,7 @@
-"""The common parts of all services: clock, log, blackboards, signals and notifications of systemd."""
+"""The common parts of all services: clock, log, blackboards, signals and notifications of systemd.
+
+A service is a long-lived process without an agent: record, replay, gateway or executor.
+"""
 
 from __future__ import annotations
 
@@ -16,11 +19,11 @@ from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interrupt import Interrupt
 
-OnReady = Callable[[Callable[[], None]], None]
-"""Called with a stop function when a service is ready."""
+ReadyCallback = Callable[[Callable[[], None]], None]
+"""Gets a function that stops the service, when the service is ready."""
 
 
-def ignore(_value: object) -> None:
+def do_nothing(_value: object) -> None:
     """Do nothing; the default callback of a service."""
 
 
@@ -30,10 +33,10 @@ class Service(ExitStack):
     SIGINT, SIGTERM and SIGHUP set `stopped`, even before the first blackboard is opened.
 
     :param console: gets the log lines.
-    :param on_ready: called by :meth:`ready`.
+    :param on_ready: called by :meth:`report_ready`.
     """
 
-    def __init__(self, console: Sink | None = None, on_ready: OnReady = ignore) -> None:
+    def __init__(self, console: Sink | None = None, on_ready: ReadyCallback = do_nothing) -> None:
         super().__init__()
         self.clock = RealClock()
         self.stopped = threading.Event()
@@ -59,7 +62,7 @@ class Service(ExitStack):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool | None:
         if self._is_ready:  # for systemd a failed start must not look like a requested stop
-            self._notifier.stopping()
+            self._notifier.report_stopping()
         return super().__exit__(kind, error, trace)
 
     def open_blackboard(self, url: str, registry: InterfaceRegistry) -> BlackBoard:
@@ -69,13 +72,13 @@ class Service(ExitStack):
         """
         return self.enter_context(open_blackboard(url, registry, self.clock, self.bus))
 
-    def ready(self, status: str) -> None:
+    def report_ready(self, status: str) -> None:
         """Report readiness, with a status text, to systemd and the callback."""
         self._is_ready = True
-        self._notifier.ready(status)
+        self._notifier.report_ready(status)
         self._on_ready(self.stop)
 
-    def wake_by(self, wake: Callable[[], None]) -> None:
+    def set_wake_function(self, wake: Callable[[], None]) -> None:
         """Set a function that ends a wait when the service is to stop."""
         self._wake = wake
         if self.stopped.is_set():  # a signal has arrived before this call

@@ -1,6 +1,7 @@
 """An executor for the skill board that uses the Skiller of Fawkes or of a daemon.
 
-An executive with a skill board can thereby use Fawkes' Skiller without a further plugin in Fawkes.
+A skill board distributes the skill calls of executives to executors. This executor lets such an
+executive use the Skiller of a Fawkes, which needs no further plugin.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class SkillerExecutor(SkillExecutor):
     def start(self) -> None:
         self._remote_board: BlackBoard | None = None
         if self.clock.is_virtual:
-            raise ConfigError("a Skiller elsewhere needs the real clock", hint="add --clock real")
+            raise ConfigError("a Skiller in another process needs the real clock", hint="add --clock real")
         self._remote_board = open_blackboard(self.setting("url", self.url), InterfaceRegistry(), self.clock)
 
     def execute(self, call: SkillCall) -> Steps:
@@ -67,6 +68,6 @@ class SkillerExecutor(SkillExecutor):
 
 
 class TalkExecutor(SkillerExecutor):
-    """Lets the Skiller say the texts of the thesis' talking agents."""
+    """Executes the say skills of an agent of fawkesrobotics/ros2-clips-executive (2021) with the Skiller."""
 
     skills = ("say-hello", "say-hello-again", "say-goodbye", "say-cleanup")

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.clock import Clock
-from cxbridge.config.secrets import HIDDEN, is_secret, mask
+from cxbridge.config.secrets import MASKED_TEXT, is_secret, mask
 from cxbridge.errors import CxbridgeError, SkillError
 from cxbridge.events import Level, Logger
 from cxbridge.lua_syntax import readable
@@ -161,10 +161,10 @@ def _readable(path: str, value: str) -> str:
 
     :raises SkillError: if all of it is secret.
     """
-    masked = mask(path, value)
-    if masked == HIDDEN != value:
+    masked_text = mask(path, value)
+    if masked_text == MASKED_TEXT != value:
         raise SkillError(f"{path} is secret: skills cannot read it")
-    return masked
+    return masked_text
 
 
 _GETTERS: dict[str, Callable[[Configuration, str], Any]] = {

@@ -136,7 +136,7 @@ def _properties(node: YamlNode | None) -> dict[str, str]:
 
 
 def _items(node: YamlNode | None, name: str) -> list[YamlNode]:
-    if node is None or (isinstance(node, YamlScalar) and node.null):
+    if node is None or (isinstance(node, YamlScalar) and node.is_null):
         return []
     if not isinstance(node, YamlList):
         raise _error_at(node, f"'{name}' must be a list")
@@ -144,7 +144,7 @@ def _items(node: YamlNode | None, name: str) -> list[YamlNode]:
 
 
 def _text(node: YamlNode) -> str:
-    if not isinstance(node, YamlScalar) or node.null:
+    if not isinstance(node, YamlScalar) or node.is_null:
         raise _error_at(node, "a text is expected here")
     return node.text
 

@@ -61,7 +61,7 @@ def load_executive_parameters(folder: Path) -> Configuration:
             hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:; {_describe_sections(file_config)}",
         )
     config = Configuration()
-    config.overlay(file_config.below(parameter_path).moved(EXECUTIVE_TREE))
+    config.overlay(file_config.below(parameter_path).copy_below(EXECUTIVE_TREE))
     config.files = file_config.files
     config.warnings = file_config.warnings
     return config

@@ -19,7 +19,7 @@ from cxbridge.daemon.operations.operation import (
     ParameterError,
     Route,
     UnavailableError,
-    plain,
+    to_json,
 )
 from cxbridge.daemon.operations.table import operations
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
@@ -42,7 +42,7 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
             if route.check is not None:
                 route.check(context, call.path)
             arguments = operation.parse(_request_arguments(operation, route, call), strict=True)
-            result = (route.instead or operation.carry_out)(context, arguments)
+            result = (route.http_function or operation.carry_out)(context, arguments)
             if route.answer is not None:
                 result = route.answer(context, arguments)
         except ParameterError as error:
@@ -51,19 +51,19 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
             raise ApiError(503, "The executive is not running now") from error
         except NotFoundError as error:
             raise ApiError(error.status, error.message) from error
-        answer = plain(result)
+        answer = to_json(result)
         return [head | row for row in answer] if is_list else head | answer
 
     is_list = get_origin(route.reply) is list
     answer = get_args(route.reply)[0] if is_list else route.reply
     kind = route.kind or answer.__name__
-    # the answer is plain already, so the members of its model are added here
+    # the answer has JSON values already, so the members of its model are added here
     head, model = {"kind": kind, "apiVersion": API_VERSION}, model_of(kind, answer)
     return Endpoint(
         method=route.method,
         path=route.path,
         handler=handler,
-        summary=route.about,
+        summary=route.summary,
         reply=list[model] if is_list else model,  # type: ignore[valid-type]  # a type that is made at run time
         names={field.name: int for field in fields(operation.parameters) if _bare_type(field) is int},
         query=tuple(Query(name, description) for name, description in route.query.items()),
@@ -84,8 +84,8 @@ def _request_arguments(operation: Operation[Any], route: Route[Any], call: ApiCa
         member = route.names.get(name, name)
         if name in call.path:
             arguments[name] = int(call.path[name]) if _bare_type(parameter) is int else call.path[name]
-        elif name in route.given:
-            arguments[name] = call.query.get(name) or call.body.get(member) or route.given[name]
+        elif name in route.defaults:
+            arguments[name] = call.query.get(name) or call.body.get(member) or route.defaults[name]
         elif member in call.body:
             arguments[name] = call.body[member]
         # A segment of a path may be empty, and clients send an empty text for a field that a user left empty.
@@ -98,7 +98,7 @@ def _error_text(operation: Operation[Any], route: Route[Any], name: str) -> str:
     """Return the error text for a wrong parameter."""
     parameter = {field.name: field for field in fields(operation.parameters)}[name]
     member, kind = route.names.get(name, name), _bare_type(parameter)
-    if parameter.required and kind is str and name not in route.given:
+    if parameter.required and kind is str and name not in route.defaults:
         return f"The body lacks '{member}', a text"
     expected = _TYPE_NAMES.get(kind) or _meta(parameter).description
     return f"'{member}' must be {expected}"
@@ -121,6 +121,6 @@ def _body(parameters: type[msgspec.Struct], route: Route[Any]) -> type[msgspec.S
     for field in fields(parameters):
         if f"{{{field.name}}}" not in route.path and field.name not in route.query:
             member = (route.names.get(field.name, field.name), field.type)
-            default = route.given.get(field.name, field.default)
+            default = route.defaults.get(field.name, field.default)
             members.append(member if default is NODEFAULT else (*member, default))
     return msgspec.defstruct(route.body, members, kw_only=True)

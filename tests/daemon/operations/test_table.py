@@ -87,9 +87,9 @@ def test_a_number_may_be_a_text_where_nobody_is_strict() -> None:
 
 
 def test_words_at_a_prompt_are_parameters_in_their_order() -> None:
-    assert SEARCH.words("battery 3 {}") == {"words": "battery", "after": "3", "slots": "{}"}
-    assert SEARCH.words("battery") == {"words": "battery"}
-    assert operations()["where"].words("") == {}
+    assert SEARCH.parse_words("battery 3 {}") == {"words": "battery", "after": "3", "slots": "{}"}
+    assert SEARCH.parse_words("battery") == {"words": "battery"}
+    assert operations()["where"].parse_words("") == {}
 
 
 def test_without_an_executive_each_operation_on_it_says_so() -> None:

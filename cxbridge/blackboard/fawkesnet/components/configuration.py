@@ -23,7 +23,7 @@ from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFra
 from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.config.scalars import ConfigType, to_bool, to_float, to_int, to_uint32
-from cxbridge.config.secrets import masked
+from cxbridge.config.secrets import mask_value
 from cxbridge.errors import BlackBoardError, ConfigError
 
 
@@ -105,7 +105,7 @@ class ConfigurationComponent(NetworkHandler):
         """Return the message with the value at a path; INV_VALUE if no value exists or it does not fit."""
         if not self._config.exists(path):
             return _make_invalid_message(path)
-        message = _make_value_message(path, masked(self._config.get(path)))
+        message = _make_value_message(path, mask_value(self._config.get(path)))
         try:
             message.pack()
         except MalformedMessageError:
@@ -115,7 +115,7 @@ class ConfigurationComponent(NetworkHandler):
     def _list_messages(self) -> Iterator[ConfigMessage]:
         """Yield the messages of all values that fit into a list."""
         for value in self._config.search("/"):
-            message = _make_value_message(value.path, masked(value))
+            message = _make_value_message(value.path, mask_value(value))
             try:
                 fits = len(message.pack_entry()) <= MAX_ELEMENT and len(value.path.encode()) < PATH_SIZE
             except MalformedMessageError:

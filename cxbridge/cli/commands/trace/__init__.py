@@ -4,7 +4,7 @@ import sys
 
 import typer
 
-from cxbridge.cli.discovery import group_of_commands, rows_of_group
+from cxbridge.cli.discovery import group_rows, make_group_class
 
 _ORDER = (
     *("diff", "extract", "record", "replay"),
@@ -13,7 +13,7 @@ _ORDER = (
 
 app = typer.Typer(
     name="trace",
-    cls=group_of_commands(lambda: rows_of_group("trace", sys.modules[__name__]), {"Commands": _ORDER}),
+    cls=make_group_class(lambda: group_rows("trace", sys.modules[__name__]), {"Commands": _ORDER}),
     no_args_is_help=True,
 )
 

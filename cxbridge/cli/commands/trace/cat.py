@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.connect import InterfaceDirs, RunPath, definitions, print_notes
+from cxbridge.cli.connect import InterfaceDirs, RunPath, make_registry, print_notes
 from cxbridge.cli.console import say
 
 
@@ -30,8 +30,8 @@ def cat(
     from cxbridge.trace.formats.registry import open_run
     from cxbridge.trace.listing import event_filter, json_lines, text_lines
 
-    run = open_run(file, definitions(interface_dir))
-    wanted = event_filter(kind or [], match)
-    for line in json_lines(run, wanted) if as_json else text_lines(run, wanted):
+    run = open_run(file, make_registry(interface_dir))
+    is_selected = event_filter(kind or [], match)
+    for line in json_lines(run, is_selected) if as_json else text_lines(run, is_selected):
         say(line)
     print_notes(run.notes, file)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.connect import InterfaceDirs, RunPath, definitions, print_notes
+from cxbridge.cli.connect import InterfaceDirs, RunPath, make_registry, print_notes
 from cxbridge.errors import CxbridgeError
 from cxbridge.plugins import package_hint
 
@@ -29,11 +29,11 @@ def convert(
     from cxbridge.trace.convert import convert
     from cxbridge.trace.formats.registry import copy_formats, open_run
 
-    if to not in (known := copy_formats()):
+    if to not in (format_names := copy_formats()):
         if hint := package_hint(to):
             raise CxbridgeError(f"--to cannot be '{to}'", hint=hint)
-        raise typer.BadParameter(f"'{to}' is none of {', '.join(known)}", param_hint="--to")
-    run = open_run(file, definitions(interface_dir))
+        raise typer.BadParameter(f"'{to}' is none of {', '.join(format_names)}", param_hint="--to")
+    run = open_run(file, make_registry(interface_dir))
     if output.exists() and output.samefile(file):
         raise typer.BadParameter("a file cannot be converted to itself", param_hint="OUT")
     notes = convert(run, output, to)

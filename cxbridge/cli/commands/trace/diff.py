@@ -22,7 +22,7 @@ Choice = TypeVar("Choice", bound=Enum)
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Method:
+class _ComparisonOptions:
     """The options that select events and rules of the comparison."""
 
     level: Annotated[str, typer.Option(help="transitions, skills, rules, facts or blackboard")] = (
@@ -48,7 +48,7 @@ class _Method:
         ),
     ] = "thread"
 
-    def plain(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the selection and the tolerance for JSON."""
         return {
             "only": [*self.only],
@@ -73,7 +73,7 @@ class _DiffOutputs:
 def diff(
     a: Annotated[Path, typer.Argument(metavar="A", help="the run to compare")],
     b: Annotated[list[Path], typer.Argument(metavar="B...", help="the runs to compare with A")],
-    method: _Method,
+    method: _ComparisonOptions,
     outputs: _DiffOutputs,
 ) -> None:
     """Compare recorded runs. Exit status: 0 equal; 1 different; 2 a run is unreadable.
@@ -92,16 +92,16 @@ def diff(
     from cxbridge.trace.formats.registry import open_run
 
     _check_outputs((a, *b), outputs.junit, outputs.page)
-    view, order = _choice(View, "--level", method.level), _choice(Order, "--order", method.order)
+    view, order = _parse_choice(View, "--level", method.level), _parse_choice(Order, "--order", method.order)
     selection = Selection(method.only, method.ignore)
-    run, others = open_run(a), [open_run(path) for path in b]
-    tolerance = _tolerance(method.time_tolerance, method.time_from)
-    comparison = compare_runs(run, others, view, order, selection=selection, tolerance=tolerance)
-    report = make_report(comparison, run, others, selection)
+    run, other_runs = open_run(a), [open_run(path) for path in b]
+    tolerance = _make_tolerance(method.time_tolerance, method.time_from)
+    comparison = compare_runs(run, other_runs, view, order, selection=selection, tolerance=tolerance)
+    report = make_report(comparison, run, other_runs, selection)
     if outputs.page is not None:
-        _write_page(outputs.page, page_report(report, method.plain(), selection))
-    _print_outcome(report, outputs, method.plain())
-    for note in _notes(report, selection):
+        _write_page(outputs.page, page_report(report, method.to_json(), selection))
+    _print_outcome(report, outputs, method.to_json())
+    for note in _list_notes(report, selection):
         say(note, err=True)
     if not comparison.same:
         raise typer.Exit(1)
@@ -111,15 +111,19 @@ def _check_outputs(runs: tuple[Path, ...], *outputs: Path | None) -> None:
     """Check that outputs do not overwrite a compared run."""
     for output in outputs:
         # samefile also detects the same file by another path or link
-        if output is not None and output.exists() and any(r.exists() and output.samefile(r) for r in runs):
+        if (
+            output is not None
+            and output.exists()
+            and any(run.exists() and output.samefile(run) for run in runs)
+        ):
             raise typer.BadParameter(f"'{output}' is one of the runs")
 
 
-def _tolerance(seconds: float | None, since: str) -> Tolerance | None:
+def _make_tolerance(seconds: float | None, since: str) -> Tolerance | None:
     """Return the tolerance of times, or None if times are not compared."""
     from cxbridge.trace.compare.checks import TimeReference, Tolerance
 
-    reference = _choice(TimeReference, "--time-from", since)
+    reference = _parse_choice(TimeReference, "--time-from", since)
     return None if seconds is None else Tolerance(seconds, reference)
 
 
@@ -149,14 +153,14 @@ def _write_page(path: Path, document: dict[str, Any]) -> None:
     write_document(path, "comparison", title, document)
 
 
-def _notes(report: ComparisonReport, selection: Selection) -> Iterator[str]:
+def _list_notes(report: ComparisonReport, selection: Selection) -> Iterator[str]:
     """Yield warnings for the user."""
     for _, run, _ in report.sides:
         yield from (f"{run.path}: {note}" for note in run.notes)
     yield from (f"pattern '{pattern}' met nothing" for pattern in selection.unused_patterns)
 
 
-def _choice(kinds: type[Choice], option: str, value: str) -> Choice:
+def _parse_choice(kinds: type[Choice], option: str, value: str) -> Choice:
     """Return the member of an enumeration that an option names."""
     try:
         return kinds(value)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.connect import InterfaceDirs, RunPath, definitions, print_notes
+from cxbridge.cli.connect import InterfaceDirs, RunPath, make_registry, print_notes
 from cxbridge.cli.console import say
 
 
@@ -22,7 +22,7 @@ def exchange(
     from cxbridge.trace.exchange import exchange_json_lines, exchange_lines
     from cxbridge.trace.formats.registry import open_run
 
-    run = open_run(file, definitions(interface_dir))
+    run = open_run(file, make_registry(interface_dir))
     for line in exchange_json_lines(run) if as_json else exchange_lines(run):
         say(line)
     print_notes(run.notes, file)

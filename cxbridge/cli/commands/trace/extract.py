@@ -30,10 +30,10 @@ def extract(
     from cxbridge.trace.sources import extract_files
 
     run = open_run(file)
-    for path in (written := extract_files(run, output, pattern)):
+    for path in (paths := extract_files(run, output, pattern)):
         say(path)
     for note in run.notes:
         say(f"{file}: {note}", err=True)
-    if not written:
+    if not paths:
         say(f"{file}: no file in it matches '{pattern}'", err=True)
         raise typer.Exit(1)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.connect import InterfaceDirs, RunPath, definitions, print_notes
+from cxbridge.cli.connect import InterfaceDirs, RunPath, make_registry, print_notes
 from cxbridge.cli.console import say, say_json
 
 
@@ -22,7 +22,7 @@ def info(
     from cxbridge.trace.formats.registry import open_run
     from cxbridge.trace.summary import summarise
 
-    run = open_run(file, definitions(interface_dir))
+    run = open_run(file, make_registry(interface_dir))
     summary = summarise(run)
     if as_json:
         say_json(summary.to_json())

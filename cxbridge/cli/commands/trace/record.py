@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.cli.console import ConsoleOptions, complain, say, say_json
-from cxbridge.cli.entry import orderly
+from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import RecordOptions
 from cxbridge.printing import terminal_of
@@ -21,7 +21,7 @@ INCOMPLETE = 4
 
 
 @option_groups
-@orderly(service=True)
+@handle_signals(service=True)
 def record(
     options: RecordOptions,
     as_json: Annotated[bool, typer.Option("--json", help="print the summary as JSON")] = False,
@@ -37,19 +37,19 @@ def record(
 
     Example: cxbridge trace record -i 'SkillerInterface::*' -o out/skiller.mcap --duration 60
     """
-    from cxbridge.daemon.services.record import duplicate_output
+    from cxbridge.daemon.services.record import find_duplicate_output
     from cxbridge.daemon.services.record import record as record_board
+    from cxbridge.daemon.services.service import do_nothing
 
-    if (duplicate := duplicate_output(options.outputs)) is not None:
+    if (duplicate := find_duplicate_output(options.outputs)) is not None:
         raise typer.BadParameter(f"'{duplicate}' is named twice", param_hint="--output")
     shows_progress = sys.stderr.isatty() and not console.quiet
-    report = record_board(
-        options, console=console.log(info=True), on_progress=_show if shows_progress else lambda _report: None
-    )
+    on_progress = _show_progress if shows_progress else do_nothing
+    report = record_board(options, console=console.log(info=True), on_progress=on_progress)
     if shows_progress:
-        terminal_of(sys.stderr).write(_CLEAR)
+        terminal_of(sys.stderr).write(_CLEAR_LINE)
     if as_json:
-        say_json(report.plain(), indent=2)
+        say_json(report.to_json(), indent=2)
     else:
         for line in report.lines():
             say(line)
@@ -58,13 +58,13 @@ def record(
     return INCOMPLETE if report.errors else 0
 
 
-_CLEAR = "\r\x1b[K"
+_CLEAR_LINE = "\r\x1b[K"
 
 
-def _show(report: RecordReport) -> None:
+def _show_progress(report: RecordReport) -> None:
     """Show the progress on one line of the terminal; the next log line replaces it."""
     count = sum(report.writes.values())
     terminal_of(sys.stderr).write(
-        f"{_CLEAR}{report.seconds:.0f} s  {count} writes of {len(report.writes)} interfaces\r"
+        f"{_CLEAR_LINE}{report.seconds:.0f} s  {count} writes of {len(report.writes)} interfaces\r"
     )
     sys.stderr.flush()

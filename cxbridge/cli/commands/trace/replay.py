@@ -24,7 +24,7 @@ LOST = 4
 INTERRUPTED = 130
 """The exit status after Ctrl-C."""
 
-_CLEAR = "\r\x1b[K"
+_CLEAR_LINE = "\r\x1b[K"
 _MAX_CHARACTERS = 100  # limit of an event, so that its line fits into most terminals
 
 
@@ -43,6 +43,7 @@ def replay(
     Example: cxbridge trace replay out/run.mcap --speed 2
     """
     from cxbridge.daemon.services import replay as replaying
+    from cxbridge.daemon.services.service import do_nothing
 
     start_s, end_s = options.start_s, options.end_s
     if start_s is not None and end_s is not None and start_s > end_s:
@@ -55,15 +56,15 @@ def replay(
             options,
             keys=keys,
             console=console.log(),
-            on_progress=_show if shows_progress else lambda _report: None,
-            announce=_announce if options.step and not console.quiet else lambda _move: None,
+            on_progress=_show_progress if shows_progress else do_nothing,
+            announce=_announce if options.step and not console.quiet else do_nothing,
         )
     if shows_progress:
-        terminal_of(sys.stderr).write(_CLEAR)
+        terminal_of(sys.stderr).write(_CLEAR_LINE)
     for note in report.notes:
         say(f"{options.run}: {note}", err=True)
     if as_json:
-        say_json(report.plain(), indent=2)
+        say_json(report.to_json(), indent=2)
     else:
         for line in report.lines():
             say(line)
@@ -73,13 +74,13 @@ def replay(
     return INTERRUPTED if report.end == replaying.INTERRUPTED and not options.loop else 0
 
 
-def _show(report: ReplayReport) -> None:
+def _show_progress(report: ReplayReport) -> None:
     """Show the progress on a terminal."""
-    done = sum(report.writes.values()) + report.messages + report.undelivered
+    done_count = sum(report.writes.values()) + report.messages + report.undelivered
     round_text = f", round {report.rounds}" if report.rounds > 1 else ""
     total = report.total * max(report.rounds, 1)
     terminal_of(sys.stderr).write(
-        f"{_CLEAR}{report.position_s:.1f} of {report.last_s:.1f} s, {done} of {total}{round_text}"
+        f"{_CLEAR_LINE}{report.position_s:.1f} of {report.last_s:.1f} s, {done_count} of {total}{round_text}"
     )
     sys.stderr.flush()
 

@@ -33,12 +33,12 @@ def read_properties(file: Path) -> list[Property]:
     properties: list[Property] = []
     for root in parse_documents(data, str(file)):
         if not isinstance(root, YamlList):
-            if isinstance(root, YamlScalar) and root.null:
+            if isinstance(root, YamlScalar) and root.is_null:
                 continue  # an empty document
             raise root.mark.error("a list of properties is expected", _EXPECTED)
         for item in root.items:
             match item:
-                case YamlScalar(null=False):
+                case YamlScalar(is_null=False):
                     properties.append(read_property(item.text, item.mark))
                 case YamlMap(pairs=[(YamlScalar() as name, YamlScalar() as form)]):
                     properties.append(read_property(f"{name.text}: {form.text}", form.mark))

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.commands.interface import InterfaceDirs, registry_of
+from cxbridge.cli.commands.interface import InterfaceDirs, make_registry
 from cxbridge.cli.console import say
 from cxbridge.resources import shipped_interfaces
 
@@ -41,7 +41,7 @@ def package(
     """
     from cxbridge_ros2.interfaces.package import write_packages
 
-    registry = registry_of(interface_dir)
+    registry = make_registry(interface_dir)
     schemas = [registry.schema(name) for name in names or registry.names()]
     for folder in write_packages(schemas, output):
         say(folder)

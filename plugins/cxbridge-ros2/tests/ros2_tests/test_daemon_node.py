@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
-from cxbridge.daemon.client import command
+from cxbridge.daemon.client import send_command
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
@@ -67,7 +67,7 @@ def test_what_others_do_with_it_is_told(node: Node, domain: int, tmp_path: Path)
         node.subscribe(topic, kind, lambda each: moves.append(each["goal_state"]["label"]))
         until(node, lambda: client.has_server)
         until(node, lambda: not node.poll(0.5))
-        assert command(daemon.board, "Pause", 10)
+        assert send_command(daemon.board, "Pause", 10)
         until(node, lambda: "inactive" in moves)
         assert answer(node, client.state) is LifecycleState.INACTIVE
 

@@ -139,7 +139,7 @@ def _find_sections(node: YamlNode, path: str) -> Iterator[tuple[str, YamlMap]]:
             yield from _find_sections(value, f"{path}/{key.text.strip('/')}")
         elif isinstance(value, YamlMap):
             yield path, value
-        elif not (isinstance(value, YamlScalar) and value.null):
+        elif not (isinstance(value, YamlScalar) and value.is_null):
             raise value.mark.error(f"{_SECTION} must be a map of parameters")
 
 
@@ -165,7 +165,7 @@ def _flatten(node: YamlMap, prefix: str) -> Iterator[tuple[str, Parameter]]:
             yield from _flatten(value, f"{name}.")
         elif isinstance(value, YamlList):
             yield name, Parameter(_read_list(name, value), value.mark)
-        elif value.null:
+        elif value.is_null:
             raise value.mark.error(
                 f"the parameter '{name}' has no value", "give the value, or remove the line"
             )
@@ -191,7 +191,7 @@ def _read_list(name: str, node: YamlList) -> tuple[Scalar, ...]:
 def _read_scalar(node: YamlScalar) -> Scalar:
     """Return the value as rcl_yaml_param_parser of ROS reads it: a quoted scalar is a string."""
     text, lower_text = node.text, node.text.lower()
-    if not node.plain:
+    if not node.is_plain:
         return text
     if lower_text in YAML_TRUE or lower_text in YAML_FALSE:
         return lower_text in YAML_TRUE

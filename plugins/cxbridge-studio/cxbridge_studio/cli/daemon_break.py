@@ -103,9 +103,9 @@ def _step(board: BlackBoard, unit: str, timeout_s: float) -> str:
     """
     from cxbridge.blackboard.following import Deadline, Feed
     from cxbridge.daemon.board import DAEMON_ID, REQUEST_TYPE
-    from cxbridge.daemon.client import OWNER, check_executive, request
+    from cxbridge.daemon.client import OWNER, check_serves_requests, request
 
-    check_executive(board)
+    check_serves_requests(board)
     deadline = Deadline(timeout_s)
     with Feed(board, OWNER) as feed:
         previous_stops = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]

@@ -6,10 +6,10 @@ import os
 import sys
 
 from cxbridge.cli.console import complain
-from cxbridge.cli.entry import orderly
+from cxbridge.cli.entry import handle_signals
 
 
-@orderly()
+@handle_signals()
 def dap() -> int:
     """Speak the Debug Adapter Protocol on stdin and stdout: editors start this to debug an agent.
 

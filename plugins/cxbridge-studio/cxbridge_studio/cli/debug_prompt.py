@@ -115,7 +115,7 @@ class DebugPrompt(RunServer):
         env = agent.assembly.executive.env
         self._is_quit = True  # stays true if the run ends at this stop
         while agent.debugger.stopped is not None:
-            if self._commands.on_terminal:
+            if self._commands.is_terminal:
                 self._out.write("(cxbridge) ")
                 self._out.flush()
             line = self._commands.next(lambda: env.is_ended)
@@ -191,7 +191,7 @@ class _Agent:
         if (command := self._commands.get(word)) is not None:
             command(argument.strip())
         elif (operation := operations().get(word)) is not None and operation.at_prompt:
-            self._say(json.dumps(self._ask(word, **operation.words(argument.strip()))))
+            self._say(json.dumps(self._ask(word, **operation.parse_words(argument.strip()))))
         else:
             raise CxbridgeError(f"there is no command '{word}'", hint="h lists all commands")
 

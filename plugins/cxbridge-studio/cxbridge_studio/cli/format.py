@@ -8,12 +8,12 @@ from typing import Annotated
 import typer
 
 from cxbridge.cli.console import say
-from cxbridge.cli.entry import orderly
+from cxbridge.cli.entry import handle_signals
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
 
 
-@orderly()
+@handle_signals()
 def format(  # noqa: A001 - the name of the command
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="CLIPS files, or folders of them.")],
     check: Annotated[bool, typer.Option("--check", help="Only list the files that would change.")] = False,

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, Connect, InterfaceDirs, connect
-from cxbridge.cli.entry import orderly
+from cxbridge.cli.entry import handle_signals
 
 if TYPE_CHECKING:
     from cxbridge_studio.monitor.snapshot import MonitorSource
 
 
-@orderly()
+@handle_signals()
 def monitor(
     run: Annotated[
         Path | None,

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cxbridge.blackboard import parse_uid
 from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
 from cxbridge.clock import MICROSECONDS
-from cxbridge.daemon.client import NoAnswerError, ask_why, command, read_status, request
+from cxbridge.daemon.client import NoAnswerError, ask_why, read_status, request, send_command
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
 from cxbridge.interfaces.assignments import assign, field_text
 from cxbridge_studio.debugger.fact_words import changed_fact, number_of
@@ -265,7 +265,7 @@ class DaemonSource:
         return message
 
     def _send_command(self, verb: str, _query: ViewQuery) -> str:
-        if not command(self._connected_board(), verb.capitalize(), ANSWER_S):
+        if not send_command(self._connected_board(), verb.capitalize(), ANSWER_S):
             raise CxbridgeError(f"the daemon did not {verb} within {ANSWER_S:g} s")
         return ""
 

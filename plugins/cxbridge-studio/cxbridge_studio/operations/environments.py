@@ -147,7 +147,7 @@ def _destroy_and_describe(context: OperationContext, parameters: NamedEnvironmen
         "",
         "Destroy an environment that a client created.",
         errors={400: "The environment is the executive's"},
-        instead=_destroy_and_describe,
+        http_function=_destroy_and_describe,
     ),
 )
 def _destroy(context: OperationContext, parameters: NamedEnvironment) -> None:
@@ -171,7 +171,7 @@ def _load_absolute(context: OperationContext, parameters: _File) -> Loaded:
         "Load a CLIPS file of the daemon's machine, and return the mistakes in the file.",
         Loaded,
         {400: "CLIPS cannot read the file"},
-        instead=_load_absolute,
+        http_function=_load_absolute,
         body="EnvironmentFile",
     ),
 )
@@ -257,7 +257,7 @@ def _evaluate_text(context: OperationContext, parameters: _Expression) -> object
         Evaluation,
         {400: "The expression does not parse, fails, or takes too long"},
         kind="Value",
-        instead=_evaluate_text,
+        http_function=_evaluate_text,
         body="Expression",
     ),
 )

@@ -121,14 +121,14 @@ def _retract_over_http(context: OperationContext, parameters: _Index) -> FactInd
     return FactIndex(parameters.index)
 
 
-def _fact_route(method: str, about: str, bad_request: str, **fields: Any) -> Route[Any]:
+def _fact_route(method: str, summary: str, bad_request: str, **fields: Any) -> Route[Any]:
     """Return a route for one fact.
 
     :param bad_request: the meaning of status 400.
     """
     errors = {400: bad_request, 404: "There is no such fact, or no such environment"}
-    fields |= {"check": _check_index, "given": _GIVEN, "query": _QUERY, "errors": errors}
-    return Route(method, f"{_PATH}/{{index}}", about, FactIndex, **fields)
+    fields |= {"check": _check_index, "defaults": _GIVEN, "query": _QUERY, "errors": errors}
+    return Route(method, f"{_PATH}/{{index}}", summary, FactIndex, **fields)
 
 
 @OPERATIONS.add("facts", Right.LOOK, _Facts, at_prompt=True)
@@ -164,9 +164,9 @@ def _agenda(context: OperationContext, parameters: _Agenda) -> list[tuple[int, s
         _PATH,
         "Assert a fact.",
         FactIndex,
-        instead=_assert_over_http,
+        http_function=_assert_over_http,
         body="FactText",
-        given=_GIVEN,
+        defaults=_GIVEN,
         errors={400: "CLIPS rejects the fact", 404: "There is no such environment"},
     ),
     at_prompt=True,
@@ -181,7 +181,7 @@ def _assert(context: OperationContext, parameters: _Fact) -> int:
     "retract",
     Right.CONTROL,
     _Index,
-    _fact_route("DELETE", "Retract a fact.", "The index is not a number", instead=_retract_over_http),
+    _fact_route("DELETE", "Retract a fact.", "The index is not a number", http_function=_retract_over_http),
     at_prompt=True,
 )
 def _retract(context: OperationContext, parameters: _Index) -> None:
@@ -198,7 +198,7 @@ def _retract(context: OperationContext, parameters: _Index) -> None:
         "PATCH",
         "Change slots of a fact, which gets a new index.",
         "The fact has no such slot, or the slot cannot have the value",
-        instead=_modify_over_http,
+        http_function=_modify_over_http,
         body="SlotTexts",
     ),
     at_prompt=True,

@@ -9,7 +9,7 @@ from typing import Annotated, Final
 import typer
 
 from cxbridge.cli.console import ConsoleOptions
-from cxbridge.cli.entry import orderly
+from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge_web.options import BrowserOptions
 
@@ -17,7 +17,7 @@ _PERIOD_S: Final = 0.1  # time between two checks for Ctrl-C
 
 
 @option_groups
-@orderly(service=True)
+@handle_signals(service=True)
 def view(
     runs: Annotated[
         list[Path],

@@ -9,7 +9,7 @@ from msgspec import UNSET, Struct, UnsetType
 
 from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
-from cxbridge.config.secrets import masked
+from cxbridge.config.secrets import mask_value
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
@@ -107,7 +107,7 @@ def config_tree(config: Configuration, query: str) -> dict[str, Any]:
         parent = tree
         for name in names[:-1]:
             parent = parent.setdefault(name, {})
-        parent[names[-1]] = _config_value(masked(value))
+        parent[names[-1]] = _config_value(mask_value(value))
     return tree
 
 

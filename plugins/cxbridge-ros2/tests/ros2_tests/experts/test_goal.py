@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.clock import RealClock
-from cxbridge.daemon.client import command
+from cxbridge.daemon.client import send_command
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
@@ -68,12 +68,12 @@ def test_who_may_only_look(domain: int, tmp_path: Path):
 def test_while_it_is_paused_and_after_a_reset(domain: int, tmp_path: Path):
     with served(tmp_path, domain) as daemon, asking(domain) as client:
         client.request(WHOLE["add_problem_instance"], named("attic", "room"))
-        assert command(daemon.board, "Pause", 10)
+        assert send_command(daemon.board, "Pause", 10)
         client.wait(lambda: daemon.state == "PAUSED", 10)
         assert "attic" in client.request(WHOLE["get_problem"])["problem"]
-        assert command(daemon.board, "Reset", 10)
+        assert send_command(daemon.board, "Reset", 10)
         client.wait(lambda: "attic" not in client.call(WHOLE["get_problem"])["problem"], 10)
-        assert command(daemon.board, "Resume", 10)
+        assert send_command(daemon.board, "Resume", 10)
         client.wait(lambda: daemon.state == "RUNNING", 10)
         assert "(at r2 hall)" in client.request(WHOLE["get_problem"])["problem"]
 

@@ -106,7 +106,7 @@ def _map_slots(node: YamlNode | None, path: str, *, in_list: bool = False) -> It
             yield from _map_slots(value, f"{path}/{name}", in_list=in_list)
         elif isinstance(value, YamlList):
             yield from _list_slots(value, f"{path}/{name}")
-        elif value.null:
+        elif value.is_null:
             raise value.mark.error("NULL YAML KEY")
         else:
             slots = _scalar_slots(value)

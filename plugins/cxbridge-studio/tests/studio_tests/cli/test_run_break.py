@@ -135,7 +135,7 @@ def test_lines_come_whole_and_end_when_it_is_enough():
     inlet, outlet = os.pipe()
     with os.fdopen(inlet) as stream:
         lines = CommandLines(stream)
-        assert not lines.on_terminal
+        assert not lines.is_terminal
         os.write(outlet, b"one\n two ")
         assert lines.next(lambda: False) == "one"
         asked = iter((False, True))

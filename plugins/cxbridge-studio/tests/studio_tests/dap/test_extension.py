@@ -6,7 +6,7 @@ import json
 import re
 
 from cxbridge import __version__
-from cxbridge.cli.discovery import top_rows
+from cxbridge.cli.discovery import top_level_rows
 from cxbridge.run.options import RunOptions
 from tests.support import ROOT
 
@@ -41,7 +41,7 @@ def test_a_launch_configuration_has_options_of_run():
 def test_it_starts_commands_that_there_are():
     program = (FOLDER / "extension.js").read_text()
     assert set(re.findall(r'\["(\w+)"\]', program)) == {"dap", "lsp"}
-    assert "dap" in [row.name for row in top_rows()]
+    assert "dap" in [row.name for row in top_level_rows()]
 
 
 def test_words_of_clips_are_one_word():

@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.daemon import requests as daemon_requests
-from cxbridge.daemon.client import NoAnswerError, command, read_status, request
+from cxbridge.daemon.client import NoAnswerError, read_status, request, send_command
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine
 from cxbridge_studio.cli.daemon_break import _step as step
@@ -63,7 +63,7 @@ def test_it_stops_at_a_breakpoint_while_the_rest_goes_on(daemon, board, ask):
     ask("retract", env="executive", index=index)
     ask("assert", env="executive", fact="(pong 2)")
     ask("break-remove", numbers=[1])
-    assert command(board, "Resume", WAIT_S)
+    assert send_command(board, "Resume", WAIT_S)
     assert until(lambda: relations(ask, "done") == ["(done 2)"])
     assert ask("where") is None
 
@@ -88,7 +88,7 @@ def test_breakpoints_survive_a_reset(board, ask):
     ask("break-add", specs=["rule:pong", "goal:X:FINISHED"])
     ask("assert", env="executive", fact="(ping 1)")
     assert until(lambda: ask("where") is not None)
-    assert command(board, "Reset", WAIT_S)
+    assert send_command(board, "Reset", WAIT_S)
     assert [item["spec"] for item in ask("break-list")] == ["rule:pong", "goal:X:FINISHED"]
     ask("break-remove", all=True)
     assert ask("break-list") == []
@@ -99,7 +99,7 @@ def test_breakpoints_that_a_reset_makes_wrong_are_in_the_log(daemon, board, ask,
     write_scenario(tmp_path / "mini", agent=PING.replace("pong", "pang"))
     lines = []
     daemon.bus.subscribe(lambda event: lines.append(event.text), LogLine)
-    assert command(board, "Reset", WAIT_S)
+    assert send_command(board, "Reset", WAIT_S)
     said = "breakpoint rule:pong: there is no rule 'pong' hint: did you mean pang"
     assert until(lambda: any(line.startswith(said) for line in lines))
     assert [item["spec"] for item in ask("break-list")] == ["rule:pong", "goal:X:FINISHED"]
@@ -256,5 +256,7 @@ def test_the_commands(daemon, ask, tmp_path, capsys):
 
 
 def test_what_a_client_sends_looks_like_no_line_of_the_log():
-    assert daemon_requests._loggable("{}\nE Daemon: on fire\x1b[2J") == r"{}\u000aE Daemon: on fire\u001b[2J"
-    assert len(daemon_requests._loggable("x" * 10_000)) == 500
+    assert (
+        daemon_requests._log_excerpt("{}\nE Daemon: on fire\x1b[2J") == r"{}\u000aE Daemon: on fire\u001b[2J"
+    )
+    assert len(daemon_requests._log_excerpt("x" * 10_000)) == 500

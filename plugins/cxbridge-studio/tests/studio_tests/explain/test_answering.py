@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.daemon.client import ask_why, command
+from cxbridge.daemon.client import ask_why, send_command
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge_studio.explain import answering as daemon_explain
 from tests.daemon.test_daemon import WAIT_S, connected, running
@@ -47,9 +47,9 @@ def test_rules_and_goals_of_a_daemon(daemon):
 
 def test_a_paused_daemon_answers_and_one_that_was_reset(daemon):
     with connected(daemon) as board:
-        assert command(board, "Pause", WAIT_S)
+        assert send_command(board, "Pause", WAIT_S)
         assert "mini.clp:26)" in ask(board, "mini-never")
-        assert command(board, "Reset", WAIT_S)
+        assert send_command(board, "Reset", WAIT_S)
         assert "mini.clp:26)" in ask(board, "mini-never")
 
 
