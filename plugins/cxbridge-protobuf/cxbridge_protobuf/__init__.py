@@ -1,5 +1,5 @@
-"""Protobuf messages compatible with Fawkes' protobuf_comm: frames, ciphers, types, connections.
+"""Protobuf messages for agents, compatible with protobuf_comm, the library that Fawkes uses.
 
-The format is in ``docs/evidence/protocol-protobuf.md``. Only :mod:`~cxbridge_protobuf.feature` and ``fields``
-know CLIPS.
+``docs/evidence/protocol-protobuf.md`` describes the protocol: frames, ciphers, types and connections. Only
+the modules :mod:`~cxbridge_protobuf.feature` and :mod:`~cxbridge_protobuf.fields` depend on CLIPS.
 """

@@ -1,4 +1,8 @@
-"""The interface of an environment's connections, over sockets or within the process."""
+"""The interface of an environment's connections.
+
+A connection links a client with a server over TCP. A peer broadcasts messages over UDP. The class ``Network``
+implements the interface with sockets, ``LocalConnections`` within the process.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +10,15 @@ from collections.abc import Callable
 from typing import Protocol, TypeAlias
 
 from cxbridge_protobuf.frames import Frame
-from cxbridge_protobuf.inbox import Event
+from cxbridge_protobuf.inbox import InboxEvent
 from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import MessageTypes
 
 
 class Connections(Protocol):
-    """The server, clients and peers of an environment; all of them have ids from one sequence."""
+    """The server, clients and peers of an environment; all connections and peers share a sequence of ids."""
 
-    def drain(self) -> list[Event]:
+    def drain(self) -> list[InboxEvent]:
         """Return the events since the last call."""
 
     def enable_server(self, port: int) -> None:
@@ -51,5 +55,5 @@ class Connections(Protocol):
         """Close all connections."""
 
 
-# Creates connections for message types, settings and a clock function in microseconds.
+# creates connections from message types, settings, and a function that returns the time in microseconds
 MakeConnections: TypeAlias = Callable[[MessageTypes, NetworkSettings, Callable[[], int]], Connections]

@@ -1,7 +1,8 @@
-"""Encrypted payloads of frames. Format: docs/evidence/protocol-protobuf.md.
+"""Encryption of the payloads of frames, as in protobuf_comm.
 
-The protection is weak: keys are unsalted hashes, and payloads are not authenticated. It exists because the
-league's referee box requires it.
+The protection is weak: keys are unsalted hashes, and payloads are not authenticated. The encryption exists
+because the referee box of the RoboCup Logistics League requires it. docs/evidence/protocol-protobuf.md
+describes the format.
 """
 
 from __future__ import annotations
@@ -16,12 +17,12 @@ from cxbridge.extras import plugin_command
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.ciphers import Cipher
 
-# Cipher numbers in frames.
-CIPHERS: Final = {"aes-128-ecb": 1, "aes-128-cbc": 2, "aes-256-ecb": 3, "aes-256-cbc": 4}
+# the numbers of ciphers in frames
+CIPHER_NUMBERS: Final = {"aes-128-ecb": 1, "aes-128-cbc": 2, "aes-256-ecb": 3, "aes-256-cbc": 4}
 
-_NAMES: Final = {number: name for name, number in CIPHERS.items()}
-_BLOCK = 16  # bytes of an AES block
-_ROUNDS = 8  # the number that protobuf_comm passes to EVP_BytesToKey
+_CIPHER_NAMES: Final = {cipher_number: name for name, cipher_number in CIPHER_NUMBERS.items()}
+_BLOCK_BYTES = 16  # bytes of an AES block
+_HASH_ROUNDS = 8  # the count that protobuf_comm passes to EVP_BytesToKey of OpenSSL
 
 
 def derive_key(secret: str, size: int) -> bytes:
@@ -30,31 +31,33 @@ def derive_key(secret: str, size: int) -> bytes:
     :param size: bytes of the key, at most 32.
     """
     digest = secret.encode("utf-8", "surrogateescape")
-    for _ in range(_ROUNDS):
+    for _ in range(_HASH_ROUNDS):
         digest = hashlib.sha256(digest).digest()
     return digest[:size]
 
 
 class Crypter:
-    """Encrypts with one cipher and decrypts with the cipher that a frame names.
+    """Encrypts with a configured cipher, and decrypts with the cipher that a frame names.
 
     :param cipher: a name of :data:`CIPHERS`.
     :raises ProtobufError: if the cipher is unknown, or the package cryptography is missing.
     """
 
     def __init__(self, secret: str, cipher: str) -> None:
-        if cipher not in CIPHERS:
-            raise ProtobufError(f"there is no cipher '{cipher}'", hint=f"there are: {', '.join(CIPHERS)}")
-        _library()  # called for its error: a missing package is reported here, not with the first message
+        if cipher not in CIPHER_NUMBERS:
+            raise ProtobufError(
+                f"there is no cipher '{cipher}'", hint=f"there are: {', '.join(CIPHER_NUMBERS)}"
+            )
+        _import_cryptography()  # reports a missing package now, not with the first message
         self._keys = {size: derive_key(secret, size) for size in (16, 32)}
-        self.number: Final = CIPHERS[cipher]
+        self.cipher_number: Final = CIPHER_NUMBERS[cipher]
 
     def encrypt(self, content: bytes) -> bytes:
         """Return an encrypted payload, with its initialization vector if the cipher has one."""
-        vector = os.urandom(_BLOCK) if _has_vector(self.number) else b""
-        padding = _BLOCK - len(content) % _BLOCK
-        worker = self._cipher(self.number, vector).encryptor()
-        return vector + worker.update(content + bytes([padding]) * padding) + worker.finalize()
+        vector = os.urandom(_BLOCK_BYTES) if _has_vector(self.cipher_number) else b""
+        padding = _BLOCK_BYTES - len(content) % _BLOCK_BYTES
+        transform = self._make_cipher(self.cipher_number, vector).encryptor()
+        return vector + transform.update(content + bytes([padding]) * padding) + transform.finalize()
 
     def decrypt(self, cipher: int, content: bytes) -> bytes:
         """Return the decrypted payload.
@@ -62,35 +65,35 @@ class Crypter:
         :param cipher: the number in the frame.
         :raises ProtobufError: if the key differs, the frame is cut, or the cipher is unknown.
         """
-        if cipher not in _NAMES:
+        if cipher not in _CIPHER_NAMES:
             raise ProtobufError(f"there is no cipher with number {cipher}")
-        skip = _BLOCK if _has_vector(cipher) else 0
-        if len(content) < skip + _BLOCK or len(content) % _BLOCK:
+        vector_size = _BLOCK_BYTES if _has_vector(cipher) else 0
+        if len(content) < vector_size + _BLOCK_BYTES or len(content) % _BLOCK_BYTES:
             raise ProtobufError("an encrypted frame was cut")
-        worker = self._cipher(cipher, content[:skip]).decryptor()
-        plain = worker.update(content[skip:]) + worker.finalize()
-        # PKCS 7 padding: each padding byte is the number of padding bytes
-        padding = plain[-1]
-        if not 1 <= padding <= _BLOCK or plain[-padding:] != bytes([padding]) * padding:
+        transform = self._make_cipher(cipher, content[:vector_size]).decryptor()
+        padded_content = transform.update(content[vector_size:]) + transform.finalize()
+        # padding of PKCS 7: the value of each padding byte is the number of padding bytes
+        padding = padded_content[-1]
+        if not 1 <= padding <= _BLOCK_BYTES or padded_content[-padding:] != bytes([padding]) * padding:
             raise ProtobufError("a frame does not decrypt: is the key the same on both sides?")
-        return bytes(plain[:-padding])
+        return bytes(padded_content[:-padding])
 
-    def _cipher(self, number: int, vector: bytes) -> Cipher[Any]:
-        ciphers, algorithms, modes = _library()
-        key = self._keys[16 if "128" in _NAMES[number] else 32]
+    def _make_cipher(self, cipher_number: int, vector: bytes) -> Cipher[Any]:
+        ciphers, algorithms, modes = _import_cryptography()
+        key = self._keys[16 if "128" in _CIPHER_NAMES[cipher_number] else 32]
         mode = modes.CBC(vector) if vector else modes.ECB()
         cipher: Cipher[Any] = ciphers.Cipher(algorithms.AES(key), mode)
         return cipher
 
 
-def _has_vector(number: int) -> bool:
-    return _NAMES[number].endswith("cbc")
+def _has_vector(cipher_number: int) -> bool:
+    return _CIPHER_NAMES[cipher_number].endswith("cbc")
 
 
-def _library() -> tuple[Any, Any, Any]:
+def _import_cryptography() -> tuple[Any, Any, Any]:
     """Return the modules of the package cryptography."""
     try:
-        # imported only for encryption
+        # slow to import, and few agents encrypt messages
         from cryptography.hazmat.primitives import ciphers  # noqa: PLC0415
         from cryptography.hazmat.primitives.ciphers import algorithms, modes  # noqa: PLC0415
     except ImportError:

@@ -1,7 +1,8 @@
-"""The feature `protobuf`: messages and their connections. See docs/evidence/protocol-protobuf.md.
+"""The feature ``protobuf``: functions for rules that create, read, send and receive protobuf messages.
 
-Rules hold a message by an external address, a handle of this process: CLIPS cannot know when the last copy of
-an address is gone, so a message lives until ``pb-destroy``, as in Fawkes.
+Rules refer to a message by an external address, the handle of the message. CLIPS cannot know when the last
+copy of an address is gone, so a message exists until a rule calls ``pb-destroy``, as in Fawkes.
+docs/evidence/protocol-protobuf.md describes the functions and the protocol.
 """
 
 from __future__ import annotations
@@ -19,36 +20,36 @@ from cxbridge.events import Logger
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
-from cxbridge_protobuf.settings import CONNECTIONS, ProtobufSettings
+from cxbridge_protobuf.settings import CONNECTIONS_KEY, ProtobufSettings
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge_protobuf.connections import Connections, MakeConnections
     from cxbridge_protobuf.fields import MessageField
     from cxbridge_protobuf.frames import Frame
-    from cxbridge_protobuf.inbox import Presence, Received
+    from cxbridge_protobuf.inbox import ConnectionChange, ReceivedMessage
 
-_FILE = Path(__file__).with_name("protobuf.clp")
-_LOG = "CLIPS-Protobuf"
-_FIRST_HANDLE = 1 << 40  # far from 0, the null pointer, and from pointers of other features
-_MANY = 100_000  # number of live messages that suggests a missing pb-destroy
+_CLIPS_FILE = Path(__file__).with_name("protobuf.clp")
+_LOG_COMPONENT = "CLIPS-Protobuf"
+_FIRST_HANDLE = 1 << 40  # differs from 0, the null pointer, and from the addresses of further features
+_MANY_MESSAGES = 100_000  # so many messages suggest that a rule lacks a pb-destroy
 
-_INVALID = Symbol("INVALID-MESSAGE")
-_UNKNOWN = Symbol("DOES-NOT-EXIST")
+_INVALID_MESSAGE = Symbol("INVALID-MESSAGE")
+_UNKNOWN_FIELD = Symbol("DOES-NOT-EXIST")
 _NOT_SET = Symbol("NOT-SET")
 
 
 class ProtobufFeature(Feature):
-    """Defines the ``pb-*`` functions and asserts received messages.
+    """Defines the ``pb-*`` functions, and asserts facts for received messages.
 
-    :param connections: the factory of connections; None for sockets.
-    :param templates: whether to define the fact templates and the rules that retract old facts; False if the
-        caller has its own.
+    :param connections: creates the connections of an environment; None for sockets.
+    :param templates: whether to define the templates of the facts, and the rules that retract facts of
+        previous loops; False if the caller defines them.
     """
 
     name = "protobuf"
 
-    user: ClassVar[type[ProtobufUser]]  # class of the feature's state per environment
+    state_class: ClassVar[type[ProtobufState]]  # the class of the feature's state in an environment
 
     def __init__(
         self,
@@ -60,58 +61,58 @@ class ProtobufFeature(Feature):
         self._settings = settings or ProtobufSettings()
         self._connections = connections
         self._templates = templates
-        self._users: dict[str, ProtobufUser] = {}
+        self._states: dict[str, ProtobufState] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Read the message types, and define functions and templates."""
-        user = self.user(env, self._settings, self._connections)
-        self._users[env.name] = user
-        user.define()
+        state_class = self.state_class(env, self._settings, self._connections)
+        self._states[env.name] = state_class
+        state_class.define()
         if self._templates:
-            env.load(_FILE)
+            env.load(_CLIPS_FILE)
 
     def before_run(self, env: ClipsEnvironment) -> None:
         """Assert received messages."""
-        self._users[env.name].before_run()
+        self._states[env.name].before_run()
 
     def connections(self, env: ClipsEnvironment) -> Connections:
-        return self._users[env.name].network
+        return self._states[env.name].network
 
-    def forget(self, env: ClipsEnvironment) -> None:
-        """Delete all messages of an environment whose rules neither keep nor destroy them."""
-        self._users[env.name].forget()
+    def delete_messages(self, env: ClipsEnvironment) -> None:
+        """Delete all messages of an environment, for rules without ``pb-destroy`` that keep no message."""
+        self._states[env.name].delete_messages()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        user = self._users.pop(env.name, None)
-        if user is not None:
-            user.network.close()
+        state_class = self._states.pop(env.name, None)
+        if state_class is not None:
+            state_class.network.close()
 
 
 def make_feature(context: Run) -> ProtobufFeature:
     """Return the feature of a run.
 
-    For an inspected agent, compiled message modules are not imported, since they are programs.
+    An inspection of an agent does not import the compiled message modules, since they are programs.
     """
     settings = ProtobufSettings.from_config(context.config, context.paths.expand)
     if context.is_look:
         settings = replace(settings, modules=())
-    return ProtobufFeature(settings, context.additions.values.get(CONNECTIONS))
+    return ProtobufFeature(settings, context.additions.values.get(CONNECTIONS_KEY))
 
 
-class ProtobufUser:
-    """The feature's state of an environment."""
+class ProtobufState:
+    """The feature's state in an environment: its message types, messages and connections."""
 
     def __init__(
         self, env: ClipsEnvironment, settings: ProtobufSettings, connections: MakeConnections | None
     ) -> None:
-        # a late import: only agents with the feature pay for protobuf
+        # imported here, since protobuf is slow to import and few agents use this feature
         from cxbridge_protobuf import fields, types  # noqa: PLC0415
         from cxbridge_protobuf.network import Network  # noqa: PLC0415
 
         self._env = env
         self._fields = fields
-        self._frame_of = types.frame_of
-        self._log: Logger = env.bus.logger(_LOG)
+        self._make_frame = types.make_frame
+        self._log: Logger = env.bus.logger(_LOG_COMPONENT)
         self.types = types.MessageTypes(self._log.warn)
         self.types.add_folders(settings.folders)
         for module in settings.modules:
@@ -119,61 +120,61 @@ class ProtobufUser:
         self.network = (connections or Network)(self.types, settings.network, env.bus.clock.now_us)
         self._messages: dict[int, Any] = {}
         self._handles = itertools.count(_FIRST_HANDLE)
-        self._warn_at = _MANY
+        self._next_warning_count = _MANY_MESSAGES
 
     def define(self) -> None:
-        # CLIPS' codes of argument types: the default (* any type), then a code for each argument: e external
-        # address, sy symbol or string, l integer
+        # CLIPS' codes for the types of arguments: the default (*: any type), then a code for each argument
+        # (e: external address, sy: symbol or string, l: integer)
         message, field = "*;e", "*;e;sy"
-        table: Iterable[tuple[str, Callable[..., Value], int, str]] = (
+        definitions: Iterable[tuple[str, Callable[..., Value], int, str]] = (
             ("pb-register-type", self.register, 1, "*;sy"),
-            ("pb-create", self._create, 1, "*;sy"),
-            ("pb-ref", self._ref, 1, message),
-            ("pb-destroy", self._destroy, 1, message),
-            ("pb-field-names", self._names, 1, message),
-            ("pb-field-type", partial(self._describe, self._fields.type_name), 2, field),
-            ("pb-field-label", partial(self._describe, self._fields.label), 2, field),
+            ("pb-create", self._create_message, 1, "*;sy"),
+            ("pb-ref", self._copy_reference, 1, message),
+            ("pb-destroy", self._destroy_message, 1, message),
+            ("pb-field-names", self._get_field_names, 1, message),
+            ("pb-field-type", partial(self._describe_field, self._fields.field_type), 2, field),
+            ("pb-field-label", partial(self._describe_field, self._fields.field_label), 2, field),
             ("pb-has-field", self._has_field, 2, field),
-            ("pb-field-is-list", self._is_list, 2, field),
-            ("pb-field-value", self._value, 2, field),
-            ("pb-field-list", self._list, 2, field),
-            ("pb-set-field", partial(self._store, self._fields.set_value, "set"), 3, field),
-            ("pb-add-list", partial(self._store, self._fields.add_value, "add"), 3, field),
+            ("pb-field-is-list", self._is_list_field, 2, field),
+            ("pb-field-value", self._get_value, 2, field),
+            ("pb-field-list", self._get_list, 2, field),
+            ("pb-set-field", partial(self._change_field, self._fields.set_value, "set"), 3, field),
+            ("pb-add-list", partial(self._change_field, self._fields.add_value, "add"), 3, field),
             ("pb-tostring", self._to_string, 1, message),
-            ("pb-server-enable", self._server_enable, 1, "*;l"),
+            ("pb-server-enable", self._enable_server, 1, "*;l"),
             ("pb-server-disable", self.network.disable_server, 0, "*"),
             ("pb-connect", self.network.connect, 2, "*;sy;l"),
             ("pb-disconnect", self.network.disconnect, 1, "*;l"),
-            ("pb-send", partial(self._send, self.network.send, "send"), 2, "*;l;e"),
-            ("pb-broadcast", partial(self._send, self.network.broadcast, "broadcast"), 2, "*;l;e"),
-            ("pb-peer-create", lambda host, port: self._peer(host, port, port), 2, "*;sy;l"),
-            ("pb-peer-create-local", self._peer, 3, "*;sy;l;l"),
+            ("pb-send", partial(self._send_message, self.network.send, "send"), 2, "*;l;e"),
+            ("pb-broadcast", partial(self._send_message, self.network.broadcast, "broadcast"), 2, "*;l;e"),
+            ("pb-peer-create", lambda host, port: self._create_peer(host, port, port), 2, "*;sy;l"),
+            ("pb-peer-create-local", self._create_peer, 3, "*;sy;l;l"),
             (
                 "pb-peer-create-crypto",
-                lambda host, port, *crypto: self._peer(host, port, port, *crypto),
+                lambda host, port, *crypto: self._create_peer(host, port, port, *crypto),
                 4,
                 "*;sy;l;sy;sy",
             ),
-            ("pb-peer-create-local-crypto", self._peer, 5, "*;sy;l;l;sy;sy"),
+            ("pb-peer-create-local-crypto", self._create_peer, 5, "*;sy;l;l;sy;sy"),
             ("pb-peer-destroy", self.network.destroy_peer, 1, "*;l"),
             ("pb-peer-setup-crypto", self._setup_crypto, 3, "*;l;sy;sy"),
         )
-        for name, function, count, types in table:
+        for name, function, count, types in definitions:
             self._env.define(name, function, count, types=types)
 
     # --- messages ---------------------------------------------------------------------------------------
 
-    def _add(self, message: Any) -> ExternalAddress:
+    def _add_message(self, message: Any) -> ExternalAddress:
         handle = next(self._handles)
         self._messages[handle] = message
-        if len(self._messages) >= self._warn_at:
+        if len(self._messages) >= self._next_warning_count:
             self._log.warn(
                 f"{len(self._messages)} messages are alive in CLIPS: does a rule forget pb-destroy?"
             )
-            self._warn_at *= 2
+            self._next_warning_count *= 2
         return ExternalAddress(handle)
 
-    def _get(self, address: Value) -> Any:
+    def _find_message(self, address: Value) -> Any:
         """Return the message at an address; None if the address is unknown."""
         return self._messages.get(address.handle) if isinstance(address, ExternalAddress) else None
 
@@ -186,88 +187,90 @@ class ProtobufUser:
             return FALSE
         return TRUE
 
-    def _create(self, full_name: str) -> Value:
+    def _create_message(self, full_name: str) -> Value:
         try:
-            return self._add(self.types.create(full_name))
+            return self._add_message(self.types.create(full_name))
         except ProtobufError as error:
             self._log.warn(f"Cannot create message of type {full_name}: {error.message}")
             return ExternalAddress(0)
 
-    def forget(self) -> None:
+    def delete_messages(self) -> None:
         """Delete all messages."""
         self._messages.clear()
 
-    def _ref(self, address: Value) -> Value:
-        message = self._get(address)
-        return ExternalAddress(0) if message is None else self._add(message)
+    def _copy_reference(self, address: Value) -> Value:
+        message = self._find_message(address)
+        return ExternalAddress(0) if message is None else self._add_message(message)
 
-    def _destroy(self, address: Value) -> None:
+    def _destroy_message(self, address: Value) -> None:
         if isinstance(address, ExternalAddress):
             self._messages.pop(address.handle, None)
 
     def _to_string(self, address: Value) -> Value:
-        message = self._get(address)
+        message = self._find_message(address)
         if message is None:
             self._log.warn("Cannot convert message to string: invalid message")
             return ""
-        return self.text_of(message)
+        return self.format_message(message)
 
-    def text_of(self, message: Any) -> str:
+    def format_message(self, message: Any) -> str:
         return str(message)
 
     # --- fields -----------------------------------------------------------------------------------------
 
-    def _names(self, address: Value) -> Value:
-        message = self._get(address)
-        return () if message is None else self._fields.names(message)
+    def _get_field_names(self, address: Value) -> Value:
+        message = self._find_message(address)
+        return () if message is None else self._fields.field_names(message)
 
-    def _find(self, address: Value, name: str) -> tuple[Any, Any]:
+    def _find_field(self, address: Value, name: str) -> tuple[Any, Any]:
         """Return the message at an address and a field of the message, each None if missing."""
-        message = self._get(address)
-        return message, None if message is None else self._fields.find(message, name)
+        message = self._find_message(address)
+        return message, None if message is None else self._fields.find_field(message, name)
 
-    def _describe(self, describe: Callable[[MessageField], Value], address: Value, name: str) -> Value:
-        message, field = self._find(address, name)
-        return _INVALID if message is None else _UNKNOWN if field is None else describe(field)
+    def _describe_field(self, describe: Callable[[MessageField], Value], address: Value, name: str) -> Value:
+        message, field = self._find_field(address, name)
+        return _INVALID_MESSAGE if message is None else _UNKNOWN_FIELD if field is None else describe(field)
 
     def _has_field(self, address: Value, name: str) -> Value:
-        message, field = self._find(address, name)
-        return field is not None and self._fields.has(message, field)
+        message, field = self._find_field(address, name)
+        return field is not None and self._fields.has_value(message, field)
 
-    def _is_list(self, address: Value, name: str) -> Value:
-        _, field = self._find(address, name)
+    def _is_list_field(self, address: Value, name: str) -> Value:
+        _, field = self._find_field(address, name)
         return field is not None and field.is_list
 
-    def _value(self, address: Value, name: str) -> Value:
-        message, field = self._find(address, name)
+    def _get_value(self, address: Value, name: str) -> Value:
+        message, field = self._find_field(address, name)
         if message is None:
             self._log.warn(f"Invalid message when getting {name}")
-            return _INVALID
+            return _INVALID_MESSAGE
         type_name = message.DESCRIPTOR.full_name
         if field is None:
             self._log.warn(f"Field {name} of {type_name} does not exist")
-            return _UNKNOWN
+            return _UNKNOWN_FIELD
         fields = self._fields
         if field.is_list:
             raise ClipsError(f"field {name} of {type_name} is a list", hint="pb-field-list")
-        if not field.of and not fields.has(message, field):
+        if not field.nested_type and not fields.has_value(message, field):
             self._log.warn(f"Field {name} of {type_name} not set")
             return _NOT_SET
-        return fields.value(message, field, self._add)
+        return fields.field_value(message, field, self._add_message)
 
-    def _list(self, address: Value, name: str) -> Value:
-        message, field = self._find(address, name)
+    def _get_list(self, address: Value, name: str) -> Value:
+        message, field = self._find_field(address, name)
         if message is None:
-            return (_INVALID,)
+            return (_INVALID_MESSAGE,)
         if field is None:
-            return (_UNKNOWN,)
+            return (_UNKNOWN_FIELD,)
         if not field.is_list:
-            return (self._value(address, name),)
-        return self._fields.items(message, field, self._add)
+            return (self._get_value(address, name),)
+        return self._fields.list_values(message, field, self._add_message)
 
-    def _store(self, store: Callable[..., None], verb: str, address: Value, name: str, value: Value) -> None:
-        """Set a field or add to a list; a message as value is destroyed afterwards, as in Fawkes."""
-        message, field = self._find(address, name)
+    def _change_field(
+        self, change: Callable[..., None], verb: str, address: Value, name: str, value: Value
+    ) -> None:
+        """Set a field or add to a list; as in Fawkes, a message that is the value is destroyed afterwards."""
+        message, field = self._find_field(address, name)
         if message is None:
             return
         if field is None:
@@ -275,24 +278,26 @@ class ProtobufUser:
             return
         type_name = message.DESCRIPTOR.full_name
         try:
-            store(message, field, value, self._get)
+            change(message, field, value, self._find_message)
         except self._fields.UnknownEnumValueError:
             if verb == "set":  # Fawkes' pb-add-list ignores such values silently
                 self._log.warn(f"{type_name}: cannot set invalid enum value '{value}' on '{name}'")
         except ProtobufError as error:
             self._log.warn(f"Failed to {verb} field {name} of {type_name}: {error.message}")
-        if field.of:
-            self._destroy(value)
+        if field.nested_type:
+            self._destroy_message(value)
 
     # --- connections ------------------------------------------------------------------------------------
 
-    def _server_enable(self, port: int) -> None:
+    def _enable_server(self, port: int) -> None:
         try:
             self.network.enable_server(port)
         except ProtobufError as error:
             self._log.error(str(error))
 
-    def _peer(self, host: str, send_port: int, recv_port: int, secret: str = "", cipher: str = "") -> Value:
+    def _create_peer(
+        self, host: str, send_port: int, recv_port: int, secret: str = "", cipher: str = ""
+    ) -> Value:
         try:
             return self.network.create_peer(host, send_port, recv_port, secret, cipher)
         except ProtobufError as error:
@@ -305,14 +310,14 @@ class ProtobufUser:
         except ProtobufError as error:
             self._log.error(f"Cannot encrypt the messages of peer {peer}: {error}")
 
-    def _send(self, send: Callable[[int, Frame], None], verb: str, link: int, address: Value) -> None:
-        message = self._get(address)
+    def _send_message(self, send: Callable[[int, Frame], None], verb: str, link: int, address: Value) -> None:
+        message = self._find_message(address)
         if message is None:
             target = f"send to {link}" if verb == "send" else "send broadcast"
             self._log.warn(f"Cannot {target}: invalid message")
             return
         try:
-            send(link, self._frame_of(message))
+            send(link, self._make_frame(message))
         except ProtobufError as error:
             type_name = message.DESCRIPTOR.full_name
             self._log.warn(f"Failed to {verb} message of type {type_name}: {error.message}")
@@ -321,27 +326,27 @@ class ProtobufUser:
 
     def before_run(self) -> None:
         """Assert received messages."""
-        from cxbridge_protobuf.inbox import Presence, Received  # noqa: PLC0415
+        from cxbridge_protobuf.inbox import ConnectionChange, ReceivedMessage  # noqa: PLC0415
 
         for event in self.network.drain():
-            if isinstance(event, Received):
+            if isinstance(event, ReceivedMessage):
                 self._assert_message(event)
-            elif isinstance(event, Presence):
+            elif isinstance(event, ConnectionChange):
                 self._assert_presence(event)
             else:
                 self._log.warn(event.text)
 
-    def _assert_message(self, event: Received) -> None:
+    def _assert_message(self, event: ReceivedMessage) -> None:
         peer, server = event.origin.value == "PEER", event.origin.value == "SERVER"
         slots: dict[str, Value] = {
             "comp-id": event.component,
             "msg-type": event.type,
             "rcvd-via": Symbol("BROADCAST" if peer else "STREAM"),
-            "client-id": event.link,
+            "client-id": event.link_id,
         }
         if event.message is None:
             if server:
-                slots["rcvd-from"] = self.sender(event)
+                slots["rcvd-from"] = self.sender_value(event)
             template = "protobuf-server-receive-failed" if server else "protobuf-receive-failed"
             self._env.assert_fact(template, {**slots, "message": event.problem})
             return
@@ -350,26 +355,26 @@ class ProtobufUser:
             {
                 **slots,
                 "type": event.message.DESCRIPTOR.full_name,
-                "rcvd-from": self.sender(event),
-                "rcvd-at": self.time(event.at_us),
+                "rcvd-from": self.sender_value(event),
+                "rcvd-at": self.time_value(event.arrival_us),
                 "client-type": Symbol(event.origin.value),
-                "ptr": self._add(event.message),
+                "ptr": self._add_message(event.message),
             },
         )
 
-    def sender(self, event: Received) -> Value:
+    def sender_value(self, event: ReceivedMessage) -> Value:
         return (event.host, event.port)
 
-    def time(self, time_us: int) -> Value:
+    def time_value(self, time_us: int) -> Value:
         return split_us(time_us)
 
-    def _assert_presence(self, event: Presence) -> None:
+    def _assert_presence(self, event: ConnectionChange) -> None:
         state = "connected" if event.connected else "disconnected"
         if event.origin.value == "CLIENT":
-            self._env.assert_string(f"(protobuf-client-{state} {event.link})")
+            self._env.assert_string(f"(protobuf-client-{state} {event.link_id})")
         else:
             address = f" {event.host} {event.port}" if event.connected else ""
-            self._env.assert_string(f"(protobuf-server-client-{state} {event.link}{address})")
+            self._env.assert_string(f"(protobuf-server-client-{state} {event.link_id}{address})")
 
 
-ProtobufFeature.user = ProtobufUser  # here, since the class is defined after the feature
+ProtobufFeature.state_class = ProtobufState  # set here, since the class is defined below the feature

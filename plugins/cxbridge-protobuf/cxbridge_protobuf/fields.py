@@ -1,4 +1,7 @@
-"""The fields of messages as CLIPS values. Conversions: docs/evidence/protocol-protobuf.md."""
+"""Reads and sets the fields of messages as CLIPS values.
+
+docs/evidence/protocol-protobuf.md lists the conversions between the types of protobuf and CLIPS.
+"""
 
 from __future__ import annotations
 
@@ -21,10 +24,10 @@ _TYPE_NAMES: Final = {
 }
 _FLOATS: Final = frozenset([FieldDescriptor.TYPE_DOUBLE, FieldDescriptor.TYPE_FLOAT])
 _UNSIGNED_64: Final = frozenset([FieldDescriptor.TYPE_UINT64, FieldDescriptor.TYPE_FIXED64])
-# Unsigned numbers from 2**63 appear in CLIPS as negative ones, smaller by 2**64.
-_HALF, _WHOLE = 1 << 63, 1 << 64
+# CLIPS has only signed 64-bit integers: an unsigned number from 2**63 appears there smaller by 2**64
+_HALF_RANGE, _FULL_RANGE = 1 << 63, 1 << 64
 
-AddMessage = Callable[[Message], Value]  # stores a message and returns the address for CLIPS
+AddMessage = Callable[[Message], Value]  # stores a message, and returns its address for CLIPS
 
 GetMessage = Callable[[Value], Message]  # returns the message at an address; None if the address is unknown
 
@@ -32,67 +35,67 @@ GetMessage = Callable[[Value], Message]  # returns the message at an address; No
 class MessageField(Struct, frozen=True):
     """A field of a message type.
 
-    It caches the properties of the descriptor, whose queries take longer than the assignment of a value.
+    The object caches properties of the descriptor, which protobuf computes slowly.
 
     :param descriptor: the ``FieldDescriptor`` of protobuf.
-    :param kind: a ``FieldDescriptor.TYPE_...``.
-    :param is_list: whether the field is repeated, as maps are.
-    :param of: the full name of the field's message type; empty for other types.
+    :param type_code: a ``FieldDescriptor.TYPE_...``.
+    :param is_list: whether the field is repeated; maps are repeated fields, too.
+    :param nested_type: the full name of the field's message type; empty for other types.
     """
 
     descriptor: Any
     name: str
-    kind: int
+    type_code: int
     is_list: bool
     is_map: bool
-    of: str
+    nested_type: str
 
 
-@functools.lru_cache(maxsize=4096)
-def _field(message_type: Any, name: str) -> MessageField | None:
+@functools.lru_cache(maxsize=4096)  # more fields than the messages of an agent have
+def _find_cached_field(message_type: Any, name: str) -> MessageField | None:
     field = message_type.fields_by_name.get(name)
     if field is None:
         return None
     message = field.message_type
-    # new versions of protobuf have is_repeated, and deprecate label
+    # recent versions of protobuf have is_repeated, and deprecate label
     repeated = getattr(field, "is_repeated", None)
     return MessageField(
         descriptor=field,
         name=name,
-        kind=field.type,
+        type_code=field.type,
         is_list=bool(field.label == field.LABEL_REPEATED if repeated is None else repeated),
         is_map=message is not None and bool(message.GetOptions().map_entry),
-        of="" if message is None else message.full_name,
+        nested_type="" if message is None else message.full_name,
     )
 
 
-def find(message: Message, name: str) -> MessageField | None:
-    return _field(message.DESCRIPTOR, name)
+def find_field(message: Message, name: str) -> MessageField | None:
+    return _find_cached_field(message.DESCRIPTOR, name)
 
 
-def names(message: Message) -> tuple[str, ...]:
+def field_names(message: Message) -> tuple[str, ...]:
     """Return the names of all declared fields in order."""
     return tuple(field.name for field in message.DESCRIPTOR.fields)
 
 
-def type_name(field: MessageField) -> Symbol:
+def field_type(field: MessageField) -> Symbol:
     """Return the type of a field, e.g. ``UINT32``."""
-    return _TYPE_NAMES.get(field.kind, Symbol("UNKNOWN"))
+    return _TYPE_NAMES.get(field.type_code, Symbol("UNKNOWN"))
 
 
-def label(field: MessageField) -> Symbol:
+def field_label(field: MessageField) -> Symbol:
     """Return ``OPTIONAL``, ``REQUIRED`` or ``REPEATED``."""
     if field.is_list:
         return Symbol("REPEATED")
     descriptor = field.descriptor
-    # new versions of protobuf have is_required, and deprecate label
+    # recent versions of protobuf have is_required, and deprecate label
     required = getattr(descriptor, "is_required", None)
     if required is None:
         required = descriptor.label == descriptor.LABEL_REQUIRED
     return Symbol("REQUIRED" if required else "OPTIONAL")
 
 
-def has(message: Message, field: MessageField) -> bool:
+def has_value(message: Message, field: MessageField) -> bool:
     if field.is_list:
         return len(getattr(message, field.name)) > 0
     if field.descriptor.has_presence:
@@ -101,32 +104,32 @@ def has(message: Message, field: MessageField) -> bool:
     return any(descriptor.number == field.descriptor.number for descriptor, _ in message.ListFields())
 
 
-def value(message: Message, field: MessageField, add: AddMessage) -> Value:
+def field_value(message: Message, field: MessageField, add_message: AddMessage) -> Value:
     """Return the value of a field other than a list."""
-    if field.kind == FieldDescriptor.TYPE_BYTES:
-        return "bytes"  # the text that protobuf_comm returns, since CLIPS has no type for bytes
-    return _to_clips(field, getattr(message, field.name), add)
+    if field.type_code == FieldDescriptor.TYPE_BYTES:
+        return "bytes"  # as in protobuf_comm, since CLIPS has no type for bytes
+    return _to_clips(field, getattr(message, field.name), add_message)
 
 
-def items(message: Message, field: MessageField, add: AddMessage) -> tuple[Value, ...]:
-    if field.kind == FieldDescriptor.TYPE_BYTES:
-        # protobuf_comm's lists have this symbol, unlike its single values
+def list_values(message: Message, field: MessageField, add_message: AddMessage) -> tuple[Value, ...]:
+    if field.type_code == FieldDescriptor.TYPE_BYTES:
+        # protobuf_comm has this symbol in lists, but the string for a single value
         return (Symbol("BYTES"),) * len(getattr(message, field.name))
-    return tuple(_to_clips(field, item, add) for item in _elements(message, field))
+    return tuple(_to_clips(field, item, add_message) for item in _list_elements(message, field))
 
 
-def set_value(message: Message, field: MessageField, clips_value: Value, get: GetMessage) -> None:
+def set_value(message: Message, field: MessageField, clips_value: Value, get_message: GetMessage) -> None:
     """Set a field other than a list.
 
     :raises ProtobufError: if the field is a list or the value has a wrong type.
     """
     if field.is_list:
         raise ProtobufError("it is a list", hint="pb-add-list")
-    if field.kind == FieldDescriptor.TYPE_BYTES:
+    if field.type_code == FieldDescriptor.TYPE_BYTES:
         return  # ignored, as by protobuf_comm
-    converted = _to_protobuf(field, clips_value, get)
+    converted = _to_protobuf(field, clips_value, get_message)
     try:
-        if field.kind == FieldDescriptor.TYPE_MESSAGE:
+        if field.type_code == FieldDescriptor.TYPE_MESSAGE:
             getattr(message, field.name).CopyFrom(converted)
         else:
             setattr(message, field.name, converted)
@@ -134,21 +137,21 @@ def set_value(message: Message, field: MessageField, clips_value: Value, get: Ge
         raise ProtobufError(str(error)) from None
 
 
-def add_value(message: Message, field: MessageField, clips_value: Value, get: GetMessage) -> None:
+def add_value(message: Message, field: MessageField, clips_value: Value, get_message: GetMessage) -> None:
     """Append to a list.
 
     :raises ProtobufError: if the field is not a list or the value has a wrong type.
     """
     if not field.is_list:
         raise ProtobufError("it is not a list", hint="pb-set-field")
-    if field.kind == FieldDescriptor.TYPE_BYTES:
+    if field.type_code == FieldDescriptor.TYPE_BYTES:
         return  # ignored, as by protobuf_comm
-    converted = _to_protobuf(field, clips_value, get)
+    converted = _to_protobuf(field, clips_value, get_message)
     container = getattr(message, field.name)
     try:
         if field.is_map:
-            _put_entry(container, converted)
-        elif field.kind == FieldDescriptor.TYPE_MESSAGE:
+            _set_map_entry(container, converted)
+        elif field.type_code == FieldDescriptor.TYPE_MESSAGE:
             container.add().CopyFrom(converted)
         else:
             container.append(converted)
@@ -156,7 +159,7 @@ def add_value(message: Message, field: MessageField, clips_value: Value, get: Ge
         raise ProtobufError(str(error)) from None
 
 
-def _elements(message: Message, field: MessageField) -> list[Any]:
+def _list_elements(message: Message, field: MessageField) -> list[Any]:
     """Return the elements of a list; the elements of a map are messages with ``key`` and ``value``."""
     container = getattr(message, field.name)
     if not field.is_map:
@@ -174,64 +177,65 @@ def _elements(message: Message, field: MessageField) -> list[Any]:
     return entries
 
 
-def _put_entry(container: Any, entry: Message) -> None:
+def _set_map_entry(container: Any, entry: Message) -> None:
     if entry.DESCRIPTOR.fields_by_name["value"].message_type is None:
         container[entry.key] = entry.value
     else:
         container[entry.key].CopyFrom(entry.value)
 
 
-def _to_clips(field: MessageField, item: Any, add: AddMessage) -> Value:
-    if field.kind == FieldDescriptor.TYPE_MESSAGE:
+def _to_clips(field: MessageField, item: Any, add_message: AddMessage) -> Value:
+    if field.type_code == FieldDescriptor.TYPE_MESSAGE:
         # a copy, since rules may destroy the outer message first
         copy = type(item)()
         copy.CopyFrom(item)
-        return add(copy)
-    if field.kind == FieldDescriptor.TYPE_BOOL:
+        return add_message(copy)
+    if field.type_code == FieldDescriptor.TYPE_BOOL:
         return TRUE if item else FALSE
-    if field.kind == FieldDescriptor.TYPE_ENUM:
+    if field.type_code == FieldDescriptor.TYPE_ENUM:
         enum_value = field.descriptor.enum_type.values_by_number.get(item)
         return Symbol(
             enum_value.name if enum_value else f"UNKNOWN_ENUM_VALUE_{field.descriptor.enum_type.name}_{item}"
         )
-    # CLIPS has signed 64-bit integers only
-    if field.kind in _UNSIGNED_64 and item >= _HALF:
-        return item - _WHOLE
+    if field.type_code in _UNSIGNED_64 and item >= _HALF_RANGE:
+        return item - _FULL_RANGE
     return item
 
 
-def _to_protobuf(field: MessageField, clips_value: Value, get: GetMessage) -> Any:
+def _to_protobuf(field: MessageField, clips_value: Value, get_message: GetMessage) -> Any:
     """Convert a CLIPS value to the type of a field."""
-    kind = field.kind
-    if kind == FieldDescriptor.TYPE_MESSAGE:
-        nested_message = get(clips_value)
+    type_code = field.type_code
+    if type_code == FieldDescriptor.TYPE_MESSAGE:
+        nested_message = get_message(clips_value)
         if nested_message is None:
             raise ProtobufError("the value is not a valid message")
-        if nested_message.DESCRIPTOR.full_name != field.of:
-            raise ProtobufError(f"it takes {field.of}, not {nested_message.DESCRIPTOR.full_name}")
+        if nested_message.DESCRIPTOR.full_name != field.nested_type:
+            raise ProtobufError(f"it takes {field.nested_type}, not {nested_message.DESCRIPTOR.full_name}")
         return nested_message
-    if kind == FieldDescriptor.TYPE_BOOL:
+    if type_code == FieldDescriptor.TYPE_BOOL:
         return clips_value == "TRUE"
-    if kind in (FieldDescriptor.TYPE_STRING, FieldDescriptor.TYPE_ENUM):
+    if type_code in (FieldDescriptor.TYPE_STRING, FieldDescriptor.TYPE_ENUM):
         if not isinstance(clips_value, str):
             raise ProtobufError(f"{clips_value} is not a STRING or SYMBOL")
-        return clips_value if kind == FieldDescriptor.TYPE_STRING else _enum_number(field, clips_value)
+        return (
+            clips_value if type_code == FieldDescriptor.TYPE_STRING else _find_enum_number(field, clips_value)
+        )
     if isinstance(clips_value, bool) or not isinstance(clips_value, int | float):
         raise ProtobufError(f"{clips_value} is not a number")
-    if kind in _FLOATS:
+    if type_code in _FLOATS:
         return float(clips_value)
     try:
         integer = int(clips_value)
     except (OverflowError, ValueError):
         raise ProtobufError(f"{clips_value} is not a whole number") from None
-    return integer + _WHOLE if kind in _UNSIGNED_64 and -_HALF <= integer < 0 else integer
+    return integer + _FULL_RANGE if type_code in _UNSIGNED_64 and -_HALF_RANGE <= integer < 0 else integer
 
 
 class UnknownEnumValueError(ProtobufError):
     """An enumeration has no value with a name."""
 
 
-def _enum_number(field: MessageField, name: str) -> int:
+def _find_enum_number(field: MessageField, name: str) -> int:
     enum_value = field.descriptor.enum_type.values_by_name.get(name)
     if enum_value is None:
         raise UnknownEnumValueError(f"there is no '{name}' in {field.descriptor.enum_type.name}")

@@ -1,4 +1,7 @@
-"""Encoding and decoding of frames. Format: docs/evidence/protocol-protobuf.md."""
+"""Encodes and decodes frames: a frame carries a protobuf message with the numbers of its type.
+
+docs/evidence/protocol-protobuf.md describes the two versions of frames that protobuf_comm has.
+"""
 
 from __future__ import annotations
 
@@ -9,20 +12,21 @@ from typing import Final
 
 from cxbridge.errors import ProtobufError
 
-# Version 1: component id, message type, size. Version 2: version, cipher, two unused bytes, size; the ids are
-# in the message header, which starts the payload.
+# The header of version 1: component id, message type, size. The header of version 2: version, cipher, two
+# unused bytes, size; there the payload starts with the message header, which has component id and message
+# type.
 _HEADER_V1: Final = struct.Struct("!HHI")
 _HEADER_V2: Final = struct.Struct("!BBxxI")
 _MESSAGE_HEADER: Final = struct.Struct("!HH")
 
 VERSIONS: Final = (1, 2)  # the versions of frames that protobuf_comm has
 
-NO_CIPHER: Final = 0
+NO_CIPHER: Final = 0  # the cipher number of an unencrypted frame
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """An encoded message with its ids.
+    """An encoded message with the numbers of its type.
 
     :param component: the component id, 0 to 65535.
     :param type: the number of the message type, 0 to 65535.
@@ -34,18 +38,18 @@ class Frame:
     data: bytes
 
 
-def encode(frame: Frame, version: int = 2) -> bytes:
+def encode_frame(frame: Frame, version: int = 2) -> bytes:
     if version == 1:
         return _HEADER_V1.pack(frame.component, frame.type, len(frame.data)) + frame.data
-    return seal(NO_CIPHER, payload(frame))
+    return add_header(NO_CIPHER, encode_payload(frame))
 
 
-def payload(frame: Frame) -> bytes:
-    """Return the payload of a version 2 frame, which is the part that may be encrypted."""
+def encode_payload(frame: Frame) -> bytes:
+    """Return the payload of a version 2 frame: the part that may be encrypted."""
     return _MESSAGE_HEADER.pack(frame.component, frame.type) + frame.data
 
 
-def seal(cipher: int, content: bytes) -> bytes:
+def add_header(cipher: int, content: bytes) -> bytes:
     """Prepend the version 2 header to a payload.
 
     :param cipher: the number of the payload's cipher; 0 if unencrypted.
@@ -53,7 +57,7 @@ def seal(cipher: int, content: bytes) -> bytes:
     return _HEADER_V2.pack(2, cipher, len(content)) + content
 
 
-def parse_payload(content: bytes) -> Frame:
+def decode_payload(content: bytes) -> Frame:
     """Return the frame of a version 2 payload.
 
     :raises ProtobufError: if the payload is too short.
@@ -64,10 +68,10 @@ def parse_payload(content: bytes) -> Frame:
     return Frame(component, type_, content[_MESSAGE_HEADER.size :])
 
 
-def open_datagram(data: bytes, version: int = 2) -> tuple[int, bytes]:
-    """Return the cipher of a datagram and its payload in version 2 layout.
+def decode_datagram(data: bytes, version: int = 2) -> tuple[int, bytes]:
+    """Return the cipher number of a datagram, and its payload in the layout of version 2.
 
-    The size in the header is ignored if the payload is encrypted, as in protobuf_comm.
+    As in protobuf_comm, the size in the header is ignored if the payload is encrypted.
 
     :raises ProtobufError: if the datagram is not a frame.
     """
@@ -76,8 +80,7 @@ def open_datagram(data: bytes, version: int = 2) -> tuple[int, bytes]:
         raise ProtobufError("the datagram is too short for a frame")
     if version == 1:
         component, type_, size = _HEADER_V1.unpack_from(data)
-        # version 1 has the ids in its header, version 2 in the payload, where they are encrypted, too
-        content = payload(Frame(component, type_, data[header.size :]))
+        content = encode_payload(Frame(component, type_, data[header.size :]))
         cipher, size = NO_CIPHER, size + _MESSAGE_HEADER.size
     else:
         frame_version, cipher, size = _HEADER_V2.unpack_from(data)
@@ -103,15 +106,15 @@ class StreamDecoder:
         self._buffer = bytearray()
 
     def feed(self, data: bytes) -> Iterator[Frame]:
-        """Process received bytes and yield the complete frames.
+        """Add received bytes, and yield the complete frames.
 
-        :raises ProtobufError: if a frame has another version or an invalid size, or is encrypted. The decoder
-            is then unusable.
+        :raises ProtobufError: if a frame has another version or an invalid size, or is encrypted; then the
+            decoder is unusable.
         """
         self._buffer += data
         start, header = 0, self._header
         while len(self._buffer) - start >= header.size:
-            end = start + header.size + self._size(start)
+            end = start + header.size + self._read_size(start)
             if len(self._buffer) < end:
                 break
             content = bytes(self._buffer[start + header.size : end])
@@ -119,11 +122,11 @@ class StreamDecoder:
                 component, type_, _ = header.unpack_from(self._buffer, start)
                 yield Frame(component, type_, content)
             else:
-                yield parse_payload(content)
+                yield decode_payload(content)
             start = end
-        del self._buffer[:start]  # once, because each deletion moves the remaining bytes
+        del self._buffer[:start]  # only once, since a deletion moves all remaining bytes
 
-    def _size(self, start: int) -> int:
+    def _read_size(self, start: int) -> int:
         """Return the size in the header of the frame at an offset."""
         if self._version == 1:
             size = int(self._header.unpack_from(self._buffer, start)[2])

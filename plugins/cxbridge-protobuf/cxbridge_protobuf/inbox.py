@@ -1,4 +1,8 @@
-"""The queue of received messages that wait for their environment."""
+"""The queue in which received messages wait for their environment.
+
+The thread of the network adds events; the thread of the environment removes them before each run of the
+rules.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +14,8 @@ from typing import Final, TypeAlias
 
 from cxbridge_protobuf.types import Message
 
-_MAX_BYTES: Final = (
-    64 << 20
-)  # bounds the memory of large messages, which are too few for the limit of messages
+# bounds the memory for large messages, of which few are enough to fill it
+_MAX_BYTES: Final = 64 << 20
 
 
 class Origin(Enum):
@@ -24,98 +27,98 @@ class Origin(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Received:
+class ReceivedMessage:
     """A received message.
 
-    :param link: the id of the connection or of the peer.
+    :param link_id: the id of the connection or of the peer.
     :param host: the address of the sender; empty for messages to a client.
-    :param at_us: the time of the arrival in microseconds.
+    :param arrival_us: the time of the arrival in microseconds.
     :param message: the message; None if it is invalid.
     :param problem: the reason why the message is invalid.
     """
 
     origin: Origin
-    link: int
+    link_id: int
     host: str
     port: int
     component: int
     type: int
-    at_us: int
+    arrival_us: int
     message: Message | None
     problem: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Presence:
+class ConnectionChange:
     """The start or end of a connection."""
 
     origin: Origin
-    link: int
+    link_id: int
     connected: bool
     host: str = ""
     port: int = 0
 
 
 @dataclass(frozen=True, slots=True)
-class Warned:
-    """A line for the log."""
+class LogWarning:
+    """A warning for the log of the environment."""
 
     text: str
 
 
-Event: TypeAlias = Received | Presence | Warned
+InboxEvent: TypeAlias = ReceivedMessage | ConnectionChange | LogWarning
 
 
 class Inbox:
     """Events in order of arrival; thread-safe.
 
-    :param limit: the maximal number of waiting messages.
+    :param max_messages: the number of waiting messages at which reading pauses.
     :param now_us: the clock for the time stamps of messages.
     """
 
-    def __init__(self, limit: int, now_us: Callable[[], int]) -> None:
+    def __init__(self, max_messages: int, now_us: Callable[[], int]) -> None:
         self.now_us: Final = now_us
-        self._max_messages = limit
+        self._max_messages = max_messages
         self._lock = threading.Lock()
-        self._events: list[Event] = []
-        self._messages = 0
-        self._bytes = 0
+        self._events: list[InboxEvent] = []
+        self._message_count = 0
+        self._byte_count = 0
         self._was_full = False
         self._warning_counts: dict[str, int] = {}
 
     @property
-    def full(self) -> bool:
-        """Whether reading should pause; if so, the next :meth:`drain` reports that the inbox was full."""
+    def is_full(self) -> bool:
+        """Whether reading should pause; if true, the next :meth:`drain` reports that the inbox was full."""
         with self._lock:
-            full = self._messages >= self._max_messages or self._bytes >= _MAX_BYTES
-            self._was_full |= full  # the network resumes paused connections after the next drain
-            return full
+            is_full = self._message_count >= self._max_messages or self._byte_count >= _MAX_BYTES
+            self._was_full |= is_full  # after the next drain the network resumes paused connections
+            return is_full
 
-    def put(self, event: Event, size: int = 0) -> None:
+    def add_event(self, event: InboxEvent, size: int = 0) -> None:
         """Add an event.
 
         :param size: the message's size in bytes.
         """
         with self._lock:
             self._events.append(event)
-            self._messages += isinstance(event, Received)
-            self._bytes += size
+            self._message_count += isinstance(event, ReceivedMessage)
+            self._byte_count += size
 
     def warn(self, text: str, kind: str) -> None:
-        """Add the 1st, 2nd, 4th, 8th ... log line of a kind, since a peer may cause many.
+        """Add the 1st, 2nd, 4th, 8th ... warning of a kind, since a peer may cause many warnings.
 
         :param kind: a text that peers cannot influence, so that the number of kinds is bounded.
         """
         with self._lock:
             count = self._warning_counts[kind] = self._warning_counts.get(kind, 0) + 1
-            if count & (count - 1) == 0:
+            if count & (count - 1) == 0:  # a power of two
                 suffix = f" ({count} times so far)" if count > 1 else ""
-                self._events.append(Warned(text + suffix))
+                self._events.append(LogWarning(text + suffix))
 
-    def drain(self) -> tuple[list[Event], bool]:
-        """Remove all events; return them, and whether :attr:`full` was true since the last call."""
+    def drain(self) -> tuple[list[InboxEvent], bool]:
+        """Remove and return all events; also return whether :attr:`is_full` was true since the last call."""
         with self._lock:
             events, self._events = self._events, []
             was_full, self._was_full = self._was_full, False
-            self._messages = self._bytes = 0
+            self._message_count = self._byte_count = 0
         return events, was_full

@@ -1,7 +1,8 @@
-"""Connections between environments of one process: no sockets, no threads, frames in sending order.
+"""Connections between the environments of a process, without sockets and threads.
 
-Ports work as if all environments had one address: a peer's message reaches each other peer that receives on
-the port, and a client reaches the server of its port. Runs are therefore repeatable on the virtual clock.
+Frames arrive in sending order, so runs on the virtual clock are repeatable. Ports work as if all environments
+had the same address: the message of a peer reaches each further peer that receives on the port, and a client
+reaches the server of its port.
 """
 
 from __future__ import annotations
@@ -13,36 +14,40 @@ from typing import Final
 
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.frames import Frame
-from cxbridge_protobuf.inbox import Event, Origin, Presence, Received, Warned
+from cxbridge_protobuf.inbox import ConnectionChange, InboxEvent, LogWarning, Origin, ReceivedMessage
 from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import MessageTypes
 
-HOST: Final = "127.0.0.1"  # the address that all messages come from
+LOCAL_HOST: Final = "127.0.0.1"  # the address of all senders
 
 
 @dataclass(slots=True)
-class _Peer:
+class _LocalPeer:
     """A peer.
 
-    :param key: the secret and the cipher; both empty for plain messages. Messages are not encrypted here, but
-        a peer with another key does not receive them.
-    :param is_deaf: whether a message with another key has already arrived.
+    :param key: the secret and the cipher; both empty for unencrypted messages. Here no message is encrypted,
+        but a peer with another key does not receive the message.
+    :param has_warned: whether the log has the warning about messages with another key.
     """
 
     send_port: int
     recv_port: int
     key: tuple[str, str]
-    is_deaf: bool = False
+    has_warned: bool = False
 
 
 @dataclass(slots=True)
-class _Link:
-    """One end of a connection."""
+class _LocalLink:
+    """One end of a connection.
+
+    :param peer: the connections of the environment at the opposite end.
+    :param peer_id: the id of the connection there.
+    """
 
     origin: Origin
     peer: LocalConnections
     peer_id: int
-    port: int = 0  # port of the client, at the server's end
+    port: int = 0  # the port of the client, at the server's end
 
 
 class LocalNetwork:
@@ -50,31 +55,31 @@ class LocalNetwork:
 
     def __init__(self) -> None:
         self.members: list[LocalConnections] = []
-        self.ports = count(49152)  # ports of clients, from the range of dynamic ports
+        self.ports = count(49152)  # ports of clients, from the start of the range of dynamic ports
 
     def join(
         self, types: MessageTypes, _settings: NetworkSettings, now_us: Callable[[], int]
     ) -> LocalConnections:
-        """Return the connections of a further environment; a :data:`MakeConnections`."""
+        """Return the connections of a further environment. The method is a :data:`MakeConnections`."""
         member = LocalConnections(self, types, now_us)
         self.members.append(member)
         return member
 
 
 class LocalConnections:
-    """The connections of one environment; its network finds the receivers."""
+    """The connections of one environment."""
 
     def __init__(self, network: LocalNetwork, types: MessageTypes, now_us: Callable[[], int]) -> None:
         self.types: Final = types
         self._network = network
         self._now_us = now_us
         self._ids = count(1)
-        self._events: list[Event] = []
-        self._peers: dict[int, _Peer] = {}
-        self._links: dict[int, _Link] = {}
+        self._events: list[InboxEvent] = []
+        self._peers: dict[int, _LocalPeer] = {}
+        self._links: dict[int, _LocalLink] = {}
         self._server_port = 0
 
-    def drain(self) -> list[Event]:
+    def drain(self) -> list[InboxEvent]:
         events, self._events = self._events, []
         return events
 
@@ -87,15 +92,15 @@ class LocalConnections:
         """
         if port <= 0 or self._server_port:
             return
-        if any(member.serves(port) for member in self._network.members):
-            raise ProtobufError(f"Cannot listen on {HOST} port {port}: address already in use")
+        if any(member.is_serving(port) for member in self._network.members):
+            raise ProtobufError(f"Cannot listen on {LOCAL_HOST} port {port}: address already in use")
         self._server_port = port
 
-    def serves(self, port: int) -> bool:
+    def is_serving(self, port: int) -> bool:
         return port > 0 and self._server_port == port
 
     def disable_server(self) -> None:
-        """Refuse further connections and close those of the server's clients."""
+        """Reject further clients, and close the connections of the server's clients."""
         self._server_port = 0
         for link_id, link in list(self._links.items()):
             if link.origin is Origin.SERVER:
@@ -106,36 +111,38 @@ class LocalConnections:
         if port <= 0:
             return 0
         client_id = next(self._ids)
-        server = next((member for member in self._network.members if member.serves(port)), None)
+        server = next((member for member in self._network.members if member.is_serving(port)), None)
         if server is None:
             self._events += (
-                Warned(f"Cannot connect to {host}:{port}: connection refused"),
-                Presence(Origin.CLIENT, client_id, connected=False),
+                LogWarning(f"Cannot connect to {host}:{port}: connection refused"),
+                ConnectionChange(Origin.CLIENT, client_id, connected=False),
             )
             return client_id
-        self._links[client_id] = _Link(Origin.CLIENT, server, server.accept(self, client_id))
-        self._events.append(Presence(Origin.CLIENT, client_id, connected=True, host=host, port=port))
+        self._links[client_id] = _LocalLink(Origin.CLIENT, server, server.accept(self, client_id))
+        self._events.append(ConnectionChange(Origin.CLIENT, client_id, connected=True, host=host, port=port))
         return client_id
 
     def accept(self, client: LocalConnections, client_id: int) -> int:
         """Accept a client; return the id of the server's end."""
         server_link_id = next(self._ids)
         port = next(self._network.ports)
-        self._links[server_link_id] = _Link(Origin.SERVER, client, client_id, port)
-        self._events.append(Presence(Origin.SERVER, server_link_id, connected=True, host=HOST, port=port))
+        self._links[server_link_id] = _LocalLink(Origin.SERVER, client, client_id, port)
+        self._events.append(
+            ConnectionChange(Origin.SERVER, server_link_id, connected=True, host=LOCAL_HOST, port=port)
+        )
         return server_link_id
 
     def disconnect(self, link_id: int) -> None:
         """Close a connection; unknown ids are ignored."""
         link = self._links.pop(link_id, None)
         if link is not None:
-            link.peer.lose(link.peer_id)
+            link.peer.report_end(link.peer_id)
 
-    def lose(self, link_id: int) -> None:
+    def report_end(self, link_id: int) -> None:
         """Report that the peer has closed a connection."""
         link = self._links.pop(link_id, None)
         if link is not None:
-            self._events.append(Presence(link.origin, link_id, connected=False))
+            self._events.append(ConnectionChange(link.origin, link_id, connected=False))
 
     # -- peers
 
@@ -147,8 +154,8 @@ class LocalConnections:
         if send_port <= 0:
             return 0
         peer_id = next(self._ids)
-        self._peers[peer_id] = _Peer(
-            send_port, recv_port if recv_port > 0 else send_port, _key(secret, cipher)
+        self._peers[peer_id] = _LocalPeer(
+            send_port, recv_port if recv_port > 0 else send_port, _make_key(secret, cipher)
         )
         return peer_id
 
@@ -160,8 +167,8 @@ class LocalConnections:
         """Make a peer's messages readable only with the same secret and cipher."""
         peer = self._peers.get(peer_id)
         if peer is not None:
-            peer.key = _key(secret, cipher)
-            peer.is_deaf = False
+            peer.key = _make_key(secret, cipher)
+            peer.has_warned = False
 
     # -- messages
 
@@ -171,18 +178,18 @@ class LocalConnections:
         if link is None:
             self.broadcast(link_id, frame)
         else:
-            link.peer.receive(link.peer_id, frame)
+            link.peer.receive_frame(link.peer_id, frame)
 
     def broadcast(self, peer_id: int, frame: Frame) -> None:
         """Send over a peer; unknown ids are ignored."""
         peer = self._peers.get(peer_id)
         if peer is not None:
             for member in self._network.members:
-                sender = peer_id if member is self else 0
-                member.receive_of_peer(peer.send_port, peer.recv_port, peer.key, frame, sender)
+                sender_id = peer_id if member is self else 0
+                member.receive_broadcast(peer.send_port, peer.recv_port, peer.key, frame, sender_id)
 
-    def receive_of_peer(
-        self, port: int, from_port: int, key: tuple[str, str], frame: Frame, sender: int
+    def receive_broadcast(
+        self, port: int, from_port: int, key: tuple[str, str], frame: Frame, sender_id: int
     ) -> None:
         """Deliver a peer's message to the peers on a port.
 
@@ -191,34 +198,38 @@ class LocalConnections:
             not receive its own messages.
         """
         for peer_id, peer in self._peers.items():
-            if peer_id == sender:
+            if peer_id == sender_id:
                 continue
             if peer.recv_port == port and peer.key == key:
-                self._receive(Origin.PEER, peer_id, from_port, frame)
-            elif peer.recv_port == port and not peer.is_deaf:
-                peer.is_deaf = True  # one warning suffices: further messages are not readable, either
+                self._add_message_event(Origin.PEER, peer_id, from_port, frame)
+            elif peer.recv_port == port and not peer.has_warned:
+                peer.has_warned = True  # one warning suffices: further messages are not readable, either
                 self._events.append(
-                    Warned(f"Messages to port {port} have another key, or none: nobody here can read them")
+                    LogWarning(
+                        f"Messages to port {port} have another key, or none: nobody here can read them"
+                    )
                 )
 
-    def receive(self, link_id: int, frame: Frame) -> None:
+    def receive_frame(self, link_id: int, frame: Frame) -> None:
         link = self._links.get(link_id)
         if link is not None:
-            self._receive(link.origin, link_id, link.port, frame)
+            self._add_message_event(link.origin, link_id, link.port, frame)
 
-    def _receive(self, origin: Origin, link_id: int, port: int, frame: Frame) -> None:
+    def _add_message_event(self, origin: Origin, link_id: int, port: int, frame: Frame) -> None:
         message, problem = None, ""
         try:
             message = self.types.parse(frame)
         except ProtobufError as error:
             problem = error.message
         if message is None and origin is Origin.PEER:
-            self._events.append(Warned(f"Failed to receive peer message: Deserialization fail: {problem}"))
+            self._events.append(
+                LogWarning(f"Failed to receive peer message: Deserialization fail: {problem}")
+            )
             return
-        # as over sockets: facts of clients do not name the server
-        host = "" if origin is Origin.CLIENT else HOST
+        # as over sockets, the facts of a client do not name the server
+        host = "" if origin is Origin.CLIENT else LOCAL_HOST
         self._events.append(
-            Received(
+            ReceivedMessage(
                 origin, link_id, host, port, frame.component, frame.type, self._now_us(), message, problem
             )
         )
@@ -232,5 +243,5 @@ class LocalConnections:
         self._network.members.remove(self)
 
 
-def _key(secret: str, cipher: str) -> tuple[str, str]:
+def _make_key(secret: str, cipher: str) -> tuple[str, str]:
     return (secret, cipher.lower()) if secret and cipher else ("", "")

@@ -1,6 +1,8 @@
-"""Socket connections of one environment: a thread puts received messages into an inbox.
+"""The connections of an environment over sockets.
 
-The thread of the environment calls the public methods. Rules: docs/evidence/protocol-protobuf.md.
+A thread with an asyncio loop reads the sockets, and adds received messages to an inbox. The environment calls
+the methods of :class:`Network` from its own thread. docs/evidence/protocol-protobuf.md describes the
+behaviour.
 """
 
 from __future__ import annotations
@@ -17,18 +19,18 @@ from cxbridge.errors import ProtobufError
 from cxbridge_protobuf import frames
 from cxbridge_protobuf.crypto import Crypter
 from cxbridge_protobuf.frames import Frame
-from cxbridge_protobuf.inbox import Event, Inbox, Origin, Presence, Received
+from cxbridge_protobuf.inbox import ConnectionChange, Inbox, InboxEvent, Origin, ReceivedMessage
 from cxbridge_protobuf.peer import MAX_PEER_BYTES, Peer
 from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.stream import StreamLink
 from cxbridge_protobuf.types import MessageTypes
 
-T = TypeVar("T")
+ResultT = TypeVar("ResultT")
 
-MAX_CLIENTS: Final = 256  # limit of clients at a server
+MAX_CLIENTS: Final = 256  # clients of a server; further clients are disconnected
 
-_TIMEOUT_S = 10  # seconds to wait for the thread, whose work never blocks
-_ALL_INTERFACES = "*"
+_THREAD_TIMEOUT_S = 10  # far longer than any work of the thread, which never blocks
+_ALL_INTERFACES = "*"  # the setting of the server's address for all network interfaces
 _MAX_PORT = 65535
 
 
@@ -52,11 +54,11 @@ class Network:
 
     # -- the environment's side
 
-    def drain(self) -> list[Event]:
+    def drain(self) -> list[InboxEvent]:
         """Return the events since the last call, and resume paused reading."""
         events, was_full = self._inbox.drain()
         if was_full:
-            self._call(self._resume)
+            self._call_in_thread(self._resume_reading)
         return events
 
     def enable_server(self, port: int) -> None:
@@ -66,12 +68,12 @@ class Network:
         """
         if port <= 0 or self._server is not None:
             return
-        listening = self._listen(port)
+        server_socket = self._open_server_socket(port)
 
         async def start() -> asyncio.Server:
-            return await asyncio.get_running_loop().create_server(self._accept, sock=listening)
+            return await asyncio.get_running_loop().create_server(self._make_server_link, sock=server_socket)
 
-        self._server = self._run(start())
+        self._server = self._run_in_thread(start())
 
     def disable_server(self) -> None:
         """Stop listening and close the connections of the server's clients."""
@@ -81,9 +83,9 @@ class Network:
             async def stop() -> None:
                 server.close()
 
-            self._run(stop())
-            for link in self._take_streams(Origin.SERVER):
-                self._call(link.close)
+            self._run_in_thread(stop())
+            for link in self._remove_streams(Origin.SERVER):
+                self._call_in_thread(link.close)
 
     def connect(self, host: str, port: int) -> int:
         """Start a connection to a server; return the client's id, or 0 for a port below 1."""
@@ -92,7 +94,7 @@ class Network:
         link = StreamLink(next(self._ids), Origin.CLIENT, self)
         with self._lock:
             self._streams[link.id] = link
-        self._spawn(self._connect(link, host, port))
+        self._start_in_thread(self._connect(link, host, port))
         return link.id
 
     def disconnect(self, link_id: int) -> None:
@@ -100,13 +102,13 @@ class Network:
         with self._lock:
             link = self._streams.pop(link_id, None)
         if link is not None:
-            self._call(link.close)
+            self._call_in_thread(link.close)
 
     def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int:
         """Create a peer that sends to an address and receives on a port; return its id.
 
         :param recv_port: the receiving port; below 1 for the same port as ``send_port``.
-        :param secret: the secret of encryption; empty for plain messages.
+        :param secret: the secret for encryption; empty for unencrypted messages.
         :returns: 0 if ``send_port`` is below 1.
         :raises ProtobufError: if the port or the cipher is unavailable.
         """
@@ -114,12 +116,17 @@ class Network:
             return 0
         for port in (send_port, recv_port):
             _check_port(port)
-        crypter = self._crypter(secret, cipher)
+        crypter = self._make_crypter(secret, cipher)
         peer = Peer(
-            next(self._ids), address, send_port, self._settings.frame_version, self._received, self._inbox
+            next(self._ids),
+            address,
+            send_port,
+            self._settings.frame_version,
+            self._receive_message,
+            self._inbox,
         )
         peer.crypter = crypter
-        self._run(peer.open(recv_port if recv_port > 0 else send_port))
+        self._run_in_thread(peer.open(recv_port if recv_port > 0 else send_port))
         with self._lock:
             self._peers[peer.id] = peer
         return peer.id
@@ -129,13 +136,13 @@ class Network:
         with self._lock:
             peer = self._peers.pop(peer_id, None)
         if peer is not None:
-            self._run(peer.close())
+            self._run_in_thread(peer.close())
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
         """Encrypt a peer's further messages; an empty secret or cipher ends encryption."""
         peer = self._peers.get(peer_id)
         if peer is not None:
-            peer.crypter = self._crypter(secret, cipher)
+            peer.crypter = self._make_crypter(secret, cipher)
 
     def send(self, link_id: int, frame: Frame) -> None:
         """Send over a connection or a peer; unknown ids are ignored.
@@ -150,7 +157,7 @@ class Network:
             raise ProtobufError("Serialized message too big")
         if not link.connected:
             raise ProtobufError("Cannot send while not connected")
-        self._call(link.write, frames.encode(frame, self._settings.frame_version))
+        self._call_in_thread(link.write, frames.encode_frame(frame, self._settings.frame_version))
 
     def broadcast(self, peer_id: int, frame: Frame) -> None:
         """Send over a peer; unknown ids are ignored.
@@ -162,27 +169,27 @@ class Network:
             return
         if len(frame.data) > MAX_PEER_BYTES:
             raise ProtobufError("Serialized message too big")
-        self._call(peer.send, frame)
+        self._call_in_thread(peer.send, frame)
 
     def close(self) -> None:
         """Close all connections and end the thread; the network is unusable afterwards."""
         self.disable_server()
-        for link in self._take_streams(None):
-            self._call(link.close)
+        for link in self._remove_streams(None):
+            self._call_in_thread(link.close)
         for peer_id in list(self._peers):
             self.destroy_peer(peer_id)
         thread, self._thread = self._thread, None
         if thread is not None:
             thread.close()
 
-    def _crypter(self, secret: str, cipher: str) -> Crypter | None:
+    def _make_crypter(self, secret: str, cipher: str) -> Crypter | None:
         if not secret or not cipher:
             return None
         if self._settings.frame_version == 1:
             raise ProtobufError("frames of version 1 cannot be encrypted")
         return Crypter(secret, cipher)
 
-    def _listen(self, port: int) -> socket.socket:
+    def _open_server_socket(self, port: int) -> socket.socket:
         _check_port(port)
         address = self._settings.server_address
         try:
@@ -197,7 +204,7 @@ class Network:
                 f"Cannot listen on {address} port {port}: {error.strerror or error}"
             ) from None
 
-    def _take_streams(self, origin: Origin | None) -> list[StreamLink]:
+    def _remove_streams(self, origin: Origin | None) -> list[StreamLink]:
         """Remove and return connections; all if no origin is given."""
         with self._lock:
             links = [link for link in self._streams.values() if origin is None or link.origin is origin]
@@ -207,22 +214,22 @@ class Network:
 
     # -- the thread
 
-    def _start_thread(self) -> LoopThread:
-        """Return the thread, started by the first call: many environments have no connections."""
+    def _ensure_thread(self) -> LoopThread:
+        """Return the thread; started by the first call, since many environments have no connections."""
         if self._thread is None:
             self._thread = LoopThread("clips-protobuf")
         return self._thread
 
-    def _run(self, work: Coroutine[Any, Any, T]) -> T:
+    def _run_in_thread(self, work: Coroutine[Any, Any, ResultT]) -> ResultT:
         """Run a coroutine in the thread and wait for its result."""
-        return self._start_thread().spawn(work).result(_TIMEOUT_S)
+        return self._ensure_thread().spawn(work).result(_THREAD_TIMEOUT_S)
 
-    def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
+    def _start_in_thread(self, work: Coroutine[Any, Any, None]) -> None:
         """Start a coroutine in the thread."""
-        self._start_thread().spawn(work)
+        self._ensure_thread().spawn(work)
 
-    def _call(self, function: Callable[..., object], *arguments: object) -> None:
-        """Call a function in the thread; without a thread there are no connections."""
+    def _call_in_thread(self, function: Callable[..., object], *arguments: object) -> None:
+        """Call a function in the thread; do nothing without a thread, since then there are no connections."""
         if self._thread is not None:
             self._thread.call(function, *arguments)
 
@@ -233,12 +240,12 @@ class Network:
             self._inbox.warn(f"Cannot connect to {host}:{port}: {error}", kind=f"connect {host}:{port}")
             self._report_end(link)
 
-    def _accept(self) -> StreamLink:
+    def _make_server_link(self) -> StreamLink:
         return StreamLink(next(self._ids), Origin.SERVER, self)
 
-    def _resume(self) -> None:
+    def _resume_reading(self) -> None:
         for link in list(self._streams.values()):
-            link.resume()
+            link.resume_reading()
 
     # -- events of connections, in the thread
 
@@ -250,24 +257,26 @@ class Network:
     def inbox(self) -> Inbox:
         return self._inbox
 
-    def accept(self, link: StreamLink) -> bool:
-        """Add a new connection; return whether it may stay."""
+    def accept_link(self, link: StreamLink) -> bool:
+        """Add a new connection, and return whether the connection may stay open."""
         with self._lock:
-            # the environment may have closed the connection in the meantime
+            # the environment may have closed the connection before it was open
             if link.origin is Origin.CLIENT:
-                accepted = link.id in self._streams
+                is_accepted = link.id in self._streams
             else:
                 clients = sum(stream.origin is Origin.SERVER for stream in self._streams.values())
-                accepted = self._server is not None and clients < MAX_CLIENTS
-                if accepted:
+                is_accepted = self._server is not None and clients < MAX_CLIENTS
+                if is_accepted:
                     self._streams[link.id] = link
-        if accepted:
-            self._inbox.put(Presence(link.origin, link.id, connected=True, host=link.host, port=link.port))
+        if is_accepted:
+            self._inbox.add_event(
+                ConnectionChange(link.origin, link.id, connected=True, host=link.host, port=link.port)
+            )
         elif link.origin is Origin.SERVER:
             self._inbox.warn(f"Client {link.host} is sent away, there are too many", kind="many")
-        return accepted
+        return is_accepted
 
-    def lost(self, link: StreamLink, reason: str) -> None:
+    def report_loss(self, link: StreamLink, reason: str) -> None:
         """Report a lost connection with its reason."""
         if reason:
             self._inbox.warn(
@@ -283,15 +292,15 @@ class Network:
             if link.origin is Origin.SERVER:
                 self._streams.pop(link.id, None)
         if was_open:
-            self._inbox.put(Presence(link.origin, link.id, connected=False))
+            self._inbox.add_event(ConnectionChange(link.origin, link.id, connected=False))
 
-    def received(self, link: StreamLink, frame: Frame) -> None:
-        """Process a frame from a connection."""
+    def receive_frame(self, link: StreamLink, frame: Frame) -> None:
+        """Add the message of a frame from a connection to the inbox."""
         # protobuf_comm reports no address for messages from the server of a client
         host, port = (link.host, link.port) if link.origin is Origin.SERVER else ("", 0)
-        self._received(link.origin, link.id, host, port, frame)
+        self._receive_message(link.origin, link.id, host, port, frame)
 
-    def _received(self, origin: Origin, link_id: int, host: str, port: int, frame: Frame) -> None:
+    def _receive_message(self, origin: Origin, link_id: int, host: str, port: int, frame: Frame) -> None:
         message, problem = None, ""
         try:
             message = self._types.parse(frame)
@@ -303,9 +312,11 @@ class Network:
                 kind=f"message for {link_id}",
             )
             return
-        at_us = self._inbox.now_us()
-        self._inbox.put(
-            Received(origin, link_id, host, port, frame.component, frame.type, at_us, message, problem),
+        arrival_us = self._inbox.now_us()
+        self._inbox.add_event(
+            ReceivedMessage(
+                origin, link_id, host, port, frame.component, frame.type, arrival_us, message, problem
+            ),
             size=len(frame.data),
         )
 

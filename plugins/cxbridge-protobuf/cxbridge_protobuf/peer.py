@@ -1,4 +1,7 @@
-"""A broadcast peer that sends to a UDP address and receives on a port, in the network's thread."""
+"""A broadcast peer, which sends to a UDP address and receives on a UDP port.
+
+The methods run in the thread of the network.
+"""
 
 from __future__ import annotations
 
@@ -16,27 +19,29 @@ from cxbridge_protobuf.crypto import Crypter
 from cxbridge_protobuf.frames import Frame
 from cxbridge_protobuf.inbox import Inbox, Origin
 
-# The limit of a message, because protobuf_comm's peers receive into a buffer of this size.
+# the limit of a message: the peers of protobuf_comm receive into a buffer of this size
 MAX_PEER_BYTES: Final = 1024
 
 _RETRY_S = 2.0  # seconds between two attempts to resolve the host
-_MAX_WAITING = 64  # number of frames kept until the host is resolved; the oldest ones are dropped
+_MAX_WAITING_FRAMES = (
+    64  # frames that wait until the host is resolved; more frames displace the oldest frames
+)
 
-Receive = Callable[[Origin, int, str, int, Frame], None]
+ReceiveFrame = Callable[[Origin, int, str, int, Frame], None]
 
 
 class Peer(asyncio.DatagramProtocol):
     """A peer.
 
     :param peer_id: the id of the peer in the environment.
-    :param address: the IPv4 address or host name to send to.
+    :param address: the IPv4 address or the name of the host to which the peer sends.
     :param version: the version of frames.
-    :param receive: called with received frames.
-    :param inbox: gets warnings.
+    :param receive: called with the sender and the frame of each received datagram.
+    :param inbox: gets warnings; while the inbox is full, datagrams are dropped.
     """
 
     def __init__(
-        self, peer_id: int, address: str, port: int, version: int, receive: Receive, inbox: Inbox
+        self, peer_id: int, address: str, port: int, version: int, receive: ReceiveFrame, inbox: Inbox
     ) -> None:
         self.id: Final = peer_id
         self.crypter: Crypter | None = None
@@ -48,7 +53,7 @@ class Peer(asyncio.DatagramProtocol):
         self._transport: asyncio.DatagramTransport | None = None
         self._target: tuple[str, int] | None = None
         self._own_address: tuple[str, int] | None = None
-        self._waiting: deque[Frame] = deque(maxlen=_MAX_WAITING)
+        self._waiting_frames: deque[Frame] = deque(maxlen=_MAX_WAITING_FRAMES)
         self._resolving: asyncio.Task[None] | None = None
         self._closed = asyncio.Event()
 
@@ -67,10 +72,10 @@ class Peer(asyncio.DatagramProtocol):
             loop = asyncio.get_running_loop()
             self._transport, _ = await loop.create_datagram_endpoint(lambda: self, sock=udp_socket)
             cleanup.pop_all()
-        self._resolving = asyncio.create_task(self._resolve(port))
+        self._resolving = asyncio.create_task(self._resolve_host(port))
 
     async def close(self) -> None:
-        """Close the socket; the port is free afterwards."""
+        """Close the socket, and wait until the port is available again."""
         if self._resolving is not None:
             self._resolving.cancel()
         if self._transport is not None:
@@ -81,27 +86,27 @@ class Peer(asyncio.DatagramProtocol):
         self._closed.set()
 
     def send(self, frame: Frame) -> None:
-        """Send a frame, after the target host is resolved."""
+        """Send a frame, at once or after the host is resolved."""
         if self._target is None or self._transport is None:
-            self._waiting.append(frame)
+            self._waiting_frames.append(frame)
             return
         crypter = self.crypter
         if crypter is None:
-            data = frames.encode(frame, self._version)
+            data = frames.encode_frame(frame, self._version)
         else:
-            data = frames.seal(crypter.number, crypter.encrypt(frames.payload(frame)))
+            data = frames.add_header(crypter.cipher_number, crypter.encrypt(frames.encode_payload(frame)))
         self._transport.sendto(data, self._target)
 
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
-        """Process a frame from another peer."""
+        """Receive a frame from a further peer."""
         host, port = addr
         if addr == self._own_address:
-            return  # a broadcast also reaches its sender
-        if self._inbox.full:
+            return  # a broadcast reaches its sender, too
+        if self._inbox.is_full:
             self._warn(addr, "rules do not keep up with the messages, it is dropped")
             return
         try:
-            frame = self._open(data)
+            frame = self._decode_datagram(data)
         except ProtobufError as error:
             self._warn(addr, error.message)
             return
@@ -110,8 +115,8 @@ class Peer(asyncio.DatagramProtocol):
     def error_received(self, exc: Exception) -> None:
         self._inbox.warn(f"Failed to send peer message: {exc}", kind=f"send {self.id}")
 
-    def _open(self, data: bytes) -> Frame:
-        cipher, content = frames.open_datagram(data, self._version)
+    def _decode_datagram(self, data: bytes) -> Frame:
+        cipher, content = frames.decode_datagram(data, self._version)
         crypter = self.crypter
         if crypter is None:
             if cipher != frames.NO_CIPHER:
@@ -120,36 +125,36 @@ class Peer(asyncio.DatagramProtocol):
             raise ProtobufError("Received plain text message but encryption is enabled")
         else:
             content = crypter.decrypt(cipher, content)
-        return frames.parse_payload(content)
+        return frames.decode_payload(content)
 
     def _warn(self, addr: tuple[str, int], problem: str) -> None:
         self._inbox.warn(
             f"Failed to receive peer message from {addr[0]}:{addr[1]}: {problem}", kind=f"frame for {self.id}"
         )
 
-    async def _resolve(self, port: int) -> None:
-        """Retry until the host is resolved, then send the waiting frames."""
+    async def _resolve_host(self, port: int) -> None:
+        """Resolve the host, with further attempts after failures, then send the waiting frames."""
         loop = asyncio.get_running_loop()
         while self._target is None:
             try:
                 addresses = await loop.getaddrinfo(
                     self._address, self._port, family=socket.AF_INET, type=socket.SOCK_DGRAM
                 )
-                self._own_address = (_source_for(addresses[0][4][0]), port)
+                self._own_address = (_find_source_address(addresses[0][4][0]), port)
                 self._target = (str(addresses[0][4][0]), self._port)
             except (OSError, UnicodeError):
                 self.error_received(ProtobufError(f"there is no host {self._address} now, retrying"))
                 await asyncio.sleep(_RETRY_S)
-        while self._waiting:
-            self.send(self._waiting.popleft())
+        while self._waiting_frames:
+            self.send(self._waiting_frames.popleft())
 
 
-def _source_for(address: str | int) -> str:
-    """Return the local address that messages to another address have as their source."""
+def _find_source_address(address: str | int) -> str:
+    """Return the local address from which datagrams to another address are sent."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
         try:
-            probe.connect((address, 9))  # sends nothing, only chooses a route; the port does not matter
+            probe.connect((address, 9))  # chooses a route and sends nothing; the port makes no difference
         except OSError:
-            return ""  # an unreachable address returns no broadcast
+            return ""  # an unreachable address sends no broadcast back
         return str(probe.getsockname()[0])

@@ -1,4 +1,4 @@
-"""The settings of the feature protobuf: message definitions and connections."""
+"""The settings of the feature ``protobuf``: message definitions and connections."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any, Final
 
 from cxbridge.config import Configuration
 
-# The key in `Additions.values` for a custom `MakeConnections`; the default is sockets.
-CONNECTIONS: Final = "protobuf.connections"
+# The key of a `MakeConnections` in `Additions.values`; without the key, connections use sockets.
+CONNECTIONS_KEY: Final = "protobuf.connections"
 
-_PREFIX: Final = "/clips-protobuf/"
+_SETTINGS_PATH: Final = "/clips-protobuf/"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,18 +52,18 @@ class ProtobufSettings:
         :param expand: returns the folders for a configured path.
         :raises ConfigError: if a setting is invalid.
         """
-        folders = config.get_strings(_PREFIX + "proto-dirs", default=[])
+        folders = config.get_strings(_SETTINGS_PATH + "proto-dirs", default=[])
         network: dict[str, Any] = {
-            key.replace("-", "_"): config.get_uint(_PREFIX + key)
+            key.replace("-", "_"): config.get_uint(_SETTINGS_PATH + key)
             for key in ("frame-version", "max-message-size", "max-outbound", "max-waiting")
-            if config.exists(_PREFIX + key)
+            if config.exists(_SETTINGS_PATH + key)
         }
-        if config.exists(_PREFIX + "server-address"):
-            network["server_address"] = config.get_str(_PREFIX + "server-address")
+        if config.exists(_SETTINGS_PATH + "server-address"):
+            network["server_address"] = config.get_str(_SETTINGS_PATH + "server-address")
         if network.get("frame_version", 2) not in (1, 2):
-            raise config.error(_PREFIX + "frame-version", "there are frames of version 1 and 2 only")
+            raise config.error(_SETTINGS_PATH + "frame-version", "there are frames of version 1 and 2 only")
         return cls(
             tuple(path for folder in folders for path in expand(folder)),
-            tuple(config.get_strings(_PREFIX + "modules", default=[])),
+            tuple(config.get_strings(_SETTINGS_PATH + "modules", default=[])),
             NetworkSettings(**network),
         )

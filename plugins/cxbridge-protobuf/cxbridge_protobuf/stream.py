@@ -1,4 +1,4 @@
-"""A TCP connection of a server or a client, in the network's thread."""
+"""A TCP connection of a server or a client, whose methods run in the thread of the network."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from cxbridge_protobuf.frames import Frame, StreamDecoder
 from cxbridge_protobuf.inbox import Inbox, Origin
 from cxbridge_protobuf.settings import NetworkSettings
 
-_MAPPED = "::ffff:"  # the prefix of an IPv4 address at a socket for both versions of IP
-_HEADER = 4  # bytes of the message header, which counts as part of a frame's size
-_CHUNK = 65536  # bytes of one read
+_MAPPED_PREFIX = "::ffff:"  # the prefix of an IPv4 address at a socket for IPv4 and IPv6
+_MESSAGE_HEADER_BYTES = 4  # the message header, which the size in a frame includes
+_READ_BYTES = 65536  # bytes of one read
 
 
 class LinkOwner(Protocol):
@@ -25,15 +25,15 @@ class LinkOwner(Protocol):
 
     @property
     def inbox(self) -> Inbox:
-        """The queue of received messages; reading pauses while it is full."""
+        """The queue of received messages; reading pauses while the queue is full."""
 
-    def accept(self, link: StreamLink) -> bool:
-        """Add a new connection; return whether it may stay."""
+    def accept_link(self, link: StreamLink) -> bool:
+        """Add a new connection, and return whether the connection may stay open."""
 
-    def received(self, link: StreamLink, frame: Frame) -> None:
-        """Process a frame."""
+    def receive_frame(self, link: StreamLink, frame: Frame) -> None:
+        """Receive a frame."""
 
-    def lost(self, link: StreamLink, reason: str) -> None:
+    def report_loss(self, link: StreamLink, reason: str) -> None:
         """Report a lost connection with its reason."""
 
 
@@ -53,76 +53,78 @@ class StreamLink(asyncio.Protocol):
         self.port = 0
         settings = network.settings
         self._network = network
-        self._decoder = StreamDecoder(settings.max_message_size + _HEADER, settings.frame_version)
+        self._decoder = StreamDecoder(
+            settings.max_message_size + _MESSAGE_HEADER_BYTES, settings.frame_version
+        )
         self._transport: asyncio.Transport | None = None
-        self._reason = ""
+        self._abort_reason = ""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Announce the connection; abort it if the network refuses it."""
+        """Tell the network about the connection, and abort the connection if the network rejects it."""
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
         self.host, self.port = transport.get_extra_info("peername", ("", 0))[:2]
-        self.host = self.host.removeprefix(_MAPPED)
-        # before accept(), after which the environment may send at once
+        self.host = self.host.removeprefix(_MAPPED_PREFIX)
+        # set before accept_link(): afterwards the environment may send at once
         self.connected = True
-        if not self._network.accept(self):
+        if not self._network.accept_link(self):
             self.connected = False
             transport.abort()
 
     def data_received(self, data: bytes) -> None:
-        """Process received bytes; close the connection if they are invalid."""
+        """Decode received bytes, and abort the connection if they are invalid."""
         if not self.connected or self._transport is None:
             return
         try:
             for frame in self._decoder.feed(data):
-                self._network.received(self, frame)
+                self._network.receive_frame(self, frame)
         except ProtobufError as error:
-            self._drop(error.message)
+            self._abort(error.message)
             return
-        if self._network.inbox.full:
+        if self._network.inbox.is_full:
             self._transport.pause_reading()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Process bytes received before a failed send, then report the end."""
+        """Decode the bytes that arrived before a failed send, then report the end."""
         if exc is not None and self.connected:
             self._read_remaining()
-        was_connected, self.connected = self.connected or bool(self._reason), False
+        was_connected, self.connected = self.connected or bool(self._abort_reason), False
         if was_connected:
-            self._network.lost(self, self._reason)
+            self._network.report_loss(self, self._abort_reason)
 
     def _read_remaining(self) -> None:
-        """Read the bytes that are still in the system's buffer.
+        """Decode the bytes that are still in the buffer of the operating system.
 
-        A peer that closes a connection with unread bytes resets it. The next send then fails, and asyncio
-        drops the connection with our unread bytes still buffered.
+        A program that closes a connection with unread bytes resets the connection. Then our next send fails,
+        and asyncio closes the connection although the buffer still has bytes for us.
         """
         assert self._transport is not None
         with suppress(OSError), self._transport.get_extra_info("socket").dup() as unread:
             unread.setblocking(False)
-            while self.connected and (data := unread.recv(_CHUNK)):
+            while self.connected and (data := unread.recv(_READ_BYTES)):
                 self.data_received(data)
 
-    def resume(self) -> None:
-        """Continue to read, after a full inbox."""
+    def resume_reading(self) -> None:
+        """Read again after a pause for a full inbox."""
         if self._transport is not None and not self._transport.is_closing():
             self._transport.resume_reading()
 
     def write(self, data: bytes) -> None:
-        """Send bytes; drop the connection if the other side reads too slowly."""
+        """Send bytes, and abort the connection if the receiver reads too slowly."""
         if not self.connected or self._transport is None:
             return
         self._transport.write(data)
         if self._transport.get_write_buffer_size() > self._network.settings.max_outbound:
-            self._drop("it does not read what it is sent")
+            self._abort("it does not read what it is sent")
 
     def close(self) -> None:
-        """Send waiting bytes and close without a notification."""
+        """Send the waiting bytes, then close the connection without a report to the network."""
         self.connected = False
         if self._transport is not None:
             self._transport.close()
 
-    def _drop(self, reason: str) -> None:
+    def _abort(self, reason: str) -> None:
         assert self._transport is not None
         self.connected = False
-        self._reason = reason
+        self._abort_reason = reason
         self._transport.abort()

@@ -15,7 +15,7 @@ from cxbridge.run.source import source_of
 from cxbridge.run.team import Team
 from cxbridge_explore.game.judge import GameState
 from cxbridge_explore.game.score import Score
-from cxbridge_protobuf.settings import CONNECTIONS
+from cxbridge_protobuf.settings import CONNECTIONS_KEY
 from cxbridge_rcll.controller import Script
 from cxbridge_rcll.field import Field
 from cxbridge_rcll.local import LocalReferee
@@ -177,7 +177,7 @@ class GameSetup:
     def extend(self, additions: Additions) -> Additions:
         """Return the additions to a run's options: robots and message connections."""
         executors = (*additions.executors, robot_executor(self.world))
-        values = {**additions.values, CONNECTIONS: self.referee.connections}
+        values = {**additions.values, CONNECTIONS_KEY: self.referee.connections}
         return replace(additions, executors=executors, values=values)
 
     def referee_components(self) -> Iterator[MakeComponent]:

@@ -12,9 +12,9 @@ from cxbridge.run.components.component import Component
 from cxbridge_explore.game.judge import GameState
 from cxbridge_explore.game.score import POST_GAME, Score
 from cxbridge_protobuf.connections import MakeConnections
-from cxbridge_protobuf.local import HOST, LocalNetwork
+from cxbridge_protobuf.local import LOCAL_HOST, LocalNetwork
 from cxbridge_protobuf.settings import NetworkSettings
-from cxbridge_protobuf.types import Message, MessageTypes, frame_of
+from cxbridge_protobuf.types import Message, MessageTypes, make_frame
 from cxbridge_rcll.controller import Controller, Script
 from cxbridge_rcll.machines import Machine
 from cxbridge_rcll.refbox import Refbox
@@ -66,8 +66,8 @@ class LocalReferee:
 
             def send(message: Message) -> None:
                 # A connection per message: a game needs only a few.
-                link = connections.connect(HOST, port)
-                connections.send(link, frame_of(message))
+                link = connections.connect(LOCAL_HOST, port)
+                connections.send(link, make_frame(message))
                 connections.disconnect(link)
                 connections.drain()
 

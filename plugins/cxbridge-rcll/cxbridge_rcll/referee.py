@@ -102,7 +102,7 @@ class Referee(Component):
             self._time.add(*env.time_of(self._clock.now_us()))
             env.refresh_agenda()
             env.run()
-            self._protobuf.forget(env)
+            self._protobuf.delete_messages(env)
 
     @property
     def machines(self) -> dict[str, Machine]:

@@ -17,10 +17,10 @@ from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge_explore.game.judge import GameState
 from cxbridge_explore.game.score import Score
-from cxbridge_protobuf.inbox import Event, Presence, Received, Warned
+from cxbridge_protobuf.inbox import ConnectionChange, InboxEvent, LogWarning, ReceivedMessage
 from cxbridge_protobuf.network import Network
 from cxbridge_protobuf.settings import NetworkSettings
-from cxbridge_protobuf.types import Message, MessageTypes, frame_of
+from cxbridge_protobuf.types import Message, MessageTypes, make_frame
 from cxbridge_rcll.controller import PACKAGE, Controller, Phase, Script
 from cxbridge_rcll.reported import ReportedGame, ReportedMachine
 
@@ -174,15 +174,15 @@ class RefereeClient(Component):
         for event in self._network.drain():
             self._handle(event)
 
-    def _handle(self, event: Event) -> None:
+    def _handle(self, event: InboxEvent) -> None:
         match event:
-            case Received(message=None):
+            case ReceivedMessage(message=None):
                 self._problem = self._problem or f"message {event.component}:{event.type}: {event.problem}"
-            case Received():
+            case ReceivedMessage():
                 self.game.handle_message(event.message)
-            case Presence(connected=False):
+            case ConnectionChange(connected=False):
                 self._is_lost = True
-            case Warned():
+            case LogWarning():
                 self._problem = event.text
 
     def _compare_clocks(self) -> None:
@@ -209,7 +209,7 @@ class RefereeClient(Component):
         """Send the referee a message. Does nothing after the connection is lost."""
         if not self._is_lost:
             try:
-                self._network.send(self._link, frame_of(message))
+                self._network.send(self._link, make_frame(message))
             except ProtobufError as error:
                 self._log.warn(f"The referee does not get {message.DESCRIPTOR.name}: {error.message}")
 

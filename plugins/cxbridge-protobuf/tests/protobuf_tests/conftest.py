@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import pytest
 
 from cxbridge_protobuf import compiler
-from cxbridge_protobuf.inbox import Event, Presence, Received, Warned
+from cxbridge_protobuf.inbox import ConnectionChange, InboxEvent, LogWarning, ReceivedMessage
 from cxbridge_protobuf.network import Network
 from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import MessageTypes
@@ -29,9 +29,9 @@ class Net(Network):
 
     def __init__(self, types: MessageTypes, settings: NetworkSettings) -> None:
         super().__init__(types, settings, lambda: 7)
-        self.seen: list[Event] = []
+        self.seen: list[InboxEvent] = []
         self._arrived = threading.Condition()
-        put, warn = self.inbox.put, self.inbox.warn
+        put, warn = self.inbox.add_event, self.inbox.warn
 
         def tell(function):
             def told(*args, **kwargs):
@@ -41,7 +41,7 @@ class Net(Network):
 
             return told
 
-        self.inbox.put = tell(put)  # type: ignore[method-assign]
+        self.inbox.add_event = tell(put)  # type: ignore[method-assign]
         self.inbox.warn = tell(warn)  # type: ignore[method-assign]
 
     def wait(self, count: int, kind: type[T]) -> list[T]:
@@ -57,21 +57,21 @@ class Net(Network):
         self.seen = [event for event in self.seen if all(event is not other for other in found)]
         return found
 
-    def message(self) -> Received:
-        (event,) = self.wait(1, Received)
+    def message(self) -> ReceivedMessage:
+        (event,) = self.wait(1, ReceivedMessage)
         return event
 
-    def presence(self) -> Presence:
-        (event,) = self.wait(1, Presence)
+    def presence(self) -> ConnectionChange:
+        (event,) = self.wait(1, ConnectionChange)
         return event
 
     def warned(self) -> str:
-        (event,) = self.wait(1, Warned)
+        (event,) = self.wait(1, LogWarning)
         return event.text
 
 
 _compiled: dict[object, tuple[bytes | None, str]] = {}
-_compile = compiler._run
+_compile = compiler._compile_files
 
 
 def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> tuple[bytes | None, str]:
@@ -81,7 +81,7 @@ def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> tup
         for folder in path
         for file in sorted(folder.rglob("*.proto"))
     )
-    key = (*compiler._command(), compiler._TIMEOUT_S, *names, texts)
+    key = (*compiler._find_compiler(), compiler._COMPILER_TIMEOUT_S, *names, texts)
     if key not in _compiled:
         _compiled[key] = _compile(names, here, path)
     return _compiled[key]
@@ -91,7 +91,7 @@ def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> tup
 def _fast_compiler() -> Iterator[None]:
     """The compiler of .proto files takes its time, and most tests want the same of it."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compiler, "_run", _compile_once)
+        patch.setattr(compiler, "_compile_files", _compile_once)
         yield
 
 

@@ -16,7 +16,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import ExternalAddress, Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge_protobuf.feature import ProtobufFeature
-from cxbridge_protobuf.frames import Frame, encode
+from cxbridge_protobuf.frames import Frame, encode_frame
 from cxbridge_protobuf.settings import NetworkSettings, ProtobufSettings
 from protobuf_tests.conftest import PROTOS, WAIT
 from tests.support import free_port
@@ -42,9 +42,9 @@ def pb(bus, feature, log):
 
 def arrive(feature, env: ClipsEnvironment, relation, count=1):
     """Let loops pass until this many facts of a relation came; rules do not run."""
-    inbox = feature._users[env.name].network.inbox
+    inbox = feature._states[env.name].network.inbox
     arrived = threading.Condition()
-    put, warn = inbox.put, inbox.warn
+    put, warn = inbox.add_event, inbox.warn
 
     def tell(function):
         def told(*args, **kwargs):
@@ -58,10 +58,10 @@ def arrive(feature, env: ClipsEnvironment, relation, count=1):
         feature.before_run(env)
         return len(list(env.facts(relation))) >= count
 
-    inbox.put, inbox.warn = tell(put), tell(warn)
+    inbox.add_event, inbox.warn = tell(put), tell(warn)
     with arrived:
         assert arrived.wait_for(there, WAIT)
-    inbox.put, inbox.warn = put, warn
+    inbox.add_event, inbox.warn = put, warn
     return [slots for _, _, slots in env.facts(relation)]
 
 
@@ -105,7 +105,7 @@ def test_a_reference_is_the_same_message_and_lives_on(pb):
 
 
 def test_many_living_messages_are_told_of(pb, log, monkeypatch, feature):
-    feature._users["executive"]._warn_at = 3
+    feature._states["executive"]._next_warning_count = 3
     for _ in range(5):
         pb.call("pb-create", ORDER)
     assert [text for text in log.texts(Level.WARN) if "forget pb-destroy" in text] == [
@@ -304,8 +304,8 @@ def test_maps_are_lists_of_entries(pb):
 
 def test_bytes_are_only_named(pb, feature):
     report = pb.call("pb-create", REPORT)
-    feature._users["executive"]._get(report).raw = b"\0\1"
-    feature._users["executive"]._get(report).raws.append(b"\0")
+    feature._states["executive"]._find_message(report).raw = b"\0\1"
+    feature._states["executive"]._find_message(report).raws.append(b"\0")
     pb.call("pb-set-field", report, "raw", "x")
     assert pb.call("pb-field-value", report, "raw") == "bytes"
     assert pb.call("pb-field-list", report, "raws") == (Symbol("BYTES"),)
@@ -353,7 +353,7 @@ def test_the_server_and_its_facts(pb, feature, log):
         (connected,) = arrive(feature, pb, "protobuf-server-client-connected")
         client, host, from_port = connected["implied"]
         assert (host, type(host), from_port) == ("127.0.0.1", Symbol, local)
-        stranger.sendall(encode(Frame(3000, 2, b"\x08\x05")) + encode(Frame(7, 8, b"")))
+        stranger.sendall(encode_frame(Frame(3000, 2, b"\x08\x05")) + encode_frame(Frame(7, 8, b"")))
         (failed,) = arrive(feature, pb, "protobuf-server-receive-failed")
         assert failed == {
             "comp-id": 7,
@@ -377,7 +377,7 @@ def test_the_server_and_its_facts(pb, feature, log):
         }
         assert pb.call("pb-field-value", pointer, "id") == 5
         pb.call("pb-send", client, order(pb, 6))
-        assert stranger.recv(100) == encode(Frame(3000, 2, b"\x08\x06"))
+        assert stranger.recv(100) == encode_frame(Frame(3000, 2, b"\x08\x06"))
     arrive(feature, pb, "protobuf-server-client-disconnected")
     pb.call("pb-server-disable")
     with pytest.raises(OSError):
@@ -389,12 +389,12 @@ def test_what_nobody_wants_is_cleaned_up(pb, feature, log):
     port = free_port()
     pb.call("pb-server-enable", port)
     with socket.create_connection(("127.0.0.1", port), timeout=WAIT) as stranger:
-        stranger.sendall(encode(Frame(3000, 2, b"\x08\x05")) + encode(Frame(7, 8, b"")))
+        stranger.sendall(encode_frame(Frame(3000, 2, b"\x08\x05")) + encode_frame(Frame(7, 8, b"")))
         arrive(feature, pb, "protobuf-server-receive-failed")
     pb.run()
     assert not list(pb.facts("protobuf-msg"))
     assert not list(pb.facts("protobuf-server-receive-failed"))
-    assert not feature._users["executive"]._messages
+    assert not feature._states["executive"]._messages
     assert any("Protobuf server rcv fail for 7:8" in text for text in log.texts())
 
 
@@ -404,7 +404,7 @@ def test_a_rule_that_takes_a_reference_keeps_the_message(pb, feature):
     port = free_port()
     pb.call("pb-server-enable", port)
     with socket.create_connection(("127.0.0.1", port), timeout=WAIT) as stranger:
-        stranger.sendall(encode(Frame(3000, 2, b"\x08\x05")))
+        stranger.sendall(encode_frame(Frame(3000, 2, b"\x08\x05")))
         arrive(feature, pb, "protobuf-msg")
     pb.run()
     assert pb.call("pb-field-value", pb.eval("?*kept*"), "id") == 5
@@ -421,8 +421,8 @@ def test_a_client_and_its_facts(pb, feature, log):
             (connected,) = arrive(feature, pb, "protobuf-client-connected")
             assert connected["implied"] == (client,)
             pb.call("pb-send", client, order(pb))
-            assert accepted.recv(100) == encode(Frame(3000, 2, b"\x08\x05"))
-            accepted.sendall(encode(Frame(7, 8, b"")) + encode(Frame(3000, 2, b"")))
+            assert accepted.recv(100) == encode_frame(Frame(3000, 2, b"\x08\x05"))
+            accepted.sendall(encode_frame(Frame(7, 8, b"")) + encode_frame(Frame(3000, 2, b"")))
             (got,) = arrive(feature, pb, "protobuf-msg")
             assert (got["client-type"], got["rcvd-from"]) == ("CLIENT", ("", 0))
             (failed,) = arrive(feature, pb, "protobuf-receive-failed")
@@ -482,7 +482,7 @@ def test_a_peer_on_one_port(pb, feature, log, secret):
     else:
         peer = pb.call("pb-peer-create", "127.0.0.1", port)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        other.sendto(encode(Frame(3000, 2, b"")), ("127.0.0.1", port))
+        other.sendto(encode_frame(Frame(3000, 2, b"")), ("127.0.0.1", port))
         (got,) = arrive(feature, pb, "protobuf-msg")
     assert got["client-type"] == "PEER"
     assert peer == got["client-id"]
@@ -507,7 +507,7 @@ def test_what_strangers_did_is_in_the_log(pb, feature, log):
     pb.call("pb-peer-create", "127.0.0.1", port)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.sendto(b"rubbish", ("127.0.0.1", port))
-        other.sendto(encode(Frame(3000, 2, b"")), ("127.0.0.1", port))
+        other.sendto(encode_frame(Frame(3000, 2, b"")), ("127.0.0.1", port))
     arrive(feature, pb, "protobuf-msg")
     assert "too short for a frame" in log.texts(Level.WARN)[0]
 

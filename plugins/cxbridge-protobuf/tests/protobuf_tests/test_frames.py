@@ -13,11 +13,11 @@ from cxbridge_protobuf.frames import (
     VERSIONS,
     Frame,
     StreamDecoder,
-    encode,
-    open_datagram,
-    parse_payload,
-    payload,
-    seal,
+    add_header,
+    decode_datagram,
+    decode_payload,
+    encode_frame,
+    encode_payload,
 )
 
 NUMBERS = st.integers(0, 65535)
@@ -25,16 +25,16 @@ FRAMES = st.builds(Frame, NUMBERS, NUMBERS, st.binary(max_size=60))
 
 
 def test_a_frame_of_version_2_byte_by_byte():
-    assert encode(Frame(2000, 1, b"abc")).hex() == "020000000000000707d00001616263"
+    assert encode_frame(Frame(2000, 1, b"abc")).hex() == "020000000000000707d00001616263"
 
 
 def test_a_frame_of_version_1_byte_by_byte():
-    assert encode(Frame(2000, 1, b"abc"), 1).hex() == "07d0000100000003616263"
+    assert encode_frame(Frame(2000, 1, b"abc"), 1).hex() == "07d0000100000003616263"
 
 
 @given(st.sampled_from(VERSIONS), st.lists(FRAMES, max_size=6), st.data())
 def test_a_stream_gives_the_frames_however_it_is_cut(version, frames, data):
-    stream = b"".join(encode(frame, version) for frame in frames)
+    stream = b"".join(encode_frame(frame, version) for frame in frames)
     decoder = StreamDecoder(100, version)
     found: list[Frame] = []
     while stream:
@@ -46,8 +46,8 @@ def test_a_stream_gives_the_frames_however_it_is_cut(version, frames, data):
 
 @given(st.sampled_from(VERSIONS), FRAMES)
 def test_a_datagram_gives_its_frame(version, frame):
-    cipher, content = open_datagram(encode(frame, version), version)
-    assert (cipher, parse_payload(content)) == (0, frame)
+    cipher, content = decode_datagram(encode_frame(frame, version), version)
+    assert (cipher, decode_payload(content)) == (0, frame)
 
 
 @given(st.sampled_from(VERSIONS), st.binary(max_size=200))
@@ -57,7 +57,7 @@ def test_garbage_gives_frames_or_one_error(version, garbage):
         for frame in decoder.feed(garbage):
             assert len(frame.data) <= 50
     with contextlib.suppress(ProtobufError):
-        parse_payload(open_datagram(garbage, version)[1])
+        decode_payload(decode_datagram(garbage, version)[1])
 
 
 @pytest.mark.parametrize(
@@ -76,26 +76,26 @@ def test_a_header_that_cannot_be_is_refused_before_anything_follows(start, probl
 
 def test_frames_before_a_broken_one_are_told():
     good = Frame(1, 2, b"x")
-    frames = StreamDecoder(1000).feed(encode(good) + b"\xff" * 8)
+    frames = StreamDecoder(1000).feed(encode_frame(good) + b"\xff" * 8)
     assert next(frames) == good
     with pytest.raises(ProtobufError):
         next(frames)
 
 
 def test_an_encrypted_datagram_is_not_measured_by_its_header():
-    sealed = bytearray(seal(2, b"0123456789abcdef"))
+    sealed = bytearray(add_header(2, b"0123456789abcdef"))
     sealed[7] = 3
-    assert open_datagram(bytes(sealed)) == (2, b"0123456789abcdef")
+    assert decode_datagram(bytes(sealed)) == (2, b"0123456789abcdef")
 
 
 @pytest.mark.parametrize(
-    "data", [b"", b"\x02\0\0\0\0\0", encode(Frame(1, 2, b"abc"))[:-1], b"\x03" + b"\0" * 11]
+    "data", [b"", b"\x02\0\0\0\0\0", encode_frame(Frame(1, 2, b"abc"))[:-1], b"\x03" + b"\0" * 11]
 )
 def test_a_datagram_that_is_no_frame_is_refused(data):
     with pytest.raises(ProtobufError):
-        parse_payload(open_datagram(data)[1])
+        decode_payload(decode_datagram(data)[1])
 
 
 def test_the_payload_is_what_follows_the_header():
     frame = Frame(1, 2, b"abc")
-    assert encode(frame) == seal(0, payload(frame))
+    assert encode_frame(frame) == add_header(0, encode_payload(frame))

@@ -6,10 +6,10 @@ import pytest
 
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.frames import Frame
-from cxbridge_protobuf.inbox import Origin, Presence, Received, Warned
-from cxbridge_protobuf.local import HOST, LocalNetwork
+from cxbridge_protobuf.inbox import ConnectionChange, LogWarning, Origin, ReceivedMessage
+from cxbridge_protobuf.local import LOCAL_HOST, LocalNetwork
 from cxbridge_protobuf.settings import NetworkSettings
-from cxbridge_protobuf.types import MessageTypes, frame_of
+from cxbridge_protobuf.types import MessageTypes, make_frame
 from protobuf_tests.conftest import PROTOS
 
 CIPHER = "aes-128-cbc"
@@ -32,12 +32,12 @@ def members(types):
 def frame(types):
     message = types.create("test_msgs.Order")
     message.text = "hello"
-    return frame_of(message)
+    return make_frame(message)
 
 
 def texts(connections):
     events = connections.drain()
-    return [event.message.text for event in events if isinstance(event, Received) and event.message]
+    return [event.message.text for event in events if isinstance(event, ReceivedMessage) and event.message]
 
 
 def test_a_peer_hears_what_is_sent_to_its_port(members, frame):
@@ -47,8 +47,8 @@ def test_a_peer_hears_what_is_sent_to_its_port(members, frame):
     three.create_peer("10.0.0.255", 4445, 5555, "", "")
     one.broadcast(sender, frame)
     (event,) = two.drain()
-    assert (event.origin, event.link, event.host, event.port) == (Origin.PEER, receiver, HOST, 4445)
-    assert (event.at_us, event.message.text) == (7, "hello")
+    assert (event.origin, event.link_id, event.host, event.port) == (Origin.PEER, receiver, LOCAL_HOST, 4445)
+    assert (event.arrival_us, event.message.text) == (7, "hello")
     assert one.drain() == three.drain() == []
     two.send(receiver, frame)
     assert texts(one) == ["hello"]
@@ -64,7 +64,7 @@ def test_who_has_another_key_hears_nothing(members, frame):
     one.broadcast(sender, frame)
     one.broadcast(sender, frame)
     (warned,) = two.drain()  # once, not for each message
-    assert isinstance(warned, Warned)
+    assert isinstance(warned, LogWarning)
     assert "port 4444 have another key" in warned.text
     one.setup_crypto(sender, "secret", CIPHER.upper())
     one.broadcast(sender, frame)
@@ -79,14 +79,16 @@ def test_a_client_and_a_server(members, frame):
     server.enable_server(4444)
     link = client.connect("anywhere", 4444)
     (there,) = server.drain()
-    assert (there.origin, there.connected, there.host) == (Origin.SERVER, True, HOST)
-    assert client.drain() == [Presence(Origin.CLIENT, link, connected=True, host="anywhere", port=4444)]
+    assert (there.origin, there.connected, there.host) == (Origin.SERVER, True, LOCAL_HOST)
+    assert client.drain() == [
+        ConnectionChange(Origin.CLIENT, link, connected=True, host="anywhere", port=4444)
+    ]
     client.send(link, frame)
-    server.send(there.link, frame)
+    server.send(there.link_id, frame)
     assert texts(server) == texts(client) == ["hello"]
     client.disconnect(link)
-    assert server.drain() == [Presence(Origin.SERVER, there.link, connected=False)]
-    server.send(there.link, frame)
+    assert server.drain() == [ConnectionChange(Origin.SERVER, there.link_id, connected=False)]
+    server.send(there.link_id, frame)
     assert client.drain() == []
     with pytest.raises(ProtobufError, match="address already in use"):
         other.enable_server(4444)
@@ -100,8 +102,8 @@ def test_a_client_and_a_server(members, frame):
 def test_nobody_listens(members):
     link = members[0].connect("robot", 4444)
     assert members[0].drain() == [
-        Warned("Cannot connect to robot:4444: connection refused"),
-        Presence(Origin.CLIENT, link, connected=False),
+        LogWarning("Cannot connect to robot:4444: connection refused"),
+        ConnectionChange(Origin.CLIENT, link, connected=False),
     ]
     assert members[0].connect("robot", 0) == members[0].create_peer("x", 0, 1, "", "") == 0
 
@@ -115,6 +117,6 @@ def test_a_message_that_nobody_knows(members):
     assert "Message type 9:9 not registered" in warned.text
     two.enable_server(5)
     one.send(one.connect("x", 5), Frame(9, 9, b""))
-    assert [event.problem for event in two.drain() if isinstance(event, Received)] == [
+    assert [event.problem for event in two.drain() if isinstance(event, ReceivedMessage)] == [
         "Message type 9:9 not registered"
     ]

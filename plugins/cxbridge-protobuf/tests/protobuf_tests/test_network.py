@@ -10,10 +10,10 @@ import pytest
 
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf import network as network_module
-from cxbridge_protobuf.crypto import CIPHERS
-from cxbridge_protobuf.frames import Frame, encode, seal
-from cxbridge_protobuf.inbox import Origin, Presence, Received, Warned
-from cxbridge_protobuf.types import frame_of
+from cxbridge_protobuf.crypto import CIPHER_NUMBERS
+from cxbridge_protobuf.frames import Frame, add_header, encode_frame
+from cxbridge_protobuf.inbox import ConnectionChange, LogWarning, Origin, ReceivedMessage
+from cxbridge_protobuf.types import make_frame
 from protobuf_tests.conftest import WAIT
 from tests.support import free_port
 
@@ -39,10 +39,10 @@ def joined(nets, **settings):
     client = nets(**settings)
     client_id = client.connect("127.0.0.1", port)
     there = client.presence()
-    assert (there.origin, there.link, there.connected) == (Origin.CLIENT, client_id, True)
+    assert (there.origin, there.link_id, there.connected) == (Origin.CLIENT, client_id, True)
     here = server.presence()
     assert (here.origin, here.connected, here.host) == (Origin.SERVER, True, "127.0.0.1")
-    return server, here.link, client, client_id
+    return server, here.link_id, client, client_id
 
 
 @pytest.mark.parametrize("version", [1, 2])
@@ -50,11 +50,11 @@ def test_client_and_server_exchange_messages(nets, version):
     server, here, client, there = joined(nets, frame_version=version)
     client.send(there, ORDER)
     got = server.message()
-    assert (got.origin, got.link, got.component, got.type) == (Origin.SERVER, here, 3000, 2)
-    assert (got.host, got.message.id, got.at_us) == ("127.0.0.1", 5, 7)
+    assert (got.origin, got.link_id, got.component, got.type) == (Origin.SERVER, here, 3000, 2)
+    assert (got.host, got.message.id, got.arrival_us) == ("127.0.0.1", 5, 7)
     server.send(here, ORDER)
     got = client.message()
-    assert (got.origin, got.link, got.host, got.port) == (Origin.CLIENT, there, "", 0)
+    assert (got.origin, got.link_id, got.host, got.port) == (Origin.CLIENT, there, "", 0)
 
 
 def test_large_messages_come_whole_and_in_order(nets, types):
@@ -62,15 +62,15 @@ def test_large_messages_come_whole_and_in_order(nets, types):
     for number in range(20):
         order = types.create("test_msgs.Order")
         order.id, order.text = number, "x" * 100_000
-        client.send(there, frame_of(order))
-    assert [event.message.id for event in server.wait(20, Received)] == list(range(20))
+        client.send(there, make_frame(order))
+    assert [event.message.id for event in server.wait(20, ReceivedMessage)] == list(range(20))
 
 
 def test_a_server_that_goes_is_told_to_the_client(nets):
     server, _, client, there = joined(nets)
     server.disable_server()
     gone = client.presence()
-    assert (gone.link, gone.connected) == (there, False)
+    assert (gone.link_id, gone.connected) == (there, False)
     with pytest.raises(ProtobufError, match="not connected"):
         client.send(there, ORDER)
 
@@ -79,7 +79,7 @@ def test_a_client_that_goes_is_told_to_the_server_but_not_to_itself(nets):
     server, here, client, there = joined(nets)
     client.disconnect(there)
     gone = server.presence()
-    assert (gone.link, gone.connected) == (here, False)
+    assert (gone.link_id, gone.connected) == (here, False)
     client.send(there, ORDER)  # unknown by now
     assert client.drain() == []
 
@@ -88,14 +88,14 @@ def test_a_server_may_send_a_client_away(nets):
     server, here, client, there = joined(nets)
     server.disconnect(here)
     gone = client.presence()
-    assert (gone.link, gone.connected) == (there, False)
+    assert (gone.link_id, gone.connected) == (there, False)
 
 
 def test_a_connection_that_cannot_be_made(nets):
     client = nets()
     client_id = client.connect("127.0.0.1", free_port())
     gone = client.presence()
-    assert (gone.origin, gone.link, gone.connected) == (Origin.CLIENT, client_id, False)
+    assert (gone.origin, gone.link_id, gone.connected) == (Origin.CLIENT, client_id, False)
     with pytest.raises(ProtobufError, match="not connected"):
         client.send(client_id, ORDER)
 
@@ -141,20 +141,22 @@ def test_a_server_listens_on_loopback_unless_told_otherwise(nets):
 def test_garbage_and_a_frame_of_4_gib_close_the_connection_only(nets, rubbish):
     server, port = served(nets)
     with stranger(port) as bad, stranger(port) as good:
-        server.wait(2, Presence)
+        server.wait(2, ConnectionChange)
         bad.sendall(rubbish)
         assert bad.recv(10) == b""
         assert not server.presence().connected
         assert "closed:" in server.warned()
-        good.sendall(encode(ORDER))
+        good.sendall(encode_frame(ORDER))
         assert server.message().message.id == 5
 
 
 def test_unknown_types_and_broken_messages_are_told_and_the_next_one_comes(nets):
     server, port = served(nets)
     with stranger(port) as bad:
-        bad.sendall(encode(Frame(9, 9, b"")) + encode(Frame(3000, 2, b"\xff")) + encode(ORDER))
-        unknown, broken, good = server.wait(3, Received)
+        bad.sendall(
+            encode_frame(Frame(9, 9, b"")) + encode_frame(Frame(3000, 2, b"\xff")) + encode_frame(ORDER)
+        )
+        unknown, broken, good = server.wait(3, ReceivedMessage)
     assert (unknown.message, unknown.component, unknown.problem) == (
         None,
         9,
@@ -169,10 +171,10 @@ def test_a_client_that_never_reads_is_sent_away(nets, types):
     order = types.create("test_msgs.Order")
     order.text = "x" * 500_000
     with stranger(port):
-        here = server.presence().link
+        here = server.presence().link_id
         with suppress(ProtobufError):  # it may be sent away in the midst of it
             for _ in range(100):
-                server.send(here, frame_of(order))
+                server.send(here, make_frame(order))
         assert "does not read" in server.warned()
         assert not server.presence().connected
 
@@ -181,14 +183,14 @@ def test_a_flood_is_read_no_further_than_rules_can_take(nets):
     server, port = served(nets, max_waiting=100)
     count = 50_000
     with stranger(port) as flood:
-        sender = threading.Thread(target=flood.sendall, args=(encode(ORDER) * count,))
+        sender = threading.Thread(target=flood.sendall, args=(encode_frame(ORDER) * count,))
         sender.start()
         got, most = 0, 0
         while got < count:
             # messages that came before they were taken
-            events = server.wait(1, Received)
-            waiting = sum(isinstance(event, Received) for event in server.seen)
-            server.seen = [event for event in server.seen if not isinstance(event, Received)]
+            events = server.wait(1, ReceivedMessage)
+            waiting = sum(isinstance(event, ReceivedMessage) for event in server.seen)
+            server.seen = [event for event in server.seen if not isinstance(event, ReceivedMessage)]
             got, most = got + len(events) + waiting, max(most, len(events) + waiting)
         sender.join(WAIT)
     # one read beyond the limit may be under way: 256 KiB of frames of 14 bytes
@@ -217,14 +219,14 @@ def two_peers(nets, secret="", cipher="", other=None):
     return one, first, two, second
 
 
-@pytest.mark.parametrize("cipher", ["", *CIPHERS])
+@pytest.mark.parametrize("cipher", ["", *CIPHER_NUMBERS])
 def test_peers_exchange_messages(nets, cipher):
     one, first, two, second = two_peers(nets, "randomkey", cipher)
     one.broadcast(first, ORDER)
     got = two.message()
-    assert (got.origin, got.link, got.host, got.message.id) == (Origin.PEER, second, "127.0.0.1", 5)
+    assert (got.origin, got.link_id, got.host, got.message.id) == (Origin.PEER, second, "127.0.0.1", 5)
     two.send(second, ORDER)
-    assert one.message().link == first
+    assert one.message().link_id == first
 
 
 def test_peers_with_different_keys_do_not_understand_each_other(nets):
@@ -253,7 +255,7 @@ def test_a_peer_does_not_hear_itself(nets):
     peer = net.create_peer("127.0.0.1", port, port, "", "")
     net.broadcast(peer, ORDER)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        other.sendto(encode(Frame(3000, 2, b"\x08\x06")), ("127.0.0.1", port))
+        other.sendto(encode_frame(Frame(3000, 2, b"\x08\x06")), ("127.0.0.1", port))
     assert net.message().message.id == 6
 
 
@@ -283,11 +285,17 @@ def test_garbage_for_a_peer_is_told_ever_more_rarely(nets):
     net.create_peer("127.0.0.1", free_port(socket.SOCK_DGRAM), port, "", "")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         for _ in range(20):
-            for rubbish in (b"", b"x", b"\x03" + b"\0" * 30, seal(0, b"abc"), encode(Frame(8, 8, b""))):
+            for rubbish in (
+                b"",
+                b"x",
+                b"\x03" + b"\0" * 30,
+                add_header(0, b"abc"),
+                encode_frame(Frame(8, 8, b"")),
+            ):
                 other.sendto(rubbish, ("127.0.0.1", port))
-        other.sendto(encode(ORDER), ("127.0.0.1", port))
+        other.sendto(encode_frame(ORDER), ("127.0.0.1", port))
     assert net.message().message.id == 5
-    texts = [event.text for event in net.seen if isinstance(event, Warned)]
+    texts = [event.text for event in net.seen if isinstance(event, LogWarning)]
     assert 0 < len(texts) <= 12
     assert any("8:8 not registered" in text for text in texts)
     assert any("(16 times so far)" in text for text in texts)
@@ -324,7 +332,7 @@ def test_a_host_that_is_not_found_is_told_and_messages_wait(nets, monkeypatch):
         other.settimeout(WAIT)
         peer = net.create_peer("robot.invalid", port, free_port(socket.SOCK_DGRAM), "", "")
         net.broadcast(peer, ORDER)
-        assert other.recv(100) == encode(ORDER)
+        assert other.recv(100) == encode_frame(ORDER)
     assert "robot.invalid" in net.warned()
 
 
@@ -332,7 +340,7 @@ def test_ids_come_from_one_counter(nets):
     net, port = served(nets)
     peer = net.create_peer("127.0.0.1", free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM), "", "")
     with stranger(port):
-        assert (peer, net.presence().link) == (1, 2)
+        assert (peer, net.presence().link_id) == (1, 2)
 
 
 def test_the_last_message_of_a_client_that_leaves_data_unread_is_delivered(nets):
@@ -340,10 +348,10 @@ def test_the_last_message_of_a_client_that_leaves_data_unread_is_delivered(nets)
     server, port = served(nets)
     for _number in range(60):
         client = stranger(port)
-        here = server.presence().link
+        here = server.presence().link_id
         server.send(here, ORDER)
         assert client.recv(1, socket.MSG_PEEK)  # it has arrived, and stays unread
-        client.sendall(encode(ORDER, 2))
+        client.sendall(encode_frame(ORDER, 2))
         client.close()
         for _again in range(5):
             server.send(here, ORDER)  # fails as soon as the reset has come

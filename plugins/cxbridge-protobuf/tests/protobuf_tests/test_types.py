@@ -11,7 +11,7 @@ from google.protobuf import descriptor_pb2
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf import compiler
 from cxbridge_protobuf.frames import Frame
-from cxbridge_protobuf.types import MessageTypes, frame_of, numbers_of
+from cxbridge_protobuf.types import MessageTypes, make_frame, message_numbers
 from protobuf_tests.conftest import PROTOS
 from tests.support import ROBOTINO_DIR
 
@@ -26,7 +26,7 @@ def known_types(*folders):
 def test_types_with_numbers_are_registered_when_they_are_read(types):
     report = types.create("test_msgs.Report")
     report.robot = "r2"
-    frame = frame_of(report)
+    frame = make_frame(report)
     assert (frame.component, frame.type) == (3000, 1)
     assert types.parse(frame) == report
 
@@ -59,7 +59,7 @@ def test_what_is_no_message(types, frame, problem):
 
 def test_a_message_without_its_required_fields_cannot_be_sent(types):
     with pytest.raises(ProtobufError, match="robot"):
-        frame_of(types.create("test_msgs.Report"))
+        make_frame(types.create("test_msgs.Report"))
 
 
 def test_a_file_with_a_mistake_is_told_with_its_line_and_left_out(tmp_path):
@@ -114,7 +114,7 @@ def test_a_compiled_module(tmp_path, monkeypatch):
     types.add_module("compiled_order_pb2")
     note = types.create("compiled_msgs.Note")
     note.text = "hello"
-    assert types.parse(frame_of(note)) == note
+    assert types.parse(make_frame(note)) == note
     assert not problems
 
 
@@ -136,12 +136,12 @@ def test_without_a_compiler_one_is_told_what_to_install(monkeypatch):
 def test_protoc_of_the_system_is_taken_without_the_package(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     monkeypatch.setattr("shutil.which", lambda name: f"/usr/bin/{name}")
-    assert compiler._command() == ["/usr/bin/protoc"]
+    assert compiler._find_compiler() == ["/usr/bin/protoc"]
 
 
 def test_numbers_of_a_type_without_any():
     with pytest.raises(ProtobufError):
-        numbers_of(descriptor_pb2.FileDescriptorSet.DESCRIPTOR)
+        message_numbers(descriptor_pb2.FileDescriptorSet.DESCRIPTOR)
 
 
 @pytest.mark.skipif(ROBOTINO_DIR is None, reason="ROBOTINO_DIR names no checkout of the RCLL agent")
@@ -150,4 +150,4 @@ def test_the_messages_of_the_league():
     types, problems = known_types(ROBOTINO_DIR / "src/agents/llsf2013/msgs")
     assert not problems
     beacon = types.create("llsf_msgs.BeaconSignal")
-    assert numbers_of(beacon.DESCRIPTOR) == (2000, 1)
+    assert message_numbers(beacon.DESCRIPTOR) == (2000, 1)

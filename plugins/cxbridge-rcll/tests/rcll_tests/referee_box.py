@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from cxbridge_protobuf.inbox import Presence, Received
+from cxbridge_protobuf.inbox import ConnectionChange, ReceivedMessage
 from cxbridge_protobuf.network import Network
 from cxbridge_protobuf.settings import NetworkSettings
-from cxbridge_protobuf.types import Message, MessageTypes, frame_of
+from cxbridge_protobuf.types import Message, MessageTypes, make_frame
 from tests.support import free_port
 
 MESSAGES = """
@@ -85,16 +85,16 @@ class RefereeBox:
         begun = time.monotonic()
         while not self._is_closed.wait(_PAUSE_S):
             for event in self._network.drain():
-                if isinstance(event, Presence) and event.connected:
-                    self._clients.append(event.link)
-                elif isinstance(event, Presence):
-                    self._clients.remove(event.link)
-                elif isinstance(event, Received):
+                if isinstance(event, ConnectionChange) and event.connected:
+                    self._clients.append(event.link_id)
+                elif isinstance(event, ConnectionChange):
+                    self._clients.remove(event.link_id)
+                elif isinstance(event, ReceivedMessage):
                     self._take(event.message)
             self.game_time = (time.monotonic() - begun) * self._speed
             for client in self._clients if not self.is_silent else ():
                 for message in self._news():
-                    self._network.send(client, frame_of(message))
+                    self._network.send(client, make_frame(message))
             self.rounds += self.phase == "PRODUCTION"
 
     def _take(self, message: Message) -> None:

@@ -21,7 +21,7 @@ from cxbridge.resources import shipped_dir
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.rights import read_rights
 from cxbridge.run.source import LoadedFile, Source
-from cxbridge_protobuf.settings import CONNECTIONS
+from cxbridge_protobuf.settings import CONNECTIONS_KEY
 from cxbridge_ros2cx.cx.hash_order import order_by_hash
 from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
 from cxbridge_ros2cx.cx.manager import CxManager
@@ -162,7 +162,9 @@ class CxSource(Source):
         node_context = NodeContext(parameters, packages, context.clock, context.bus, ros)
         node_context.has_2026_changes = packages.has_file(*_FILE_SINCE_2026)
         if context.clock.is_virtual:
-            node_context.connections = context.additions.values.get(CONNECTIONS) or _make_local_connections()
+            node_context.connections = (
+                context.additions.values.get(CONNECTIONS_KEY) or _make_local_connections()
+            )
         node_context.is_inspection = environment is not ClipsEnvironment
         logs = EnvironmentLogs(None if node_context.is_inspection else self.options.option("log_dir"))
         manager = CxManager(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.executive.host.values import TRUE, Symbol, Value
-from cxbridge_protobuf.feature import ProtobufFeature, ProtobufUser
+from cxbridge_protobuf.feature import ProtobufFeature, ProtobufState
 from cxbridge_protobuf.settings import ProtobufSettings
 from cxbridge_ros2cx.cx.plugin import CxPlugin
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge_protobuf.inbox import Received
+    from cxbridge_protobuf.inbox import ReceivedMessage
     from cxbridge_ros2cx.cx.plugin import NodeContext
 
 _SENDER_SLOTS: Final = (
@@ -44,28 +44,28 @@ _CLEANUP_RULE: Final = (
 )
 
 
-class _CxProtobufUser(ProtobufUser):
+class _CxProtobufState(ProtobufState):
     """The protobuf state of an environment, with the values and texts of the ROS 2 CX."""
 
     def register(self, full_name: str) -> Value:
         """Register a type. TRUE for a registered type, too: the plug-in has registered its own types."""
         return TRUE if self.types.is_registered(full_name) else super().register(full_name)
 
-    def sender(self, event: Received) -> Value:
+    def sender_value(self, event: ReceivedMessage) -> Value:
         """Return the address and the port of a sender; as in the ROS 2 CX, a server has no address."""
         if event.origin.value == "CLIENT":
             return (Symbol(""),)
         return (Symbol(event.host), event.port)
 
-    def time(self, time_us: int) -> Value:
+    def time_value(self, time_us: int) -> Value:
         return time_us / MICROSECONDS
 
-    def text_of(self, message: Any) -> str:
+    def format_message(self, message: Any) -> str:
         return str(message).replace("\n", " ")
 
 
 class _CxProtobufFeature(ProtobufFeature):
-    user: ClassVar[type[ProtobufUser]] = _CxProtobufUser
+    state_class: ClassVar[type[ProtobufState]] = _CxProtobufState
 
 
 class ProtobufPlugin(CxPlugin):

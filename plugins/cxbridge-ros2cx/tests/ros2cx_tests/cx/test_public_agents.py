@@ -17,7 +17,7 @@ from cxbridge.mainloop import Hook
 from cxbridge.run import Run, run_scenario
 from cxbridge.run.program.additions import Additions
 from cxbridge.run.program.plain_options import make_options
-from cxbridge_protobuf.settings import CONNECTIONS
+from cxbridge_protobuf.settings import CONNECTIONS_KEY
 from cxbridge_ros2cx.cx.node import CxNode
 from ros2cx_tests.cx.recordings import comparable, recorded
 from tests.support import CX_DIR, SHARED, needs_cx, needs_plugin
@@ -82,7 +82,7 @@ def test_the_agent_of_the_league_takes_an_order_of_our_referee(tmp_path):
 
     referee = LocalReferee(Refbox.open(REFBOX), MESSAGES, (), 1)
     parts = tuple(referee.components(Script(cyan="Carologistics", production_s=60)))
-    additions = Additions(values={CONNECTIONS: referee.connections})
+    additions = Additions(values={CONNECTIONS_KEY: referee.connections})
     given = options(tmp_path, RCSML, "config/config.yaml", 30)
     with Run(given, None, None, additions, parts) as run:
         run.start()
