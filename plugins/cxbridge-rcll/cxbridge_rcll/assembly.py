@@ -1,4 +1,4 @@
-"""The run of a game: agents, robots, a referee, and the settings that no configuration file has."""
+"""Assembles the run of a game from agents, robots and a referee, and adapts the agents' configuration."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from cxbridge.run.team import Team
 from cxbridge_explore.game.judge import GameState
 from cxbridge_explore.game.score import Score
 from cxbridge_protobuf.settings import CONNECTIONS_KEY
-from cxbridge_rcll.controller import Script
+from cxbridge_rcll.controller import Timeline
 from cxbridge_rcll.field import Field
 from cxbridge_rcll.local import LocalReferee
-from cxbridge_rcll.refbox import Refbox, find_messages
+from cxbridge_rcll.refbox import Refbox, find_message_folder
 from cxbridge_rcll.remote import RemoteReferee
-from cxbridge_rcll.robots import RobotInterfaces, RobotWorld, robot_executor
+from cxbridge_rcll.robots import RobotInterfaces, RobotWorld, make_robot_executor
 from cxbridge_rcll.settings import LeagueSettings
-from cxbridge_rcll.simtest import turn_on
+from cxbridge_rcll.simtest import enable_simtest
 from cxbridge_rcll.stations import StationNodes
 
 if TYPE_CHECKING:
@@ -34,33 +34,33 @@ if TYPE_CHECKING:
     from cxbridge_protobuf.connections import MakeConnections
     from cxbridge_rcll.machines import Workplace
 
-_PEERS: Final = "/fawkes/bbsync/peers"
-_SPEC: Final = "/clips-executive/spec"
-_SPECS: Final = "/clips-executive/specs"
-_COORDINATION: Final = "parameters/coordination"
-_ROUTES: Final = "parameters/rcll/route"
-_PEER_NAME: Final = re.compile(r"robot\d+")
-_ROBOT_NAMES: Final = ("R-1", "R-2", "R-3")  # for a spec without routes
-_AGENT_NUMBER: Final = "/fawkes/agent/number"
-_PROTO_DIRS: Final = "/clips-protobuf/proto-dirs"
-_SIMULATOR: Final = "/rcll-simulator/enabled"
-_TEAM_NAME: Final = "/fawkes/agent/team"
+_PEERS_PATH: Final = "/fawkes/bbsync/peers"
+_SPEC_PATH: Final = "/clips-executive/spec"
+_SPECS_PATH: Final = "/clips-executive/specs"
+_COORDINATION_PATH: Final = "parameters/coordination"
+_ROUTES_PATH: Final = "parameters/rcll/route"
+_PEER_PATTERN: Final = re.compile(r"robot\d+")
+_ROBOT_NAMES: Final = ("R-1", "R-2", "R-3")  # for a spec that configures no routes of robots
+_AGENT_NUMBER_PATH: Final = "/fawkes/agent/number"
+_PROTO_DIRS_PATH: Final = "/clips-protobuf/proto-dirs"
+_SIMULATOR_PATH: Final = "/rcll-simulator/enabled"
+_TEAM_NAME_PATH: Final = "/fawkes/agent/team"
 
 
 class GameReferee(Protocol):
-    """The referee of a game, in this process or elsewhere."""
+    """The referee of a game, in this process or in a referee box of another process."""
 
     @property
     def connections(self) -> MakeConnections | None:
         """The factory of the agent's protobuf connections; None for sockets."""
 
-    def set_up(self, config: Configuration) -> None:
-        """Adapt the configuration of a team."""
+    def configure_agent(self, config: Configuration) -> None:
+        """Adapt the configuration of an agent."""
 
-    def components(self, script: Script) -> Iterator[Callable[[Run], Component]]:
+    def component_factories(self, timeline: Timeline) -> Iterator[Callable[[Run], Component]]:
         """Yield the factories of the referee's components."""
 
-    def machine(self, name: str) -> Workplace | None:
+    def find_machine(self, name: str) -> Workplace | None:
         """Return a machine by name."""
 
     def machine_facts(self) -> Iterator[dict[str, Value]]:
@@ -80,7 +80,7 @@ class GameReferee(Protocol):
 
     @property
     def faults(self) -> Sequence[str]:
-        """The errors in cxbridge's functions for the referee's rules."""
+        """The errors in the functions that cxbridge defines for the referee's rules."""
 
 
 class LeagueAssembly(Run):
@@ -89,10 +89,10 @@ class LeagueAssembly(Run):
     def __init__(self, setup: GameSetup, additions: Additions) -> None:
         self.referee = setup.referee
         factories = (
-            *setup.referee_components(),
-            setup.interfaces({name: f"/{name}/" for name in setup.robots}),
+            *setup.referee_factories(),
+            setup.interface_factory({name: f"/{name}/" for name in setup.robots}),
         )
-        super().__init__(setup.run, setup.context, None, setup.extend(additions), factories)
+        super().__init__(setup.run_options, setup.context, None, setup.extend(additions), factories)
 
     @property
     def is_over(self) -> bool:
@@ -101,18 +101,19 @@ class LeagueAssembly(Run):
 
 
 class LeagueTeam(Team):
-    """The run of a game with an executive per robot; the referee decides about its end."""
+    """The run of a game with an executive for each robot; the referee decides about its end."""
 
     def __init__(self, setup: GameSetup, additions: Additions) -> None:
         self.referee = setup.referee
 
-        def components(name: str) -> Sequence[MakeComponent]:
-            referee = (
-                setup.referee_components() if name == setup.robots[0] else ()
-            )  # the agents share a referee
-            return (*referee, setup.interfaces({name: ""}))
+        def make_factories(name: str) -> Sequence[MakeComponent]:
+            # the first agent has the referee, which all agents share
+            referee = setup.referee_factories() if name == setup.robots[0] else ()
+            return (*referee, setup.interface_factory({name: ""}))
 
-        super().__init__(setup.run, setup.context, setup.robots, None, setup.extend(additions), components)
+        super().__init__(
+            setup.run_options, setup.context, setup.robots, None, setup.extend(additions), make_factories
+        )
 
     @property
     def is_over(self) -> bool:
@@ -127,10 +128,10 @@ class GameSetup:
     """
 
     def __init__(self, settings: LeagueSettings, run: RunOptions, seed: int) -> None:
-        self._minutes, self.run = settings.minutes, run
+        self._minutes, self.run_options = settings.minutes, run
         refbox = None if settings.refbox_dir is None else Refbox.open(settings.refbox_dir)
         checkouts = source_of(run).checkouts.folders
-        messages = find_messages(
+        messages = find_message_folder(
             *settings.proto_dirs,
             *(folder / "src/libs/llsf_msgs/rcll-protobuf-msgs" for folder in checkouts),
             *(() if refbox is None else (refbox.messages,)),
@@ -141,59 +142,62 @@ class GameSetup:
         else:
             assert settings.referee is not None
             self.referee = RemoteReferee(settings.referee, messages)
-        self.world = RobotWorld(Field(self.referee.machine_facts), self.referee.machine)
+        self.world = RobotWorld(Field(self.referee.machine_facts), self.referee.find_machine)
         self.context = make_base(run)
         config = self.context.config
-        spec = f"{_SPECS}/{run.spec or config.get_str(_SPEC, default='')}"
-        # Whether each robot has an executive that coordinates with its teammates.
-        self.is_team = bool(config.keys(f"{spec}/{_COORDINATION}"))
+        spec = f"{_SPECS_PATH}/{run.spec or config.get_str(_SPEC_PATH, default='')}"
+        # whether each robot has an executive, which coordinates with its teammates
+        self.is_team = bool(config.keys(f"{spec}/{_COORDINATION_PATH}"))
         self.robots = self._configure_robots(config, spec)
-        self.world.add(self.robots)
-        # The simulator's robots expect tasks over sockets, but the robots of this game are Skillers.
-        config.set(_SIMULATOR, False)
-        config.set(_PROTO_DIRS, [str(messages)])
+        self.world.add_robots(self.robots)
+        # The agent would send tasks to the robots of its simulator over sockets; here robots are Skillers.
+        config.set(_SIMULATOR_PATH, False)
+        config.set(_PROTO_DIRS_PATH, [str(messages)])
         if settings.simtest:
-            turn_on(config, spec, settings.simtest, checkouts)
-        self.referee.set_up(config)
+            enable_simtest(config, spec, settings.simtest, checkouts)
+        self.referee.configure_agent(config)
 
     def _configure_robots(self, config: Configuration, spec: str) -> list[str]:
-        """Write the robots into the configuration, and return their names."""
+        """Add the robots to the configuration, and return their names."""
         if self.is_team:
-            routes = [config.keys(f"{spec}/{_ROUTES}/{team}") for team in config.keys(f"{spec}/{_ROUTES}")]
+            routes = [
+                config.keys(f"{spec}/{_ROUTES_PATH}/{team}") for team in config.keys(f"{spec}/{_ROUTES_PATH}")
+            ]
             names = next(filter(None, routes), list(_ROBOT_NAMES))
             for number, name in enumerate(names, start=1):
                 robot_tree = f"{AGENTS}/{name}/config"
                 config.set(f"{robot_tree}{AGENT_NAME}", name)
-                config.set(f"{robot_tree}{_AGENT_NUMBER}", number)
+                config.set(f"{robot_tree}{_AGENT_NUMBER_PATH}", number)
                 config.set(f"{robot_tree}/skill-board/agents/{name}/skiller", "Skiller")
             return names
-        # The peers ``robot1``, ``robot2`` ... of Fawkes' bbsync are the robots of a central agent.
-        names = [name for name in config.keys(_PEERS) if _PEER_NAME.fullmatch(name)]
+        # The robots of a central agent are the peers `robot1`, `robot2` ... of bbsync, the plugin of Fawkes
+        # that synchronizes blackboards.
+        names = [name for name in config.keys(_PEERS_PATH) if _PEER_PATTERN.fullmatch(name)]
         for name in names:
-            config.set(f"{_PEERS}/{name}/active", True)
+            config.set(f"{_PEERS_PATH}/{name}/active", True)
             config.set(f"/skill-board/agents/{name}/skiller", f"/{name}/Skiller")
         return names
 
     def extend(self, additions: Additions) -> Additions:
-        """Return the additions to a run's options: robots and message connections."""
-        executors = (*additions.executors, robot_executor(self.world))
+        """Return additions with the executors of the robots and the connections to the referee."""
+        executors = (*additions.executors, make_robot_executor(self.world))
         values = {**additions.values, CONNECTIONS_KEY: self.referee.connections}
         return replace(additions, executors=executors, values=values)
 
-    def referee_components(self) -> Iterator[MakeComponent]:
+    def referee_factories(self) -> Iterator[MakeComponent]:
         """Yield the factories of the referee and of its controller."""
-        team = self.context.config.get_str(_TEAM_NAME, default="Carologistics")
-        return self.referee.components(Script(cyan=team, production_s=self._minutes * 60))
+        team = self.context.config.get_str(_TEAM_NAME_PATH, default="Carologistics")
+        return self.referee.component_factories(Timeline(cyan_name=team, production_s=self._minutes * 60))
 
-    def interfaces(self, prefixes: Mapping[str, str]) -> MakeComponent:
+    def interface_factory(self, prefixes: Mapping[str, str]) -> MakeComponent:
         """Return the factory of the robots' interfaces.
 
         :param prefixes: the prefix of the interface ids by robot name.
         """
 
-        def make(context: Run) -> Component:
-            # A graph is loaded on first use, and an agent may have none.
-            stations = StationNodes(self.world.places, lambda: context.navgraph) if self.is_team else None
+        def make_interfaces(context: Run) -> Component:
+            # a function returns the graph, which is loaded at its first use: an agent may have none
+            stations = StationNodes(self.world.geometry, lambda: context.navgraph) if self.is_team else None
             return RobotInterfaces(context, self.world, prefixes, stations)
 
-        return make
+        return make_interfaces

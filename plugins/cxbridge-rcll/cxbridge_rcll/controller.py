@@ -1,4 +1,4 @@
-"""Instructions to the referee about teams and phases, normally given by people with rcll-refbox-instruct."""
+"""Instructs the referee about teams and phases, as people do with the program rcll-refbox-instruct."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ class Phase(StrEnum):
     POST_GAME = "POST_GAME"
 
 
-PACKAGE: Final = "llsf_msgs"  # the protobuf package of the league's messages
+MESSAGE_PACKAGE: Final = "llsf_msgs"  # the protobuf package of the league's messages
 
-BEGIN_S: Final = 5.0  # the seconds before the setup phase, in which the agent starts to listen
+PRE_GAME_S: Final = 5.0  # the time before the setup phase, in which the agent opens its connections
 
-# The seconds of the setup phase. The league's 300 s only serve to carry robots to their places.
+# The duration of the setup phase: the league has 300 s, in which people carry robots to the field.
 SETUP_S: Final = 15.0
 
 
 @dataclass(frozen=True, slots=True)
-class Script:
+class Timeline:
     """The timeline of a game.
 
     :param cyan: the name of team cyan; empty if absent.
@@ -40,8 +40,8 @@ class Script:
     :param production_s: the seconds of the production phase, after which the game is over.
     """
 
-    cyan: str = ""
-    magenta: str = ""
+    cyan_name: str = ""
+    magenta_name: str = ""
     production_s: float = 1200.0
 
 
@@ -57,58 +57,58 @@ class Controller(Component):
     description = "Leads through the phases of a game"
 
     def __init__(
-        self, context: Run, types: MessageTypes, script: Script, send: Callable[[Message], None]
+        self, context: Run, types: MessageTypes, timeline: Timeline, send: Callable[[Message], None]
     ) -> None:
         self._clock: Clock = context.clock
         self._types = types
         self._send = send
         self._begin_us: int | None = None
-        teams = [("CYAN", script.cyan), ("MAGENTA", script.magenta)]
-        production_begin_s = BEGIN_S + SETUP_S
-        # The seconds after the first loop, the type of the message, and its fields.
+        teams = [("CYAN", timeline.cyan_name), ("MAGENTA", timeline.magenta_name)]
+        production_begin_s = PRE_GAME_S + SETUP_S
+        # the time after the first loop in seconds, the type of the message, and its fields
         self._steps: list[tuple[float, str, dict[str, str]]] = [
-            (BEGIN_S, "SetTeamName", {"team_color": colour, "team_name": name})
+            (PRE_GAME_S, "SetTeamName", {"team_color": colour, "team_name": name})
             for colour, name in teams
             if name
         ]
         self._steps += [
-            (BEGIN_S, "SetGamePhase", {"phase": Phase.SETUP}),
-            (BEGIN_S, "SetGameState", {"state": "RUNNING"}),
+            (PRE_GAME_S, "SetGamePhase", {"phase": Phase.SETUP}),
+            (PRE_GAME_S, "SetGameState", {"state": "RUNNING"}),
             (production_begin_s, "SetGamePhase", {"phase": Phase.PRODUCTION}),
-            (production_begin_s + script.production_s, "SetGamePhase", {"phase": Phase.POST_GAME}),
+            (production_begin_s + timeline.production_s, "SetGamePhase", {"phase": Phase.POST_GAME}),
         ]
-        # A missing definition fails here, not in the middle of a game.
-        for kind in dict.fromkeys(kind for _, kind, _ in self._steps):
-            self._create(kind)
+        # a missing definition is an error here, not in the middle of a game
+        for message_type in dict.fromkeys(message_type for _, message_type, _ in self._steps):
+            self._create_message(message_type)
 
     def loop(self) -> None:
-        """Send the due messages.
+        """Send the messages that are due.
 
-        Time counts from the first loop, since a large agent loads for seconds.
+        The time counts from the first loop, since a large agent loads for seconds.
         """
         now_us = self._clock.now_us()
         if self._begin_us is None:
             self._begin_us = now_us
         while self._steps:
-            due_s, kind, values = self._steps[0]
+            due_s, message_type, values = self._steps[0]
             if now_us < self._begin_us + round(due_s * MICROSECONDS):
                 break
             del self._steps[0]
-            self._send(self._instruction(kind, values))
+            self._send(self._make_instruction(message_type, values))
 
-    def _instruction(self, kind: str, values: dict[str, str]) -> Message:
-        message = self._create(kind)
+    def _make_instruction(self, message_type: str, values: dict[str, str]) -> Message:
+        message = self._create_message(message_type)
         for name, value in values.items():
             field = message.DESCRIPTOR.fields_by_name[name]
             enum = field.enum_type
             setattr(message, name, value if enum is None else enum.values_by_name[value].number)
         return message
 
-    def _create(self, kind: str) -> Message:
+    def _create_message(self, message_type: str) -> Message:
         try:
-            return self._types.create(f"{PACKAGE}.{kind}")
+            return self._types.create(f"{MESSAGE_PACKAGE}.{message_type}")
         except ProtobufError:
             raise ProtobufError(
-                f"the message definitions have no {PACKAGE}.{kind}",
+                f"the message definitions have no {MESSAGE_PACKAGE}.{message_type}",
                 hint="they are of another version of the league, or did not compile; see the log",
             ) from None

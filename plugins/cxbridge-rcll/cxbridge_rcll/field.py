@@ -1,4 +1,4 @@
-"""Geometry of the field: zones, the sides of machines, and distances."""
+"""The geometry of the field: zones, the sides of machines, and distances."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from typing import Final, NamedTuple
 
 from cxbridge.executive.host.values import Value
 
-# A zone such as ``C-Z42`` or ``M_Z42``: the half, the column and the row.
-_ZONE: Final = re.compile(r"([CM])[-_]Z(\d)(\d)")
-# A machine with an optional side, such as ``C-BS-INPUT``, or the place to wait for it, ``WAIT-C-BS-I``.
-_MACHINE: Final = re.compile(r"(?:WAIT-)?([CM]-(?:BS|DS|SS|CS\d|RS\d))(?:-(INPUT|OUTPUT|I|O))?")
-_AT_MACHINE_M: Final = 0.75  # metres from the centre of a machine to a robot that works there
+# a zone such as `C-Z42` or `M_Z42`: the half (C: cyan, M: magenta), the column and the row
+_ZONE_PATTERN: Final = re.compile(r"([CM])[-_]Z(\d)(\d)")
+# a machine with an optional side, such as `C-BS-INPUT`, or the location to wait for the machine,
+# `WAIT-C-BS-I`
+_MACHINE_PATTERN: Final = re.compile(r"(?:WAIT-)?([CM]-(?:BS|DS|SS|CS\d|RS\d))(?:-(INPUT|OUTPUT|I|O))?")
+_WORK_DISTANCE_M: Final = 0.75  # from the centre of a machine to a robot that uses the machine
 
-_WAITING_M: Final = 1.5  # metres from the centre of a machine to a robot that waits for it
-_ENTRY_M: Final = (4.5, 0.5)  # the place of the first robot; the next robots are a metre apart
+_WAIT_DISTANCE_M: Final = 1.5  # from the centre of a machine to a robot that waits for the machine
+_ENTRY_M: Final = (4.5, 0.5)  # the location of the first robot; the robots are a metre apart
 
 
 class Pose(NamedTuple):
@@ -36,13 +37,13 @@ class Pose(NamedTuple):
         return math.hypot(self.x - other.x, self.y - other.y)
 
 
-def entry(robot: int) -> Pose:
+def entry_pose(robot_number: int) -> Pose:
     """Return the start pose of a cyan robot.
 
-    :param robot: the number of the robot, from 1.
+    :param robot_number: the number of the robot, from 1.
     """
     x, y = _ENTRY_M
-    return Pose(x + robot - 1, y, math.pi / 2)
+    return Pose(x + robot_number - 1, y, math.pi / 2)
 
 
 class Field:
@@ -51,36 +52,36 @@ class Field:
     :param machines: returns the slots of the referee's facts about machines.
     """
 
-    def __init__(self, machines: Callable[[], Iterable[dict[str, Value]]]) -> None:
-        self._machines = machines
+    def __init__(self, list_machines: Callable[[], Iterable[dict[str, Value]]]) -> None:
+        self._list_machines = list_machines
 
-    def find(self, place: str) -> Pose | None:
-        """Return the pose of a place in a skill's parameters; None if unknown."""
-        zone = _ZONE.fullmatch(place)
+    def find_pose(self, location: str) -> Pose | None:
+        """Return the pose at a location in a skill's parameters; None if the location is unknown."""
+        zone = _ZONE_PATTERN.fullmatch(location)
         if zone is not None:
-            return _centre(*zone.groups())
-        machine = _MACHINE.fullmatch(place)
+            return _zone_centre(*zone.groups())
+        machine = _MACHINE_PATTERN.fullmatch(location)
         if machine is None:
             return None
-        # Skills that name no side mean the input.
-        metres = _WAITING_M if place.startswith("WAIT") else _AT_MACHINE_M
-        return self._pose_before(machine[1], (machine[2] or "I")[0], metres)
+        # a skill without a side means the input
+        distance_m = _WAIT_DISTANCE_M if location.startswith("WAIT") else _WORK_DISTANCE_M
+        return self._pose_before(machine[1], (machine[2] or "I")[0], distance_m)
 
-    def _pose_before(self, name: str, side: str, metres: float) -> Pose | None:
-        slots = next((machine for machine in self._machines() if machine["name"] == name), None)
-        zone = None if slots is None else _ZONE.fullmatch(str(slots["zone"]))
+    def _pose_before(self, name: str, side: str, distance_m: float) -> Pose | None:
+        slots = next((machine for machine in self._list_machines() if machine["name"] == name), None)
+        zone = None if slots is None else _ZONE_PATTERN.fullmatch(str(slots["zone"]))
         if slots is None or zone is None:
             return None
         rotation = slots["rotation"]
         degrees = rotation if isinstance(rotation, int | float) else 0
-        centre, yaw = _centre(*zone.groups()), math.radians(degrees)
-        # The input is on the side to which the machine's rotation points; a robot there looks back at it.
+        centre, yaw = _zone_centre(*zone.groups()), math.radians(degrees)
+        # The rotation of a machine points to its input. A robot there looks in the opposite direction.
         sign = 1 if side == "I" else -1
-        x, y = centre.x + sign * metres * math.cos(yaw), centre.y + sign * metres * math.sin(yaw)
+        x, y = centre.x + sign * distance_m * math.cos(yaw), centre.y + sign * distance_m * math.sin(yaw)
         return Pose(x, y, yaw + (math.pi if sign > 0 else 0.0))
 
 
-def _centre(half: str, column: str, row: str) -> Pose:
+def _zone_centre(half: str, column: str, row: str) -> Pose:
     """Return the centre of a zone; zones have a width of a metre."""
     x = int(column) - 0.5
     return Pose(-x if half == "M" else x, int(row) - 0.5)

@@ -1,4 +1,4 @@
-"""A whole game: the team's agent, its robots, the machines and the referee in one run."""
+"""Plays a game: a run of the team's agent with its robots, the machines and the referee."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from cxbridge_explore.game.score import GameResult, Score
 from cxbridge_explore.worldmodel.model import NOTHING_FAILS, SkillFailure, SkillModel, WorldModel
 from cxbridge_explore.worldmodel.reading import read_world
 from cxbridge_rcll.assembly import GameReferee, GameSetup, LeagueAssembly, LeagueTeam
-from cxbridge_rcll.controller import BEGIN_S, SETUP_S
+from cxbridge_rcll.controller import PRE_GAME_S, SETUP_S
 from cxbridge_rcll.settings import LeagueSettings
-from cxbridge_rcll.simtest import Verdict
+from cxbridge_rcll.simtest import VerdictListener
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
 
-# The default configuration, relative to the `cfg` folder of a checkout.
+# the default configuration, relative to the folder `cfg` of a checkout
 SCENARIO: Final = Path("rcll-simulator/central_agent.yaml")
 
-_CUT_S: Final = 1.0  # the seconds before the end of the game at which an exploration stops
-_OVER_S: Final = 5.0  # the seconds that the referee has for the end of the game
+_EARLY_END_S: Final = 1.0  # the time before the end of the game at which an exploration stops
+_ENDING_S: Final = 5.0  # the time in which the referee ends the game
 
-# The real seconds for loading the agent and ending the game: a real clock does not wait for either.
+# The real time for loading the agent and for the end of the game: on a real clock both take time.
 _LOADING_S: Final = 60.0
 
 
@@ -41,7 +41,8 @@ _LOADING_S: Final = 60.0
 class LeagueGame(LeagueSettings):
     """A game of the league.
 
-    :param world: possible failures; None if each skill fails with the probability ``failures``.
+    :param world: a file with the failures of skills; None if each skill fails with the probability
+        ``failures``.
     :param failures: the probability that a skill fails.
     """
 
@@ -50,11 +51,11 @@ class LeagueGame(LeagueSettings):
 
     @property
     def quiet(self) -> Collection[str]:
-        """Components whose log lines need ``--verbose``."""
+        """The components whose log lines are only shown with ``--verbose``."""
         return ("Referee",)
 
     def of_agent(self, agent: Path) -> LeagueGame:
-        """Return the same game with another agent: a folder on top of the first agent's.
+        """Return the same game with another agent, whose folder is laid over the folders of this game.
 
         :raises CxbridgeError: if options conflict.
         """
@@ -64,28 +65,28 @@ class LeagueGame(LeagueSettings):
 
     @property
     def cut_options(self) -> RunOptions:
-        """The options of a run that ends with the production, before goals fail because the game is over."""
-        return replace(self.options, timeout=BEGIN_S + SETUP_S + self.minutes * 60 - _CUT_S)
+        """The options of a run that stops before the end of the production, when open goals would fail."""
+        return replace(self.options, timeout=PRE_GAME_S + SETUP_S + self.minutes * 60 - _EARLY_END_S)
 
     @property
     def options(self) -> RunOptions:
-        """The options of the run with the referee's clock and a time limit after the end of the game."""
+        """The options of the run, with the clock for the referee and a timeout after the end of the game."""
         run = self.run
         return replace(
             run,
             scenario=run.scenario or SCENARIO,
             skiller="none",
-            clock=self._clock,
-            # Checkouts have known CLIPS errors, which the result reports instead of ending the game.
+            clock=self._clock_name,
+            # not strict by default: the agents of teams have CLIPS errors, which the result reports
             strict=bool(run.strict),
-            timeout=BEGIN_S
+            timeout=PRE_GAME_S
             + SETUP_S
             + self.minutes * 60
-            + (_LOADING_S * self.speed if self.referee else _OVER_S),
+            + (_LOADING_S * self.speed if self.referee else _ENDING_S),
         )
 
     @property
-    def _clock(self) -> str:
+    def _clock_name(self) -> str:
         if self.referee is None:
             return "virtual"
         return "real" if self.speed == 1 else f"scaled:{self.speed:g}"
@@ -102,17 +103,17 @@ class LeagueGame(LeagueSettings):
         :param console: receives the log lines.
         :param attach: called with the run before its start.
         """
-        verdict, judge = Verdict(), _Judge()
+        verdict, judge = VerdictListener(), _Judge()
 
-        def listen(agent: Run) -> None:
+        def subscribe_verdict(agent: Run) -> None:
             agent.bus.subscribe(verdict, LogLine)
             if attach is not None:
                 attach(agent)
 
-        options, world = self.options, self._world()
+        options, world = self.options, self._make_world_model()
         options.check()
         make = partial(self.make, seed)
-        result = play_game(options, seed, world, judge, make=make, console=console, attach=listen)
+        result = play_game(options, seed, world, judge, make=make, console=console, attach=subscribe_verdict)
         return replace(
             result,
             is_over=bool(verdict.text) if self.simtest else result.is_over,
@@ -120,7 +121,7 @@ class LeagueGame(LeagueSettings):
             simtest=verdict.text if self.simtest else "",
         )
 
-    def _world(self) -> WorldModel:
+    def _make_world_model(self) -> WorldModel:
         """Return the failures of skills: those of ``world``, or with the probability ``failures``."""
         if self.world is not None:
             return read_world(self.world)
@@ -142,9 +143,9 @@ class LeagueGame(LeagueSettings):
 
 
 class _Judge:
-    """Returns the score and the state that the referee of a run reports."""
+    """Reports the score and the state of the game from the referee of a run."""
 
-    referee: GameReferee  # set when the run is made
+    referee: GameReferee  # set by watch()
 
     def watch(self, run: Run | Team) -> None:
         """Use the referee of a run."""

@@ -1,6 +1,6 @@
-"""The functions that the referee box defines for its rules: configuration, machines, field.
+"""The functions for the rules of the referee: configuration, machines, field.
 
-The box defines them in C++; the rules call them by these names.
+The referee box defines these functions in C++, under the same names.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ from cxbridge.executive.features.config import confvals
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge_rcll.machines import BeltPosition, Machine
-from cxbridge_rcll.placing import NAMES, Placement, arrange
+from cxbridge_rcll.placing import MACHINE_NAMES, Placement, arrange_machines
 from cxbridge_rcll.refbox import Refbox
 
-_TEXT: Final = "*;sy"  # CLIPS' restriction of arguments: the first is a string or a symbol
-# The functions for parts of machines that are not simulated, with the number of their arguments.
-_IGNORED: Final = {
+_TEXT_ARGUMENT: Final = "*;sy"  # CLIPS' code for a function whose first argument is a string or a symbol
+# the functions for parts of machines that are not simulated, with the number of their arguments
+_IGNORED_FUNCTIONS: Final = {
     "mps-reset-base-counter": 1,
     "mps-reset-lights": 1,
     "mps-set-light": 3,
     "mps-set-lights": 4,
 }
-_NO_FIELD: Final = (Symbol("INVALID-GENERATION"),)
+_NO_FIELD: Final = (Symbol("INVALID-GENERATION"),)  # the result before a field has been generated
 
 
-def _truth(value: object) -> Symbol:
+def _to_clips_bool(value: object) -> Symbol:
     return TRUE if value else FALSE
 
 
@@ -43,28 +43,32 @@ class ConfigFunctions:
         self._config = config
         define = env.define
         define("get-clips-dirs", lambda: (f"{refbox.rules}/",))
-        define("load-config", self._load, 1, types=_TEXT)
-        define("config-path-exists", lambda path: _truth(config.exists(path)), 1, types=_TEXT)
-        define("config-get-bool", self._bool, 1, types=_TEXT)
-        define("config-get-int", self._int, 1, types=_TEXT)
+        define("load-config", self._load_config, 1, types=_TEXT_ARGUMENT)
+        define(
+            "config-path-exists", lambda path: _to_clips_bool(config.exists(path)), 1, types=_TEXT_ARGUMENT
+        )
+        define("config-get-bool", self._get_bool, 1, types=_TEXT_ARGUMENT)
+        define("config-get-int", self._get_int, 1, types=_TEXT_ARGUMENT)
         for kind in ("float", "uint", "int", "bool", "string"):
-            define(f"config-update-{kind}", self._update, 2, types=_TEXT)
+            define(f"config-update-{kind}", self._update_config, 2, types=_TEXT_ARGUMENT)
 
-    def _load(self, prefix: str) -> None:
+    def _load_config(self, prefix: str) -> None:
         for slots in confvals(self._config, prefix):
             self._env.assert_fact("confval", slots)
 
-    def _bool(self, path: str) -> Value:
-        return _truth(self._config.get_bool(path, default=False))
+    def _get_bool(self, path: str) -> Value:
+        return _to_clips_bool(self._config.get_bool(path, default=False))
 
-    def _int(self, path: str) -> Value:
+    def _get_int(self, path: str) -> Value:
         return self._config.get_int(path, default=0)
 
-    def _update(self, path: str, value: Value) -> None:
+    def _update_config(self, path: str, value: Value) -> None:
         if value in (TRUE, FALSE):
             self._config.set(path, value == TRUE)
         elif isinstance(value, str | int | float):
-            self._config.set(path, str(value) if isinstance(value, str) else value)  # a symbol becomes a text
+            self._config.set(
+                path, str(value) if isinstance(value, str) else value
+            )  # str() turns a Symbol into plain text
 
 
 class MachineFunctions:
@@ -73,19 +77,19 @@ class MachineFunctions:
     :param make: creates a machine by name.
     """
 
-    def __init__(self, env: ClipsEnvironment, make: Callable[[str], Machine]) -> None:
+    def __init__(self, env: ClipsEnvironment, make_machine: Callable[[str], Machine]) -> None:
         self.machines: dict[str, Machine] = {}
-        self._make = make
+        self._make_machine = make_machine
         self._log = env.log
-        self._define(env)
+        self._define_functions(env)
 
-    def _define(self, env: ClipsEnvironment) -> None:
+    def _define_functions(self, env: ClipsEnvironment) -> None:
         def define_machine_function(name: str, task: Callable[..., None], extra_arguments: int = 0) -> None:
             env.define(
                 name,
                 lambda machine, *arguments: self._give_task(machine, task, arguments),
                 1 + extra_arguments,
-                types=_TEXT,
+                types=_TEXT_ARGUMENT,
             )
 
         def ignore(*_arguments: Value) -> None:
@@ -106,74 +110,75 @@ class MachineFunctions:
         define_machine_function("mps-ss-store", lambda machine, *_slot: machine.store(), 2)
         define_machine_function("mps-ss-relocate", lambda machine, *_slots: machine.relocate(), 4)
         define_machine_function("mps-reset", Machine.reset)
-        for name, count in _IGNORED.items():
-            env.define(name, ignore, count, types=_TEXT)
-        env.define("reconfigure-machine", self._reconfigure, 1, types=_TEXT)
+        for name, count in _IGNORED_FUNCTIONS.items():
+            env.define(name, ignore, count, types=_TEXT_ARGUMENT)
+        env.define("reconfigure-machine", self._create_machine, 1, types=_TEXT_ARGUMENT)
 
     def _give_task(self, name: str, task: Callable[..., None], arguments: tuple[Value, ...]) -> None:
         machine = self.machines.get(name)
         if machine is None:
-            self._log.error(f"Invalid station {name}")  # the rules go on
+            # an error of the rules or of the configuration, after which the rules continue
+            self._log.error(f"Invalid station {name}")
         else:
             task(machine, *arguments)
 
-    def _reconfigure(self, name: str) -> None:
-        self.machines[str(name)] = self._make(str(name))
+    def _create_machine(self, name: str) -> None:
+        self.machines[str(name)] = self._make_machine(str(name))
 
     def loop(self) -> None:
-        """Let all machines start and end their due tasks."""
+        """Let all machines start and end the tasks that are due."""
         for machine in self.machines.values():
             machine.loop()
 
 
 class FieldFunctions:
-    """The functions ``mps-generator-...`` for the positions of the machines.
+    """The functions ``mps-generator-...``, which place the machines on the field.
 
-    The result is available at once, unlike in the referee box.
+    In the referee box, a separate thread generates the field. Here the field is available at once.
 
     :param random: the source of the positions.
     """
 
     def __init__(self, env: ClipsEnvironment, random: Random) -> None:
         self._random = random
-        self._machines = set(NAMES)
-        self._size = (7, 8)  # the zones of a half, until the rules set the size
+        self._machines = set(MACHINE_NAMES)
+        self._field_size = (7, 8)  # the zones of a half, until the rules set the size
         self._placements: list[Placement] | None = None
         define = env.define
         define("mps-generator-set-field", self._set_field, 2, types="*;l;l")
-        define("mps-generator-add-machine", self._add, 1, types="*;l")
-        define("mps-generator-remove-machine", self._remove, 1, types="*;l")
-        define("mps-generator-start", self._start)
+        define("mps-generator-add-machine", self._add_machine, 1, types="*;l")
+        define("mps-generator-remove-machine", self._remove_machine, 1, types="*;l")
+        define("mps-generator-start", self._generate_field)
         define("mps-generator-abort", lambda: None)
         define("mps-generator-running", lambda: FALSE)
-        define("mps-generator-field-generated", lambda: _truth(self._placements))
-        define("mps-generator-get-generated-field", self._generated_field)
+        define("mps-generator-field-generated", lambda: _to_clips_bool(self._placements))
+        define("mps-generator-get-generated-field", self._get_generated_field)
 
     def _set_field(self, width: int, height: int) -> Value:
         if width <= 0 or height <= 0:
             return FALSE
-        self._size = (width, height)
+        self._field_size = (width, height)
         return TRUE
 
-    def _add(self, number: int) -> Value:
+    def _add_machine(self, number: int) -> Value:
         is_new = number not in self._machines
         self._machines.add(number)
-        return _truth(is_new)
+        return _to_clips_bool(is_new)
 
-    def _remove(self, number: int) -> Value:
+    def _remove_machine(self, number: int) -> Value:
         was_known = number in self._machines
         self._machines.discard(number)
-        return _truth(was_known)
+        return _to_clips_bool(was_known)
 
-    def _start(self) -> None:
-        self._placements = arrange(self._random, self._machines, *self._size)
+    def _generate_field(self) -> None:
+        self._placements = arrange_machines(self._random, self._machines, *self._field_size)
 
-    def _generated_field(self) -> Value:
+    def _get_generated_field(self) -> Value:
         if self._placements is None:
             return _NO_FIELD
         field: list[Value] = []
         for placement in self._placements:
-            name = NAMES.get(placement.machine, "NOT-SET")
+            name = MACHINE_NAMES.get(placement.machine, "NOT-SET")
             zone = Symbol(f"C_Z{placement.x}{placement.y}")
             field += (Symbol(f"C-{name}"), zone, placement.angle)
         return tuple(field)

@@ -1,4 +1,4 @@
-"""A referee in the process of the agent: its rules and the machines under its control."""
+"""A referee in the process of the agent, with the rules of a referee box and simulated machines."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from cxbridge_protobuf.connections import MakeConnections
 from cxbridge_protobuf.local import LOCAL_HOST, LocalNetwork
 from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import Message, MessageTypes, make_frame
-from cxbridge_rcll.controller import Controller, Script
+from cxbridge_rcll.controller import Controller, Timeline
 from cxbridge_rcll.machines import Machine
 from cxbridge_rcll.refbox import Refbox
-from cxbridge_rcll.referee import SERVER_PORT, STATION, Referee
-from cxbridge_rcll.score import phase_of, score_of, states_of
+from cxbridge_rcll.referee import SERVER_PORT_PATH, STATIONS_PATH, Referee
+from cxbridge_rcll.score import read_machine_states, read_phase, read_score
 
 
 class LocalReferee:
@@ -34,10 +34,10 @@ class LocalReferee:
     def __init__(self, refbox: Refbox, messages: Path, overlays: Iterable[Path], seed: int) -> None:
         self._messages = messages
         self._network = LocalNetwork()
-        self._config = config = refbox.configuration(*overlays)
-        for station in config.keys(STATION):
-            # With `mockup`, the configured connection, the rules do not count payments.
-            config.set(f"{STATION}{station}/connection", "simulated")
+        self._config = config = refbox.load_configuration(*overlays)
+        for station in config.keys(STATIONS_PATH):
+            # with `mockup`, which is configured, the rules do not count the bases in slides
+            config.set(f"{STATIONS_PATH}{station}/connection", "simulated")
         self._refbox, self._seed = refbox, seed
         self._referee: Referee | None = None
 
@@ -46,60 +46,60 @@ class LocalReferee:
         """The factory of the agent's process-local connections."""
         return self._network.join
 
-    def set_up(self, config: Configuration) -> None:
-        """Do nothing: the agent's connections use no sockets, so the configured ports fit."""
+    def configure_agent(self, config: Configuration) -> None:
+        """Do nothing: connections within the process work with any configured ports."""
 
-    def components(self, script: Script) -> Iterator[Callable[[Run], Component]]:
+    def component_factories(self, timeline: Timeline) -> Iterator[Callable[[Run], Component]]:
         """Yield the factories of the referee and of its controller."""
 
-        def referee(context: Run) -> Component:
+        def make_referee(context: Run) -> Component:
             self._referee = Referee(
                 context, self._refbox, self._config, self._messages, self._network, self._seed
             )
             return self._referee
 
-        def controller(context: Run) -> Component:
+        def make_controller(context: Run) -> Component:
             types = MessageTypes(context.bus.logger("Controller").warn)
             types.add_folders((self._messages,))
             connections = self._network.join(types, NetworkSettings(), context.clock.now_us)
-            port = self._config.get_uint(SERVER_PORT, default=0)
+            port = self._config.get_uint(SERVER_PORT_PATH, default=0)
 
             def send(message: Message) -> None:
-                # A connection per message: a game needs only a few.
+                # a connection for each message, since a game needs only a few messages
                 link = connections.connect(LOCAL_HOST, port)
                 connections.send(link, make_frame(message))
                 connections.disconnect(link)
                 connections.drain()
 
-            return Controller(context, types, script, send)
+            return Controller(context, types, timeline, send)
 
-        yield referee
-        yield controller
+        yield make_referee
+        yield make_controller
 
     @property
-    def _running(self) -> Referee:
-        assert self._referee is not None  # the run is started
+    def _running_referee(self) -> Referee:
+        assert self._referee is not None  # the run has made its components before the first use
         return self._referee
 
-    def machine(self, name: str) -> Machine | None:
-        return self._running.machines.get(name)
+    def find_machine(self, name: str) -> Machine | None:
+        return self._running_referee.machines.get(name)
 
     def machine_facts(self) -> Iterator[dict[str, Value]]:
-        return self._running.facts("machine")
+        return self._running_referee.facts("machine")
 
     @property
     def score(self) -> Score:
-        return score_of(self._running)
+        return read_score(self._running_referee)
 
     @property
     def state(self) -> GameState:
-        return GameState(phase_of(self._running), states_of(self._running))
+        return GameState(read_phase(self._running_referee), read_machine_states(self._running_referee))
 
     @property
     def is_over(self) -> bool:
-        return phase_of(self._running) == POST_GAME
+        return read_phase(self._running_referee) == POST_GAME
 
     @property
     def faults(self) -> Sequence[str]:
         """The errors in the functions of the referee's rules."""
-        return self._running.faults
+        return self._running_referee.faults

@@ -1,7 +1,8 @@
-"""The machines of the field: workpieces on their belts, and timed work on the run's clock.
+"""Simulated machines: workpieces on their belts, and tasks that take time on the run's clock.
 
-The referee's rules order the tasks of a machine and read its sensors: whether it is busy, whether a workpiece
-is ready, and the number of bases in its slide.
+The referee's rules give tasks to a machine and read its sensors: whether the machine is busy, whether a
+workpiece is ready, and the number of bases in its slide. Robots put workpieces on the belt, and take them
+from the belt.
 """
 
 from __future__ import annotations
@@ -13,17 +14,17 @@ from typing import Final, Protocol
 
 from cxbridge.clock import MICROSECONDS, Clock
 
-# The seconds of each kind of work, as in the referee box's mockup machines, which imitate real machines.
+# the durations of tasks, as in the mockup machines of the referee box, which imitate real machines
 BELT_MIDDLE_S: Final = 1.538
 BELT_END_S: Final = 2.656
 DISPENSE_S: Final = 1.1
 CAP_S: Final = 17.5
 RING_S: Final = 17.308
 STORAGE_S: Final = 17.5
-DELIVERY_S: Final = (3.746, 4.746, 3.983)  # by gate, from 1
+DELIVERY_S: Final = (3.746, 4.746, 3.983)  # by the number of the gate, which counts from 1
 
-# Gets the name of a machine, the changed sensor (`BUSY`, `READY`, `SLIDE-COUNTER`), and its value.
-Report = Callable[[str, str, int], None]
+# gets the name of a machine, the changed sensor (`BUSY`, `READY`, `SLIDE-COUNTER`), and its value
+ReportSensor = Callable[[str, str, int], None]
 
 
 class BeltPosition(StrEnum):
@@ -52,17 +53,17 @@ class Workplace(Protocol):
 
     name: str
 
-    def has(self, position: BeltPosition) -> bool:
+    def has_workpiece(self, position: BeltPosition) -> bool:
         """Return whether the position has a workpiece."""
 
-    def put(self, workpiece: Workpiece) -> None:
+    def put_workpiece(self, workpiece: Workpiece) -> None:
         """Put a workpiece on the input."""
 
-    def pay(self) -> None:
+    def pay_base(self) -> None:
         """Put a base into the slide as payment."""
 
-    def take(self, position: BeltPosition) -> Workpiece | None:
-        """Remove and return the workpiece at a position; None if empty."""
+    def take_workpiece(self, position: BeltPosition) -> Workpiece | None:
+        """Remove and return the workpiece at a position; None if the position is empty."""
 
 
 @dataclass(slots=True)
@@ -70,14 +71,14 @@ class _Task:
     """A task of a machine, which does its tasks one after another.
 
     :param seconds: the duration after the start.
-    :param source: the positions of which one must have a workpiece; empty if none is needed.
-    :param end: called when the work is done.
+    :param sources: the positions of which one must have a workpiece; empty if the task needs no workpiece.
+    :param on_end: called at the end of the task.
     :param due_us: the time of the end; None before the start.
     """
 
     seconds: float
-    source: tuple[BeltPosition, ...]
-    end: Callable[[], None]
+    sources: tuple[BeltPosition, ...]
+    on_end: Callable[[], None]
     due_us: int | None = None
 
 
@@ -85,30 +86,32 @@ class Machine:
     """A machine.
 
     :param report: gets each change of the machine's sensors.
-    :ivar slide: the number of bases in the slide, the payment for rings.
+    :ivar slide_count: the number of bases in the slide, with which robots pay for rings.
     """
 
-    def __init__(self, name: str, clock: Clock, report: Report) -> None:
+    def __init__(self, name: str, clock: Clock, report: ReportSensor) -> None:
         self.name = name
         self.belt: dict[BeltPosition, Workpiece] = {}
-        self.slide = 0
+        self.slide_count = 0
         self.has_cap = False
-        self.delivered: list[Workpiece] = []
+        self.delivered_workpieces: list[Workpiece] = []
         self._clock = clock
         self._report = report
         self._tasks: list[_Task] = []
 
-    # -- tasks from the referee
+    # -- tasks of the referee
 
     def dispense(self, colour: str) -> None:
         """Put a base on the belt."""
-        self._start_task(DISPENSE_S, (), lambda: self._lay(BeltPosition.MIDDLE, Workpiece([colour])))
+        self._start_task(
+            DISPENSE_S, (), lambda: self._lay_workpiece(BeltPosition.MIDDLE, Workpiece([colour]))
+        )
 
     def move(self, goal: BeltPosition) -> None:
-        """Move a workpiece on the belt as soon as one arrives."""
+        """Move a workpiece on the belt, as soon as the belt has a workpiece."""
         seconds = BELT_MIDDLE_S if goal is BeltPosition.MIDDLE else BELT_END_S
         sources = tuple(position for position in BeltPosition if position is not goal)
-        self._start_task(seconds, sources, lambda: self._carry(sources, goal))
+        self._start_task(seconds, sources, lambda: self._move_workpiece(sources, goal))
 
     def mount_ring(self, colour: str) -> None:
         """Mount a ring on the workpiece in the middle."""
@@ -126,15 +129,21 @@ class Machine:
 
     def deliver(self, gate: int) -> None:
         """Deliver the workpiece at the input."""
-        self._start_task(DELIVERY_S[(gate - 1) % len(DELIVERY_S)], (BeltPosition.INPUT,), self._deliver)
+        self._start_task(
+            DELIVERY_S[(gate - 1) % len(DELIVERY_S)], (BeltPosition.INPUT,), self._deliver_workpiece
+        )
 
     def store(self) -> None:
         """Store the workpiece in the middle."""
-        self._start_task(STORAGE_S, (BeltPosition.MIDDLE,), lambda: self._discard(BeltPosition.MIDDLE))
+        self._start_task(
+            STORAGE_S, (BeltPosition.MIDDLE,), lambda: self._remove_workpiece(BeltPosition.MIDDLE)
+        )
 
     def retrieve(self) -> None:
         """Retrieve a workpiece from the storage."""
-        self._start_task(STORAGE_S, (), lambda: self._lay(BeltPosition.MIDDLE, Workpiece(["STORED"])))
+        self._start_task(
+            STORAGE_S, (), lambda: self._lay_workpiece(BeltPosition.MIDDLE, Workpiece(["STORED"]))
+        )
 
     def relocate(self) -> None:
         """Relocate a workpiece within the storage."""
@@ -147,60 +156,63 @@ class Machine:
         if self.belt.pop(BeltPosition.OUTPUT, None) is not None:
             self._report(self.name, "READY", False)
 
-    # -- what robots do at it
+    # -- methods for robots
 
-    def has(self, position: BeltPosition) -> bool:
+    def has_workpiece(self, position: BeltPosition) -> bool:
         return position in self.belt
 
-    def put(self, workpiece: Workpiece) -> None:
+    def put_workpiece(self, workpiece: Workpiece) -> None:
         self.belt[BeltPosition.INPUT] = workpiece
 
-    def pay(self) -> None:
-        self.slide += 1
-        self._report(self.name, "SLIDE-COUNTER", self.slide)
+    def pay_base(self) -> None:
+        self.slide_count += 1
+        self._report(self.name, "SLIDE-COUNTER", self.slide_count)
 
-    def take(self, position: BeltPosition) -> Workpiece | None:
+    def take_workpiece(self, position: BeltPosition) -> Workpiece | None:
         workpiece = self.belt.pop(position, None)
         if workpiece is not None and not self.belt.keys() & {BeltPosition.INPUT, BeltPosition.OUTPUT}:
             self._report(self.name, "READY", False)
         return workpiece
 
-    # -- its work
+    # -- execution of tasks
 
     def loop(self) -> None:
-        """Start and end the due tasks."""
+        """Start and end the tasks that are due."""
         while self._tasks:
             task = self._tasks[0]
-            if task.due_us is None:  # a task without its workpiece waits
-                if task.source and not self.belt.keys() & set(task.source):
+            if task.due_us is None:
+                # the task starts when its workpiece is on the belt
+                if task.sources and not self.belt.keys() & set(task.sources):
                     return
                 task.due_us = self._clock.now_us() + round(task.seconds * MICROSECONDS)
             if self._clock.now_us() < task.due_us:
                 return
             del self._tasks[0]
-            task.end()
+            task.on_end()
             self._report(self.name, "BUSY", False)
 
-    def _start_task(self, seconds: float, source: tuple[BeltPosition, ...], end: Callable[[], None]) -> None:
+    def _start_task(
+        self, seconds: float, sources: tuple[BeltPosition, ...], on_end: Callable[[], None]
+    ) -> None:
         self._report(self.name, "BUSY", True)
-        self._tasks.append(_Task(seconds, source, end))
+        self._tasks.append(_Task(seconds, sources, on_end))
 
-    def _lay(self, position: BeltPosition, workpiece: Workpiece) -> None:
-        """Lay a workpiece on the belt; the sensors at the ends of the belt notice it."""
+    def _lay_workpiece(self, position: BeltPosition, workpiece: Workpiece) -> None:
+        """Lay a workpiece on the belt; a sensor at each end of the belt detects the workpiece."""
         self.belt[position] = workpiece
         if position is not BeltPosition.MIDDLE:
             self._report(self.name, "READY", True)
 
-    def _carry(self, sources: tuple[BeltPosition, ...], goal: BeltPosition) -> None:
-        # The workpiece in the middle is the closest to either end, and goes first.
-        for position in sorted(sources, key=lambda source: source is not BeltPosition.MIDDLE):
+    def _move_workpiece(self, sources: tuple[BeltPosition, ...], goal: BeltPosition) -> None:
+        # a workpiece in the middle arrives first, since it is the closest to either end
+        for position in sorted(sources, key=lambda sources: sources is not BeltPosition.MIDDLE):
             if position in self.belt:
-                self._lay(goal, self.belt.pop(position))
+                self._lay_workpiece(goal, self.belt.pop(position))
                 return
 
     def _take_cap(self) -> None:
         parts = self.belt[BeltPosition.MIDDLE].parts
-        if len(parts) > 1:  # the base itself stays
+        if len(parts) > 1:  # the base stays
             parts.pop()
         self.has_cap = True
 
@@ -208,9 +220,9 @@ class Machine:
         self.belt[BeltPosition.MIDDLE].parts.append(f"CAP-OF-{self.name}")
         self.has_cap = False
 
-    def _deliver(self) -> None:
-        self.delivered.append(self.belt[BeltPosition.INPUT])
-        self._discard(BeltPosition.INPUT)
+    def _deliver_workpiece(self) -> None:
+        self.delivered_workpieces.append(self.belt[BeltPosition.INPUT])
+        self._remove_workpiece(BeltPosition.INPUT)
 
-    def _discard(self, position: BeltPosition) -> None:
+    def _remove_workpiece(self, position: BeltPosition) -> None:
         self.belt.pop(position, None)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
     from cxbridge.run.agent import Run
 
-_LOG = "ClipsMotorSwitchThread"  # the name of Fawkes' thread, so that logs compare
+_LOG_COMPONENT = "ClipsMotorSwitchThread"  # the name of the thread in Fawkes, so that logs can be compared
 
 
 def make_feature(context: Run) -> MotorSwitchFeature:
@@ -34,31 +34,32 @@ class MotorSwitchFeature(Feature):
 
     def __init__(self, board: BlackBoard, interface_id: str) -> None:
         self._board = board
-        self._id = interface_id
-        self._opened: dict[str, Any] = {}
+        self._interface_id = interface_id
+        self._motor_interfaces: dict[str, Any] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        env.define("motor-enable", lambda: self._switch(env, on=True))
-        env.define("motor-disable", lambda: self._switch(env, on=False))
+        env.define("motor-enable", lambda: self._switch_motors(env, is_enabled=True))
+        env.define("motor-disable", lambda: self._switch_motors(env, is_enabled=False))
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        motor = self._opened.pop(env.name, None)
+        motor = self._motor_interfaces.pop(env.name, None)
         if motor is not None:
             motor.close()
 
-    def _switch(self, env: ClipsEnvironment, *, on: bool) -> None:
-        log = env.bus.logger(_LOG)
+    def _switch_motors(self, env: ClipsEnvironment, *, is_enabled: bool) -> None:
+        log = env.bus.logger(_LOG_COMPONENT)
+        action = "enable" if is_enabled else "disable"
         try:
-            motor: Any = self._opened.get(env.name)
+            motor: Any = self._motor_interfaces.get(env.name)
             if motor is None:
-                motor = self._board.open_for_reading("MotorInterface", self._id, owner=f"CLIPS:{env.name}")
-                self._opened[env.name] = motor
+                motor = self._board.open_for_reading(
+                    "MotorInterface", self._interface_id, owner=f"CLIPS:{env.name}"
+                )
+                self._motor_interfaces[env.name] = motor
             message: Any = motor.create_message("SetMotorStateMessage")
-            message.motor_state = motor.MOTOR_ENABLED if on else motor.MOTOR_DISABLED
+            message.motor_state = motor.MOTOR_ENABLED if is_enabled else motor.MOTOR_DISABLED
             motor.msgq_enqueue(message)
         except NoWriterError:
-            log.error(
-                f"Failed to {'enable' if on else 'disable'} motors: no writer of MotorInterface::{self._id}"
-            )
+            log.error(f"Failed to {action} motors: no writer of MotorInterface::{self._interface_id}")
         except CxbridgeError as error:
-            log.error(f"Failed to {'enable' if on else 'disable'} motors: {error}")
+            log.error(f"Failed to {action} motors: {error}")

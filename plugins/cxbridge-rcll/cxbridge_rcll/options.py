@@ -1,4 +1,4 @@
-"""Command-line options of games in the RoboCup Logistics League."""
+"""Command-line options for games of the RoboCup Logistics League."""
 
 from __future__ import annotations
 

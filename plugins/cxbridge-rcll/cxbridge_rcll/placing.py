@@ -1,7 +1,8 @@
-"""Random positions of the machines in one half of the field, such that robots reach each machine.
+"""Places the machines of a team randomly in one half of the field.
 
-The rules of the league and its referee box: no machine in or next to the entry zone, no side towards a wall,
-free zones before the sides, never three in a row, no closed corner.
+Robots must reach each machine. The league and its referee box therefore have these rules: no machine in the
+entry zones or next to them, no side of a machine towards a wall, a free zone before each side, no row of
+three machines, no corner whose zones machines enclose.
 """
 
 from __future__ import annotations
@@ -12,16 +13,16 @@ from random import Random
 from typing import Final
 
 ANGLES: Final = tuple(range(0, 360, 45))
-# The step to the next zone in the direction of each angle.
-_AHEAD: Final = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
+# the step in x and y to the next zone in the direction of each angle
+_STEPS_BY_DIRECTION: Final = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
 
-DELIVERY: Final = 7  # the machine that robots use from one side only
+DELIVERY_STATION: Final = 7  # the only machine that robots use from one side
 
-# The names of the machines by their numbers in the referee's rules.
-NAMES: Final = {1: "BS", 2: "CS1", 3: "CS2", 4: "RS1", 5: "RS2", 6: "SS", DELIVERY: "DS"}
+# the names of the machines by their numbers in the referee's rules
+MACHINE_NAMES: Final = {1: "BS", 2: "CS1", 3: "CS2", 4: "RS1", 5: "RS2", 6: "SS", DELIVERY_STATION: "DS"}
 
-_MAX_TRIES: Final = 10_000  # attempts before an arrangement counts as impossible
-_CANDIDATES: Final = 40  # random poses of a machine before an attempt counts as a dead end
+_MAX_TRIES: Final = 10_000  # attempts after which an arrangement counts as impossible
+_CANDIDATE_COUNT: Final = 40  # random placements of a machine after which an attempt has failed
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,33 +45,38 @@ class Placement:
         """The zone of the machine."""
         return self.x, self.y
 
-    def sides(self) -> Iterator[tuple[int, int]]:
-        """Yield the zones before the machine's sides, which robots need."""
-        turns = (self.angle,) if self.machine == DELIVERY else (self.angle, self.angle + 180)
+    def side_zones(self) -> Iterator[tuple[int, int]]:
+        """Yield the zones before the machine's sides, which must be free for robots."""
+        turns = (self.angle,) if self.machine == DELIVERY_STATION else (self.angle, self.angle + 180)
         for turn in turns:
-            index = turn // 45 % len(_AHEAD)
-            step_x, step_y = _AHEAD[index]
+            index = turn // 45 % len(_STEPS_BY_DIRECTION)
+            step_x, step_y = _STEPS_BY_DIRECTION[index]
             yield self.x + step_x, self.y + step_y
-            if index % 2:  # a robot reaches a diagonal zone through the two adjacent ones
+            if index % 2:  # robots reach a diagonal zone through the two zones beside it
                 yield self.x + step_x, self.y
                 yield self.x, self.y + step_y
 
 
-def arrange(random: Random, machines: Collection[int], width: int, height: int) -> list[Placement] | None:
+def arrange_machines(
+    random: Random, machines: Collection[int], width: int, height: int
+) -> list[Placement] | None:
     """Return random positions of machines; None if no arrangement fits.
 
     :param width: the width of the half in zones.
     :param height: the height of the half in zones.
     """
     zones = [(x, y) for x in range(1, width + 1) for y in range(1, height + 1)]
-    # Machines are placed one after another, which may run into a dead end: the next attempt starts again.
+    # Machines are placed one after another. If there is no room for the next machine, a new attempt begins.
     for _ in range(_MAX_TRIES):
         placements: list[Placement] = []
         for machine in sorted(machines):
             candidates = [
-                Placement(machine, *random.choice(zones), random.choice(ANGLES)) for _ in range(_CANDIDATES)
+                Placement(machine, *random.choice(zones), random.choice(ANGLES))
+                for _ in range(_CANDIDATE_COUNT)
             ]
-            fitting = (placement for placement in candidates if fits(placement, placements, width, height))
+            fitting = (
+                placement for placement in candidates if can_place(placement, placements, width, height)
+            )
             chosen = next(fitting, None)
             if chosen is None:
                 break
@@ -80,28 +86,30 @@ def arrange(random: Random, machines: Collection[int], width: int, height: int) 
     return None
 
 
-def fits(candidate: Placement, placements: Collection[Placement], width: int, height: int) -> bool:
-    """Return whether a machine fits among the placed ones."""
+def can_place(candidate: Placement, placements: Collection[Placement], width: int, height: int) -> bool:
+    """Return whether a placement obeys the rules, given the machines that are placed already."""
     zones = {placement.zone for placement in placements} | {candidate.zone}
-    if len(zones) != len(placements) + 1 or candidate.zone in _entrance(width):
+    if len(zones) != len(placements) + 1 or candidate.zone in _blocked_zones(width):
         return False
-    sides = set(candidate.sides())
-    if any(not (1 <= x <= width and 1 <= y <= height) for x, y in sides) or sides & _insertion_zones(width):
+    side_zones = set(candidate.side_zones())
+    if any(
+        not (1 <= x <= width and 1 <= y <= height) for x, y in side_zones
+    ) or side_zones & _insertion_zones(width):
         return False
     for placement in placements:
-        other_sides = set(placement.sides())
-        if candidate.zone in other_sides or placement.zone in sides or other_sides & sides:
+        other_sides = set(placement.side_zones())
+        if candidate.zone in other_sides or placement.zone in side_zones or other_sides & side_zones:
             return False
     return not _has_row_of_three(zones) and not _closes_corner(zones, width, height)
 
 
-def _entrance(width: int) -> set[tuple[int, int]]:
-    """Return the zones of the robots' entrance and the zone before them."""
+def _blocked_zones(width: int) -> set[tuple[int, int]]:
+    """Return the zones in which no machine may be: the entrance of the robots and the zone before it."""
     return _insertion_zones(width) | {(width - 2, 2)}
 
 
 def _insertion_zones(width: int) -> set[tuple[int, int]]:
-    """Return the zones of the robots' entrance."""
+    """Return the zones of the entrance, where people insert robots."""
     return {(width, 1), (width - 1, 1), (width - 2, 1)}
 
 
@@ -110,11 +118,11 @@ def _has_row_of_three(zones: set[tuple[int, int]]) -> bool:
     return any(
         (x + step_x, y + step_y) in zones and (x + 2 * step_x, y + 2 * step_y) in zones
         for x, y in zones
-        for step_x, step_y in _AHEAD[:4]  # the other four directions are their opposites
+        for step_x, step_y in _STEPS_BY_DIRECTION[:4]  # the remaining four directions are opposite to these
     )
 
 
 def _closes_corner(zones: set[tuple[int, int]], width: int, height: int) -> bool:
-    """Return whether two machines block both ways to a corner."""
+    """Return whether machines occupy both zones next to a corner zone."""
     corners = (((2, 1), (1, 2)), ((2, height), (1, height - 1)), ((width - 1, height), (width, height - 1)))
     return any(set(pair) <= zones for pair in corners)

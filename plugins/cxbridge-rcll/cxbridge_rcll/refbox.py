@@ -1,4 +1,4 @@
-"""A checkout of the league's referee box: rules, configuration, message definitions."""
+"""A checkout of the referee box of the league, with its rules, configuration and message definitions."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from msgspec import Struct
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 
-RULES: Final = "src/games/rcll"
-CONFIGURATION: Final = "cfg"
-MESSAGES: Final = "src/msgs/rcll-protobuf-msgs"
+RULES_FOLDER: Final = "src/games/rcll"
+CONFIGURATION_FOLDER: Final = "cfg"
+MESSAGES_FOLDER: Final = "src/msgs/rcll-protobuf-msgs"
 
 
 class Refbox(Struct, frozen=True):
@@ -29,9 +29,9 @@ class Refbox(Struct, frozen=True):
 
         :raises CxbridgeError: if the folder has no rules.
         """
-        if not (folder / RULES / "init.clp").is_file():
+        if not (folder / RULES_FOLDER / "init.clp").is_file():
             raise CxbridgeError(
-                f"this is not a checkout of the referee box: it has no {RULES}/init.clp",
+                f"this is not a checkout of the referee box: it has no {RULES_FOLDER}/init.clp",
                 file=folder,
                 hint="name the top folder of a clone of rcll-refbox",
             )
@@ -40,32 +40,32 @@ class Refbox(Struct, frozen=True):
     @property
     def rules(self) -> Path:
         """The folder with the CLIPS files."""
-        return self.folder / RULES
+        return self.folder / RULES_FOLDER
 
     @property
     def messages(self) -> Path:
-        """The folder with message definitions; empty if the clone lacks its submodules."""
-        return self.folder / MESSAGES
+        """The folder with message definitions, which is empty if the clone lacks its submodules."""
+        return self.folder / MESSAGES_FOLDER
 
-    def configuration(self, *overlays: Path) -> Configuration:
-        """Return the configuration: the default file of each folder in order, as the referee box reads them.
+    def load_configuration(self, *overlays: Path) -> Configuration:
+        """Read the configuration as the referee box does: the default file of each folder, by name.
 
         :param overlays: files that are laid over the default configuration.
         """
         config = Configuration()
-        folders = sorted(path for path in (self.folder / CONFIGURATION).iterdir() if path.is_dir())
+        folders = sorted(path for path in (self.folder / CONFIGURATION_FOLDER).iterdir() if path.is_dir())
         for folder in folders:
             default = folder / f"default_{folder.name}.yaml"
             if default.is_file():
-                config.overlay(Configuration.load(default, confdir=self.folder / CONFIGURATION))
+                config.overlay(Configuration.load(default, confdir=self.folder / CONFIGURATION_FOLDER))
         config.overlay_files(overlays)
         return config
 
 
-def find_messages(*folders: Path) -> Path:
+def find_message_folder(*folders: Path) -> Path:
     """Return the first folder with message definitions.
 
-    :raises CxbridgeError: if no folder has any.
+    :raises CxbridgeError: if no folder has message definitions.
     """
     for folder in folders:
         if any(folder.glob("*.proto")):

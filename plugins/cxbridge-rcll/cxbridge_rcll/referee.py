@@ -1,4 +1,4 @@
-"""The referee: the rules of the referee box in a separate environment on the run's clock."""
+"""The referee: the rules of a referee box in a separate CLIPS environment, on the clock of the run."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from cxbridge_rcll.hostfunctions import ConfigFunctions, FieldFunctions, Machine
 from cxbridge_rcll.machines import Machine
 from cxbridge_rcll.refbox import Refbox
 
-ENVIRONMENT: Final = "referee"  # the name of the referee's CLIPS environment in logs and recordings
+ENVIRONMENT: Final = "referee"  # the name of the CLIPS environment in logs and recordings
 
-STATION: Final = "/llsfrb/mps/stations/"
-SERVER_PORT: Final = "/llsfrb/comm/server-port"
+STATIONS_PATH: Final = "/llsfrb/mps/stations/"
+SERVER_PORT_PATH: Final = "/llsfrb/comm/server-port"
 
-_VERSION: Final = "(defglobal ?*VERSION-MAJOR* = 0 ?*VERSION-MINOR* = 0 ?*VERSION-MICRO* = 0)"
+_VERSION_GLOBALS: Final = "(defglobal ?*VERSION-MAJOR* = 0 ?*VERSION-MINOR* = 0 ?*VERSION-MICRO* = 0)"
 
 
 class Referee(Component):
@@ -55,46 +55,46 @@ class Referee(Component):
         self.env = env = ClipsEnvironment(ENVIRONMENT, context.bus, "Referee")
         self._protobuf = ProtobufFeature(ProtobufSettings((messages,)), network.join, templates=False)
         try:
-            self._define(refbox, config, seed)
+            self._define_functions(refbox, config, seed)
             self._time = NumberFact(env.env, "time")
-            self._load(refbox, seed)
+            self._load_rules(refbox, seed)
         except Exception:
             self._close_environment()
             raise
 
-    def _define(self, refbox: Refbox, config: Configuration, seed: int) -> None:
-        """Define the variables and functions that the referee box gives its rules."""
+    def _define_functions(self, refbox: Refbox, config: Configuration, seed: int) -> None:
+        """Define the global variables and functions that the rules expect from the referee box."""
         env = self.env
-        env.build_unrecorded(_VERSION)
+        env.build_unrecorded(_VERSION_GLOBALS)
         ConfigFunctions(env, config, refbox)
         self._machines = MachineFunctions(env, self._make_machine)
         FieldFunctions(env, Random(seed))  # noqa: S311 - a game, not a secret
         env.define("print-fact-list", self._print_facts, 2, types="*;m;m")
         self._protobuf.init_context(env)
-        self._protobuf.connections(env).enable_server(config.get_uint(SERVER_PORT, default=0))
+        self._protobuf.connections(env).enable_server(config.get_uint(SERVER_PORT_PATH, default=0))
 
-    def _load(self, refbox: Refbox, seed: int) -> None:
-        env, start = self.env, refbox.rules / "init.clp"
-        if not env.batch(start):
-            raise ExecutiveError("the referee's rules do not load; see the log", file=start)
-        env.call("seed", seed)  # after the batch: the rules seed CLIPS with the time of the machine
+    def _load_rules(self, refbox: Refbox, seed: int) -> None:
+        env, init_file = self.env, refbox.rules / "init.clp"
+        if not env.batch(init_file):
+            raise ExecutiveError("the referee's rules do not load; see the log", file=init_file)
+        env.call("seed", seed)  # after the batch, in which the rules seed CLIPS with the system's time
         env.assert_string("(init)")
         env.refresh_agenda()
         env.run()
 
     def _make_machine(self, name: str) -> Machine:
-        return Machine(name, self._clock, self._report)
+        return Machine(name, self._clock, self._report_sensor)
 
-    def _report(self, machine: str, field: str, value: int) -> None:
-        """Assert the sensor values of a machine for the rules."""
+    def _report_sensor(self, machine: str, field: str, value: int) -> None:
+        """Assert a fact with the changed sensor value of a machine."""
         clips_value = (TRUE if value else FALSE) if isinstance(value, bool) else value
         self.env.assert_ordered("mps-status-feedback", (Symbol(machine), Symbol(field), clips_value))
 
     def _print_facts(self, _indices: tuple[Value, ...], _slots: tuple[Value, ...]) -> None:
-        """Print nothing: the referee box's final tables are in the result of the game."""
+        """Print nothing: the result of the game has the values of the final tables."""
 
     def loop(self) -> None:
-        """Read the machines and the received messages, then run the rules."""
+        """Let the machines work, assert the received messages, then run the rules."""
         env = self.env
         with env.lock:
             self._machines.loop()
@@ -120,7 +120,7 @@ class Referee(Component):
             yield slots
 
     def columns(self, template: str, *slots: str) -> Iterator[tuple[Value, ...]]:
-        """Yield the values of some slots of each fact of a deftemplate: faster than :meth:`facts`."""
+        """Yield the values of some slots of each fact of a deftemplate, faster than :meth:`facts`."""
         return self.env.columns(template, *slots)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""A referee box in another process, controlled and observed over a connection to its server."""
+"""A referee box in another process, which gets instructions and reports the game over a TCP connection."""
 
 from __future__ import annotations
 
@@ -21,19 +21,20 @@ from cxbridge_protobuf.inbox import ConnectionChange, InboxEvent, LogWarning, Re
 from cxbridge_protobuf.network import Network
 from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import Message, MessageTypes, make_frame
-from cxbridge_rcll.controller import PACKAGE, Controller, Phase, Script
-from cxbridge_rcll.reported import ReportedGame, ReportedMachine
+from cxbridge_rcll.controller import MESSAGE_PACKAGE, Controller, Phase, Timeline
+from cxbridge_rcll.reported_game import ReportedGame, ReportedMachine
 
-# The seconds to wait for the first game state, which a referee sends several times a second.
-_PATIENCE_S: Final = 5.0
+# the real time to wait for the first game state, which a referee box sends several times a second
+_FIRST_STATE_TIMEOUT_S: Final = 5.0
 
-_PAUSE_S: Final = 0.02  # the seconds between two polls for messages while the connection opens
-_SPECS: Final = "/clips-executive/specs"
-_PEER: Final = "parameters/rcll/peer-address"
+_POLL_S: Final = 0.02  # the real time between two polls for messages while the connection opens
+_SPECS_PATH: Final = "/clips-executive/specs"
+_PEER_ADDRESS_PATH: Final = "parameters/rcll/peer-address"
 _MAX_PORT: Final = 65535
-# The seconds over which clock speeds are compared: long, compared with the delay of a message.
+# the time over which the speeds of the clocks are compared, which is long compared with the delay of a
+# message
 _MEASUREMENT_S: Final = 20.0
-_TOLERANCE: Final = 0.2  # the tolerated difference of the clock speeds: some messages are late
+_MAX_SPEED_ERROR: Final = 0.2  # the tolerated difference of the speeds, since some messages are late
 
 
 class Address(NamedTuple):
@@ -73,53 +74,55 @@ class RemoteReferee:
         self._messages = messages
         self._client: RefereeClient | None = None
 
-    def set_up(self, config: Configuration) -> None:
-        """Set the agent's peer address if the referee is on this host; otherwise keep the team's address."""
+    def configure_agent(self, config: Configuration) -> None:
+        """Set the agent's peer address to this host if the referee box runs on this host."""
         if not is_loopback(self._address.host):
             return
-        for spec in config.keys(_SPECS):
-            path = f"{_SPECS}/{spec}/{_PEER}"
+        for spec in config.keys(_SPECS_PATH):
+            path = f"{_SPECS_PATH}/{spec}/{_PEER_ADDRESS_PATH}"
             if config.exists(path):
                 config.set(path, "127.0.0.1")
 
-    def components(self, script: Script) -> Iterator[Callable[[Run], Component]]:
+    def component_factories(self, timeline: Timeline) -> Iterator[Callable[[Run], Component]]:
         """Yield the factories of the connection to the referee and of its controller."""
 
-        def client(context: Run) -> Component:
+        def make_client(context: Run) -> Component:
             self._client = RefereeClient(context, self._address, self._messages)
             return self._client
 
-        yield client
-        yield lambda context: Controller(context, self._running.types, script, self._running.send)
+        yield make_client
+        yield lambda context: Controller(
+            context, self._running_client.types, timeline, self._running_client.send
+        )
 
     @property
-    def _running(self) -> RefereeClient:
-        assert self._client is not None  # the run is started
+    def _running_client(self) -> RefereeClient:
+        assert self._client is not None  # the run has made its components before the first use
         return self._client
 
-    def machine(self, name: str) -> ReportedMachine | None:
-        return self._running.game.machines.get(name)
+    def find_machine(self, name: str) -> ReportedMachine | None:
+        return self._running_client.game.machines.get(name)
 
     def machine_facts(self) -> Iterator[dict[str, Value]]:
-        return self._running.game.machine_facts()
+        return self._running_client.game.machine_facts()
 
     @property
     def score(self) -> Score:
-        return self._running.game.score
+        return self._running_client.game.score
 
     @property
     def state(self) -> GameState:
-        return self._running.game.state
+        return self._running_client.game.state
 
     @property
     def is_over(self) -> bool:
-        return self._running.game.is_over
+        return self._running_client.game.is_over
 
 
 class RefereeClient(Component):
-    """The connection to a referee box; its constructor waits for the first game state.
+    """The connection to a referee box. The constructor waits for the first game state.
 
-    :raises CxbridgeError: if no server listens, it is not a referee of this league, or its game has begun.
+    :raises CxbridgeError: if no referee box of this league listens at the address, or its game has begun.
     """
 
     hooks = (Hook.SENSOR_ACQUIRE,)
@@ -131,23 +134,25 @@ class RefereeClient(Component):
         self._log = context.bus.logger("Referee")
         self.types = MessageTypes(self._log.warn)
         self.types.add_folders((messages,))
-        self.game = ReportedGame(self._pay)
+        self.game = ReportedGame(self._send_payment)
         self._problem = ""
         self._is_lost = False
-        self._production: tuple[int, float] | None = None  # the run's and the referee's time when it began
+        self._production_start: tuple[int, float] | None = (
+            None  # the run's time in us and the referee's time at its begin
+        )
         self._are_clocks_compared = False
         self._network = Network(self.types, NetworkSettings(), context.clock.now_us)
         try:
-            self._link = self._network.connect(*address)
-            self._await_game()
+            self._link_id = self._network.connect(*address)
+            self._wait_for_game_state()
         except Exception:
             self.close()
             raise
 
-    def _await_game(self) -> None:
-        deadline = time.monotonic() + _PATIENCE_S
+    def _wait_for_game_state(self) -> None:
+        deadline = time.monotonic() + _FIRST_STATE_TIMEOUT_S
         while not self.game.phase:
-            self._listen()
+            self._receive_messages()
             if self._is_lost:
                 raise CxbridgeError(
                     f"there is no referee at {self._address}: {self._problem or 'it closes the connection'}",
@@ -158,7 +163,7 @@ class RefereeClient(Component):
                     f"{self._address} does not say how its game stands: {self._problem or 'nothing came'}",
                     hint="is it a referee box, and are the message definitions those of its version?",
                 )
-            time.sleep(_PAUSE_S)
+            time.sleep(_POLL_S)
         if self.game.phase != Phase.PRE_GAME:
             raise CxbridgeError(
                 f"the game of the referee at {self._address} has begun: it is in {self.game.phase}",
@@ -166,15 +171,15 @@ class RefereeClient(Component):
             )
 
     def loop(self) -> None:
-        """Process the referee's messages and compare the clocks."""
-        self._listen()
+        """Handle the referee's messages, and compare the clocks."""
+        self._receive_messages()
         self._compare_clocks()
 
-    def _listen(self) -> None:
+    def _receive_messages(self) -> None:
         for event in self._network.drain():
-            self._handle(event)
+            self._handle_event(event)
 
-    def _handle(self, event: InboxEvent) -> None:
+    def _handle_event(self, event: InboxEvent) -> None:
         match event:
             case ReceivedMessage(message=None):
                 self._problem = self._problem or f"message {event.component}:{event.type}: {event.problem}"
@@ -186,19 +191,19 @@ class RefereeClient(Component):
                 self._problem = event.text
 
     def _compare_clocks(self) -> None:
-        """Warn once if the referee's time and the run's time have different speeds."""
+        """Log a warning once if the referee's time and the run's time have different speeds."""
         if self.game.phase != Phase.PRODUCTION or self._are_clocks_compared:
             return
         now_us = self._clock.now_us()
-        if self._production is None:
-            self._production = now_us, self.game.game_time
+        if self._production_start is None:
+            self._production_start = now_us, self.game.game_time
             return
-        begin_us, begin_game_time = self._production
+        begin_us, begin_game_time = self._production_start
         seconds = (now_us - begin_us) / MICROSECONDS
         if seconds < _MEASUREMENT_S:
             return
         factor = (self.game.game_time - begin_game_time) / seconds
-        if abs(factor - 1) > _TOLERANCE:
+        if abs(factor - 1) > _MAX_SPEED_ERROR:
             self._log.warn(
                 f"The referee's time passes {factor:.2f} times as fast as the game's: see --speed, and "
                 "/llsfrb/simulation/speedup of the referee box"
@@ -206,21 +211,21 @@ class RefereeClient(Component):
         self._are_clocks_compared = True
 
     def send(self, message: Message) -> None:
-        """Send the referee a message. Does nothing after the connection is lost."""
+        """Send a message to the referee; do nothing if the connection is lost."""
         if not self._is_lost:
             try:
-                self._network.send(self._link, make_frame(message))
+                self._network.send(self._link_id, make_frame(message))
             except ProtobufError as error:
                 self._log.warn(f"The referee does not get {message.DESCRIPTOR.name}: {error.message}")
 
-    def _pay(self, machine: str) -> None:
-        message = self.types.create(f"{PACKAGE}.MachineAddBase")
+    def _send_payment(self, machine: str) -> None:
+        message = self.types.create(f"{MESSAGE_PACKAGE}.MachineAddBase")
         message.machine_name = machine
         self.send(message)
 
     @property
     def loss(self) -> str:
-        """The reason why the game cannot end: the lost connection; empty while connected."""
+        """The reason why the game cannot end, if the connection is lost; empty otherwise."""
         if not self._is_lost or self.game.is_over:
             return ""
         return f"the referee at {self._address} is gone, in {self.game.phase} at {self.game.game_time:g} s"

@@ -1,6 +1,6 @@
-"""The robots: executors of the team's skills that move over the field and use the machines.
+"""Simulated robots, which execute the skills of a team: they drive over the field and use the machines.
 
-They drive straight and do not collide. Each skill takes a fixed time besides its drive.
+Robots drive straight and do not collide. Besides its drive, each skill takes a fixed time.
 """
 
 from __future__ import annotations
@@ -16,23 +16,21 @@ from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.skiller.board.executor import SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
-from cxbridge_rcll.field import Field, Pose, entry
+from cxbridge_rcll.field import Field, Pose, entry_pose
 from cxbridge_rcll.machines import BeltPosition, Workpiece, Workplace
 from cxbridge_rcll.stations import StationNodes
 
-SPEED: Final = 0.5  # the speed of a robot, in metres per second
+SPEED_M_PER_S: Final = 0.5
 
-ALIGN_S: Final = 4.0  # seconds to align with a machine after a drive
+# the durations of parts of skills
+ALIGN_S: Final = 4.0  # aligning with a machine after a drive
+ANYWHERE_S: Final = 12.0  # a drive to an unknown location
+HANDLE_S: Final = 15.0  # taking or putting a workpiece
+LOOK_S: Final = 5.0  # exploring a zone, discarding a workpiece, or looking for a workpiece
+ENTER_S: Final = 4.0  # driving into the field
 
-ANYWHERE_S: Final = 12.0  # seconds for a drive to an unknown place
-
-HANDLE_S: Final = 15.0  # seconds to take or put a workpiece
-
-LOOK_S: Final = 5.0  # seconds to explore a zone, discard a workpiece or check for one
-ENTER_S: Final = 4.0  # seconds to drive into the field
-
-_GENERATORS: Final = ("NavGraphWithMPSGeneratorInterface", "NavGraphGeneratorInterface")
-_POSE_S: Final = 0.5  # seconds between two writes of the poses
+_GENERATOR_INTERFACES: Final = ("NavGraphWithMPSGeneratorInterface", "NavGraphGeneratorInterface")
+_POSE_PERIOD_S: Final = 0.5  # between two writes of the poses
 
 
 @dataclass(slots=True)
@@ -41,7 +39,7 @@ class Robot:
 
     :param number: the number of the robot, from 1.
     :param workpiece: the workpiece in the robot's gripper.
-    :param last_put: the machine on which the robot last put a workpiece; empty before.
+    :param last_put: the machine on which the robot last put a workpiece; empty before the first workpiece.
     """
 
     name: str
@@ -55,22 +53,22 @@ class Robot:
 class RobotWorld:
     """The state that all robots share.
 
-    :param places: the geometry of the field.
-    :param machine: returns a machine by name.
+    :param geometry: the geometry of the field.
+    :param find_machine: returns a machine by name.
     """
 
-    places: Field
-    machine: Callable[[str], Workplace | None]
+    geometry: Field
+    find_machine: Callable[[str], Workplace | None]
     robots: dict[str, Robot] = field(default_factory=dict)
 
-    def add(self, names: Iterable[str]) -> None:
-        """Add robots, with their start poses at the entrance of the field."""
+    def add_robots(self, names: Iterable[str]) -> None:
+        """Add robots at the entrance of the field."""
         for number, name in enumerate(names, start=1):
-            self.robots[name] = Robot(name, number, entry(number))
+            self.robots[name] = Robot(name, number, entry_pose(number))
 
 
 class RobotExecutor(SkillExecutor):
-    """Executes the skills of a robot; :func:`robot_executor` creates a subclass per world."""
+    """Executes the skills of a robot; :func:`make_robot_executor` makes a subclass for each world."""
 
     skills = (
         "moveto",
@@ -110,72 +108,72 @@ class RobotExecutor(SkillExecutor):
         self.robot.workpiece = None
 
     def _get_product_from(self, call: SkillCall) -> Steps:
-        machine = self._machine(call.text("place"))
+        machine = self._find_machine(call.text("place"))
         yield from self._wait(HANDLE_S)
         shelf = call.get("shelf", "")
-        self._take(machine, f"SHELF-{shelf}" if shelf else str(call.get("side", "output")).upper())
+        self._take_workpiece(machine, f"SHELF-{shelf}" if shelf else str(call.get("side", "output")).upper())
 
     def _bring_product_to(self, call: SkillCall) -> Steps:
-        machine = self._machine(call.text("place"))
+        machine = self._find_machine(call.text("place"))
         yield from self._wait(HANDLE_S)
-        self._put(machine, "SLIDE" if call.get("slide", False) else "CONVEYOR")
+        self._put_workpiece(machine, "SLIDE" if call.get("slide", False) else "CONVEYOR")
 
     def _manipulate_wp(self, call: SkillCall) -> Steps:
-        machine = self._machine(call.text("mps"))
+        machine = self._find_machine(call.text("mps"))
         side, target = str(call.get("side", "")), str(call.get("target", ""))
         if call.get("dry_run", False):
             yield from self._wait(LOOK_S)
-            self._check(machine, side, str(call.get("query", "THERE")))
+            self._check_workpiece(machine, side, str(call.get("query", "THERE")))
             return
         yield from self._wait(HANDLE_S)
         if target == "WORKPIECE":
-            self._take(machine, side)
+            self._take_workpiece(machine, side)
         else:
-            self._put(machine, target)
+            self._put_workpiece(machine, target)
 
     # -- parts of skills
 
-    def _machine(self, name: str) -> Workplace:
-        machine = self.world.machine(name)
+    def _find_machine(self, name: str) -> Workplace:
+        machine = self.world.find_machine(name)
         if machine is None:
             raise SkillFailedError(f"there is no machine {name}")
         return machine
 
-    def _take(self, machine: Workplace, side: str) -> None:
+    def _take_workpiece(self, machine: Workplace, side: str) -> None:
         if side.startswith("SHELF"):
-            # The shelf of a cap station never runs out of transparent bases with caps.
+            # the shelf of a cap station has an unlimited number of transparent bases with caps
             self.robot.workpiece = Workpiece(["BASE_CLEAR", "CAP"])
             return
-        workpiece = machine.take(BeltPosition.INPUT if side == "INPUT" else BeltPosition.OUTPUT)
+        workpiece = machine.take_workpiece(BeltPosition.INPUT if side == "INPUT" else BeltPosition.OUTPUT)
         if workpiece is None:
             raise SkillFailedError(f"there is no workpiece at {machine.name} {side}")
         self.robot.workpiece = workpiece
 
-    def _put(self, machine: Workplace, target: str) -> None:
+    def _put_workpiece(self, machine: Workplace, target: str) -> None:
         workpiece, self.robot.workpiece = self.robot.workpiece, None
         if workpiece is None:
             raise SkillFailedError("there is no workpiece in the gripper")
         if target == "SLIDE":
-            machine.pay()
+            machine.pay_base()
         else:
-            machine.put(workpiece)
+            machine.put_workpiece(workpiece)
             self.robot.last_put = machine.name
 
-    def _check(self, machine: Workplace, side: str, query: str) -> None:
-        is_present = machine.has(BeltPosition.INPUT if side == "INPUT" else BeltPosition.OUTPUT)
+    def _check_workpiece(self, machine: Workplace, side: str, query: str) -> None:
+        is_present = machine.has_workpiece(BeltPosition.INPUT if side == "INPUT" else BeltPosition.OUTPUT)
         if side == "INPUT" and query == "THERE":
-            # The machine may have moved the robot's workpiece already.
+            # the machine may have moved the workpiece that this robot has put there
             is_present |= self.robot.last_put == machine.name
         if is_present != (query == "THERE"):
             raise SkillFailedError(f"a workpiece is {'' if is_present else 'not '}at {machine.name} {side}")
 
     def _drive(self, place: str) -> Steps:
-        goal = self.world.places.find(place)
+        goal = self.world.geometry.find_pose(place)
         if goal is None:
             yield from self._wait(ANYWHERE_S)
             return
         start = self.robot.pose
-        for fraction in self._fractions(start.distance(goal) / SPEED):
+        for fraction in self._elapsed_fractions(start.distance(goal) / SPEED_M_PER_S):
             x = start.x + fraction * (goal.x - start.x)
             y = start.y + fraction * (goal.y - start.y)
             self.robot.pose = Pose(x, y, math.atan2(goal.y - start.y, goal.x - start.x))
@@ -184,26 +182,26 @@ class RobotExecutor(SkillExecutor):
         yield from self._wait(ALIGN_S)
 
     def _wait(self, seconds: float) -> Steps:
-        for _ in self._fractions(seconds):
+        for _ in self._elapsed_fractions(seconds):
             yield None
 
-    def _fractions(self, seconds: float) -> Generator[float, None, None]:
-        """Yield the elapsed fraction of a time span until its end."""
+    def _elapsed_fractions(self, seconds: float) -> Generator[float, None, None]:
+        """Yield the elapsed fraction of a duration in each loop, until its end."""
         begin_us, length_us = self.clock.now_us(), round(seconds * MICROSECONDS)
         while (elapsed_us := self.clock.now_us() - begin_us) < length_us:
             yield elapsed_us / length_us
 
 
-def robot_executor(world: RobotWorld) -> type[RobotExecutor]:
-    """Return the executor class for the robots of a world; a run takes executors as classes."""
+def make_robot_executor(world: RobotWorld) -> type[RobotExecutor]:
+    """Return the executor class for the robots of a world, since a run takes executors as classes."""
     return type("RobotExecutor", (RobotExecutor,), {"world": world})
 
 
 class RobotInterfaces(Component):
-    """Writes the robots' interfaces other than skills.
+    """Writes the interfaces of the robots, except those of the Skillers.
 
-    :param prefixes: the prefix of the interface ids by robot name: that of Fawkes' bbsync on another robot's
-        blackboard, empty on the robot's own.
+    :param prefixes: the prefix of the interface ids by robot name. On the blackboard of the robot the prefix
+        is empty; on further blackboards it is the prefix that bbsync, a plugin of Fawkes, adds to the ids.
     :param stations: gets the messages to the generator of the navigation graph; None to ignore them.
     :raises BlackBoardError: if an interface has another writer.
     """
@@ -227,13 +225,14 @@ class RobotInterfaces(Component):
                 name: self._open("Position3DInterface", f"{prefix}Pose") for name, prefix in prefixes.items()
             }
             for name in prefixes:
-                alive = self._open("HeartbeatInterface", f"/heartbeat/{name}")
-                alive.alive = True
-                alive.write()
+                heartbeat = self._open("HeartbeatInterface", f"/heartbeat/{name}")
+                heartbeat.alive = True
+                heartbeat.write()
             self._served_interfaces = [
-                self._open(kind, f"{prefix}{_id_of(kind)}")
-                for kind in _GENERATORS
-                if context.registry.path(kind) is not None  # a team may lack this interface
+                self._open(interface_type, f"{prefix}{_generator_interface_id(interface_type)}")
+                for interface_type in _GENERATOR_INTERFACES
+                if context.registry.path(interface_type)
+                is not None  # the interface definitions of a team may lack it
                 for prefix in dict.fromkeys(("/", *(prefix or "/" for prefix in prefixes.values())))
             ]
             self._served_interfaces += [
@@ -243,29 +242,31 @@ class RobotInterfaces(Component):
             self.close()
             raise
 
-    def _open(self, kind: str, name: str) -> Any:
-        interface = self._board.open_for_writing(kind, name, owner="Robots")
+    def _open(self, interface_type: str, name: str) -> Any:
+        interface = self._board.open_for_writing(interface_type, name, owner="Robots")
         self._interfaces.append(interface)
         return interface
 
     def loop(self) -> None:
-        """Answer commands, and periodically write the robots' poses."""
+        """Execute the received commands, and periodically write the robots' poses."""
         for interface in self._served_interfaces:
             self._answer_commands(interface)
         now_us = self._clock.now_us()
         if now_us < self._next_us:
             return
-        self._next_us = now_us + round(_POSE_S * MICROSECONDS)
+        self._next_us = now_us + round(_POSE_PERIOD_S * MICROSECONDS)
         for name, interface in self._poses.items():
             pose = self._world.robots[name].pose
             interface.frame = "map"
             interface.translation = (pose.x, pose.y, 0.0)
             interface.rotation = (0.0, 0.0, math.sin(pose.yaw / 2), math.cos(pose.yaw / 2))
-            interface.visibility_history = 100  # Fawkes' count of sightings: the pose is certain
+            interface.visibility_history = (
+                100  # in Fawkes, the number of sightings in a row: the pose is certain
+            )
             interface.write()
 
     def _answer_commands(self, interface: Any) -> None:
-        """Report each command as done."""
+        """Pass the received commands to the navigation graph, and report commands as done."""
         while (message := interface.msgq_pop()) is not None:
             if self._stations is not None:
                 self._stations.handle(message)
@@ -280,6 +281,6 @@ class RobotInterfaces(Component):
         self._interfaces.clear()
 
 
-def _id_of(kind: str) -> str:
-    """Return the id of a generator's interface, as Fawkes' plugins have it."""
-    return "navgraph-generator-mps" if "MPS" in kind else "navgraph-generator"
+def _generator_interface_id(interface_type: str) -> str:
+    """Return the interface id that the generator plugin of Fawkes has."""
+    return "navgraph-generator-mps" if "MPS" in interface_type else "navgraph-generator"

@@ -1,4 +1,4 @@
-"""The machines as nodes of a navigation graph, as in navgraph-generator-mps of fawkes-robotino."""
+"""Adds the machines to a navigation graph, as the plugin navgraph-generator-mps of fawkes-robotino does."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from cxbridge_rcll.field import Field, Pose
 
 _SIDES: Final = ("I", "O")
 _COLUMNS, _ROWS = 7, 8  # the zones of a half
-_INSERTION_ROW: Final = 1  # the row of the robots' entrance, where no robot waits
+_INSERTION_ROW: Final = 1  # the row of the entrance, where no robot may wait
 
-_MIN_DISTANCE_M: Final = 1.5  # the minimum distance in metres from a waiting place to a machine
+_MIN_DISTANCE_M: Final = 1.5  # from a waiting zone to the nearest machine
 
-WAIT_ZONES: Final = 3  # the waiting places per half, as in the team's configuration
+WAIT_ZONE_COUNT: Final = 3  # waiting zones in each half, as in the configuration of the team Carologistics
 
 
 class StationNodes:
-    """Adds announced machines and waiting places to the navigation graph of a robot.
+    """Adds machines and waiting zones to the navigation graph of a robot, as its messages request.
 
-    A machine ``C-BS`` has the nodes ``C-BS-I`` and ``C-BS-O`` before its sides, ``WAIT-C-BS-I`` and
-    ``WAIT-C-BS-O`` farther away, and ``C-BS`` itself, to which no edge leads. A waiting zone is a node
-    ``C-Z42``. Edges are omitted: simulated robots drive straight.
+    A machine ``C-BS`` gets the nodes ``C-BS-I`` and ``C-BS-O`` before its sides, ``WAIT-C-BS-I`` and
+    ``WAIT-C-BS-O`` farther away, and ``C-BS`` in its centre, which has no edge. A waiting zone gets a node
+    such as ``C-Z42``. No edges are added, since simulated robots drive straight.
 
     :param field: the geometry of the field.
     :param graph: returns the graph, or raises a CxbridgeError.
@@ -31,15 +31,15 @@ class StationNodes:
 
     def __init__(self, field: Field, graph: Callable[[], NavGraph]) -> None:
         self._field, self._graph = field, graph
-        self._names: set[str] = set()
+        self._station_names: set[str] = set()
 
     def handle(self, message: Any) -> None:
-        """Process a message to NavGraphWithMPSGeneratorInterface; ignores unknown types."""
+        """Handle a message to NavGraphWithMPSGeneratorInterface; ignore messages of unknown types."""
         match message.type:
             case "UpdateStationByTagMessage":
-                self._names.add(message.name)
+                self._station_names.add(message.name)
             case "ClearMessage":
-                self._names.clear()
+                self._station_names.clear()
             case "GenerateWaitZonesMessage":
                 self._add_wait_zones()
             case "ComputeMessage":
@@ -47,49 +47,53 @@ class StationNodes:
 
     def _add_stations(self) -> None:
         graph = self._graph()
-        for name in sorted(self._names):
-            for place in (f"{prefix}{name}-{side}" for prefix in ("", "WAIT-") for side in _SIDES):
-                pose = self._field.find(place)
+        for name in sorted(self._station_names):
+            for node_name in (f"{prefix}{name}-{side}" for prefix in ("", "WAIT-") for side in _SIDES):
+                pose = self._field.find_pose(node_name)
                 if pose is not None:
                     properties = {"orientation": f"{pose.yaw:f}"}
-                    graph.replace_node(NavGraphNode(place, pose.x, pose.y, properties))
-            centre = self._centre(name)
+                    graph.replace_node(NavGraphNode(node_name, pose.x, pose.y, properties))
+            centre = self._machine_centre(name)
             if centre is not None:
                 graph.replace_node(NavGraphNode(name, centre.x, centre.y, {"mps": "true"}, unconnected=True))
 
-    def _centre(self, name: str) -> Pose | None:
-        """Return the centre of a machine, between its sides; None if its place is unknown."""
-        first, second = (self._field.find(f"{name}-{side}") for side in _SIDES)
+    def _machine_centre(self, name: str) -> Pose | None:
+        """Return the centre of a machine, between its sides; None if its position is unknown."""
+        first, second = (self._field.find_pose(f"{name}-{side}") for side in _SIDES)
         if first is None or second is None:
             return None
         return Pose((first.x + second.x) / 2, (first.y + second.y) / 2)
 
     def _add_wait_zones(self) -> None:
-        machines = [pose for pose in map(self._centre, sorted(self._names)) if pose is not None]
+        machines = [
+            pose for pose in map(self._machine_centre, sorted(self._station_names)) if pose is not None
+        ]
         for half in "CM":
-            chosen: list[Pose] = []
+            chosen_poses: list[Pose] = []
             candidates = [
                 (name, pose)
-                for name, pose in _zones(self._field, half)
-                if _distance(pose, machines) >= _MIN_DISTANCE_M
+                for name, pose in _waiting_zones(self._field, half)
+                if _nearest_distance(pose, machines) >= _MIN_DISTANCE_M
             ]
-            while candidates and len(chosen) < WAIT_ZONES:
-                # The zone that is farthest from the chosen zones, or from the machines at first.
-                name, pose = max(candidates, key=lambda zone: _distance(zone[1], chosen or machines))
-                chosen.append(pose)
+            while candidates and len(chosen_poses) < WAIT_ZONE_COUNT:
+                # the zone that is the farthest from the chosen zones; the first zone, from the machines
+                name, pose = max(
+                    candidates, key=lambda zone: _nearest_distance(zone[1], chosen_poses or machines)
+                )
+                chosen_poses.append(pose)
                 candidates.remove((name, pose))
                 self._graph().replace_node(NavGraphNode(name, pose.x, pose.y))
 
 
-def _zones(field: Field, half: str) -> Iterator[tuple[str, Pose]]:
+def _waiting_zones(field: Field, half: str) -> Iterator[tuple[str, Pose]]:
     """Yield the zones of a half in which a robot may wait, with their names."""
     for column in range(1, _COLUMNS + 1):
         for row in range(_INSERTION_ROW + 1, _ROWS + 1):
-            pose = field.find(f"{half}-Z{column}{row}")
+            pose = field.find_pose(f"{half}-Z{column}{row}")
             if pose is not None:
                 yield f"{half}-Z{column}{row}", pose
 
 
-def _distance(pose: Pose, poses: list[Pose]) -> float:
+def _nearest_distance(pose: Pose, poses: list[Pose]) -> float:
     """Return the distance to the nearest of several poses."""
     return min((pose.distance(other) for other in poses), default=math.inf)

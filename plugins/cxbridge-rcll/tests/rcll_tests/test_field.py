@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from cxbridge_rcll.field import Field, Pose, entry
+from cxbridge_rcll.field import Field, Pose, entry_pose
 
 MACHINES = [
     {"name": "C-BS", "zone": "C_Z47", "rotation": 90},
@@ -28,22 +28,22 @@ MACHINES = [
     ],
 )
 def test_a_place_is_found(place, x, y):
-    found = Field(lambda: MACHINES).find(place)
+    found = Field(lambda: MACHINES).find_pose(place)
     assert found is not None
     assert (found.x, found.y) == pytest.approx((x, y))
 
 
 @pytest.mark.parametrize("place", ["", "START", "C-CS1-INPUT", "C-DS-INPUT"])
 def test_a_place_that_nobody_knows(place):
-    assert Field(lambda: MACHINES).find(place) is None
+    assert Field(lambda: MACHINES).find_pose(place) is None
 
 
 def test_a_robot_looks_at_the_machine():
-    found = Field(lambda: MACHINES).find("C-BS-INPUT")
+    found = Field(lambda: MACHINES).find_pose("C-BS-INPUT")
     assert found is not None
     assert math.sin(found.yaw) == pytest.approx(-1)
 
 
 def test_distances():
     assert Pose(0, 0).distance(Pose(3, 4)) == 5
-    assert len({entry(number) for number in (1, 2, 3)}) == 3
+    assert len({entry_pose(number) for number in (1, 2, 3)}) == 3

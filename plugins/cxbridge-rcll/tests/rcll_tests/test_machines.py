@@ -53,9 +53,9 @@ def test_a_base_is_dispensed_and_moved_out(watched):
     assert BeltPosition.OUTPUT not in machine.belt
     watched.wait(BELT_END_S / 2)
     assert watched.said() == [("BUSY", True), ("READY", True), ("BUSY", False)]
-    assert machine.take(BeltPosition.OUTPUT) == Workpiece(["BASE_RED"])
+    assert machine.take_workpiece(BeltPosition.OUTPUT) == Workpiece(["BASE_RED"])
     assert watched.said() == [("READY", False)]
-    assert machine.take(BeltPosition.OUTPUT) is None
+    assert machine.take_workpiece(BeltPosition.OUTPUT) is None
 
 
 def test_a_belt_waits_until_something_lies_on_it(watched):
@@ -64,7 +64,7 @@ def test_a_belt_waits_until_something_lies_on_it(watched):
     machine.loop()
     watched.wait(100)
     assert watched.said() == [("BUSY", True)]
-    machine.put(Workpiece(["BASE_RED"]))
+    machine.put_workpiece(Workpiece(["BASE_RED"]))
     machine.loop()
     watched.wait(BELT_MIDDLE_S)
     assert watched.said() == [("BUSY", False)]
@@ -87,17 +87,17 @@ def test_a_ring_and_a_cap_are_mounted(watched):
 
 
 def test_a_delivery_takes_what_lies_at_the_input(watched):
-    watched.machine.put(Workpiece(["BASE_RED"]))
+    watched.machine.put_workpiece(Workpiece(["BASE_RED"]))
     watched.machine.deliver(1)
     watched.machine.loop()
     watched.wait(10)
-    assert watched.machine.delivered == [Workpiece(["BASE_RED"])]
+    assert watched.machine.delivered_workpieces == [Workpiece(["BASE_RED"])]
     assert not watched.machine.belt
 
 
 def test_payments_are_counted(watched):
-    watched.machine.pay()
-    watched.machine.pay()
+    watched.machine.pay_base()
+    watched.machine.pay_base()
     assert watched.said() == [("SLIDE-COUNTER", 1), ("SLIDE-COUNTER", 2)]
 
 

@@ -6,18 +6,18 @@ from random import Random
 
 import pytest
 
-from cxbridge_rcll.placing import NAMES, Placement, arrange, fits
+from cxbridge_rcll.placing import MACHINE_NAMES, Placement, arrange_machines, can_place
 
 
 @pytest.mark.parametrize("seed", range(50))
 def test_each_machine_can_be_reached(seed):
-    placed = arrange(Random(seed), NAMES, 7, 8)
+    placed = arrange_machines(Random(seed), MACHINE_NAMES, 7, 8)
     assert placed is not None
-    assert sorted(each.machine for each in placed) == sorted(NAMES)
+    assert sorted(each.machine for each in placed) == sorted(MACHINE_NAMES)
     taken = [each.zone for each in placed]
     assert len(set(taken)) == len(taken)
     for each in placed:
-        for x, y in each.sides():
+        for x, y in each.side_zones():
             assert 1 <= x <= 7
             assert 1 <= y <= 8
             assert (x, y) not in taken
@@ -25,12 +25,16 @@ def test_each_machine_can_be_reached(seed):
 
 
 def test_a_seed_draws_one_field():
-    assert arrange(Random(4), NAMES, 7, 8) == arrange(Random(4), NAMES, 7, 8)
-    assert arrange(Random(4), NAMES, 7, 8) != arrange(Random(5), NAMES, 7, 8)
+    assert arrange_machines(Random(4), MACHINE_NAMES, 7, 8) == arrange_machines(
+        Random(4), MACHINE_NAMES, 7, 8
+    )
+    assert arrange_machines(Random(4), MACHINE_NAMES, 7, 8) != arrange_machines(
+        Random(5), MACHINE_NAMES, 7, 8
+    )
 
 
 def test_a_field_without_room_has_none():
-    assert arrange(Random(0), NAMES, 2, 2) is None
+    assert arrange_machines(Random(0), MACHINE_NAMES, 2, 2) is None
 
 
 @pytest.mark.parametrize(
@@ -52,4 +56,4 @@ def test_a_field_without_room_has_none():
     ],
 )
 def test_the_rules(new, others, may):
-    assert fits(new, others, 7, 8) is may
+    assert can_place(new, others, 7, 8) is may

@@ -96,7 +96,7 @@ def test_nobody_is_there(game):
 
 
 def test_a_server_that_says_nothing(game, types, monkeypatch):
-    monkeypatch.setattr(remote, "_PATIENCE_S", 0.3)
+    monkeypatch.setattr(remote, "_FIRST_STATE_TIMEOUT_S", 0.3)
     with referee_box(types) as box:
         box.is_silent = True
         with pytest.raises(CxbridgeError, match="does not say how its game stands: nothing came"):
@@ -104,7 +104,7 @@ def test_a_server_that_says_nothing(game, types, monkeypatch):
 
 
 def test_messages_of_another_version(game, types, tmp_path, monkeypatch):
-    monkeypatch.setattr(remote, "_PATIENCE_S", 0.3)
+    monkeypatch.setattr(remote, "_FIRST_STATE_TIMEOUT_S", 0.3)
     proto = tmp_path / "messages/league.proto"
     proto.write_text(proto.read_text().replace("required State state = 3;", "required string mode = 9;"))
     with referee_box(types) as box, pytest.raises(CxbridgeError, match="message 2000:4: Failed to parse"):

@@ -7,7 +7,7 @@ import pytest
 from cxbridge_explore.game.score import Award, Delivery, ProductOrder
 from cxbridge_rcll.field import Field
 from cxbridge_rcll.machines import BeltPosition, Workpiece
-from cxbridge_rcll.reported import ReportedGame
+from cxbridge_rcll.reported_game import ReportedGame
 from rcll_tests.referee_box import game_state, machine_info, message_types, order_info
 
 
@@ -63,7 +63,7 @@ def test_a_game_is_over_when_the_referee_has_said_it_twice(types, game):
 
 def test_a_machine_is_where_the_referee_says(types, game):
     game.handle_message(machine_info(types))
-    pose = Field(game.machine_facts).find("C-BS-O")
+    pose = Field(game.machine_facts).find_pose("C-BS-O")
     assert pose is not None
     assert (round(pose.x, 2), round(pose.y, 2)) == (3.5, 0.75)
 
@@ -81,20 +81,20 @@ def test_what_was_made_is_taken_once(types, game, kind, place, is_there):
     for state in ("IDLE", "PROCESSING", "READY-AT-OUTPUT", "IDLE"):
         game.handle_message(machine_info(types, "C-X", kind, state))
     machine = game.machines["C-X"]
-    assert machine.has(place) is is_there
-    assert (machine.take(place) is not None) is is_there
-    assert machine.take(place) is None
+    assert machine.has_workpiece(place) is is_there
+    assert (machine.take_workpiece(place) is not None) is is_there
+    assert machine.take_workpiece(place) is None
     game.handle_message(machine_info(types, "C-X", kind, "READY-AT-OUTPUT"))
-    assert machine.has(place) is is_there
+    assert machine.has_workpiece(place) is is_there
 
 
 def test_a_payment_is_told_to_the_referee(types, game, paid):
     game.handle_message(machine_info(types, "C-RS1", "RS"))
     machine = game.machines["C-RS1"]
-    machine.pay()
-    machine.put(Workpiece(["BASE_RED"]))
+    machine.pay_base()
+    machine.put_workpiece(Workpiece(["BASE_RED"]))
     assert paid == ["C-RS1"]
-    assert not machine.has(BeltPosition.OUTPUT)
+    assert not machine.has_workpiece(BeltPosition.OUTPUT)
 
 
 def test_other_messages_are_ignored(types, game):

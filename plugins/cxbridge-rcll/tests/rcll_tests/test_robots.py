@@ -12,7 +12,7 @@ from cxbridge.skiller.board.executor import ExecutorContext, SkillFailedError
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge_rcll.field import Field, Pose
 from cxbridge_rcll.machines import BeltPosition, Machine, Workpiece
-from cxbridge_rcll.robots import ALIGN_S, ANYWHERE_S, HANDLE_S, SPEED, RobotWorld, robot_executor
+from cxbridge_rcll.robots import ALIGN_S, ANYWHERE_S, HANDLE_S, SPEED_M_PER_S, RobotWorld, make_robot_executor
 
 LOOP_US = 50_000
 
@@ -28,9 +28,9 @@ class Driver:
         machines = {"C-CS1": self.machine}
         field = Field(lambda: [{"name": "C-CS1", "zone": "C_Z34", "rotation": 90}])
         self.world = RobotWorld(field, machines.get)
-        self.world.add(["robot1"])
+        self.world.add_robots(["robot1"])
         self.robot = self.world.robots["robot1"]
-        kind = robot_executor(self.world)
+        kind = make_robot_executor(self.world)
         self.executor = kind(ExecutorContext("robot1", board, self.clock, bus.logger("test")))
         self.executor.start()
 
@@ -53,7 +53,7 @@ def driver():
 
 def test_a_way_takes_as_long_as_it_is(driver):
     driver.robot.pose = Pose(0.5, 0.5)
-    assert driver.do("moveto", place="C-Z15") == pytest.approx(4 / SPEED + ALIGN_S, abs=0.1)
+    assert driver.do("moveto", place="C-Z15") == pytest.approx(4 / SPEED_M_PER_S + ALIGN_S, abs=0.1)
     assert driver.robot.pose[:2] == pytest.approx((0.5, 4.5))
     assert driver.do("moveto", place="nowhere") == pytest.approx(ANYWHERE_S, abs=0.1)
     assert driver.robot.pose[:2] == pytest.approx((0.5, 4.5))
@@ -71,7 +71,7 @@ def test_a_workpiece_is_taken_and_put(driver):
 def test_a_payment_goes_down_the_slide(driver):
     driver.handle(side="SHELF-LEFT", target="WORKPIECE")
     driver.handle(side="SLIDE", target="SLIDE")
-    assert (driver.machine.slide, driver.robot.workpiece) == (1, None)
+    assert (driver.machine.slide_count, driver.robot.workpiece) == (1, None)
     driver.handle(side="SHELF-LEFT", target="WORKPIECE")
     driver.do("discard")
     assert driver.robot.workpiece is None

@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.space.navgraph import NavGraph
 from cxbridge_rcll.field import Field
-from cxbridge_rcll.stations import WAIT_ZONES, StationNodes
+from cxbridge_rcll.stations import WAIT_ZONE_COUNT, StationNodes
 
 MACHINES = [
     {"name": "C-BS", "zone": "C-Z65", "rotation": 270},
@@ -60,7 +60,7 @@ def test_robots_wait_where_there_is_no_machine(graph, stations):
     send(stations, "Compute")
     send(stations, "GenerateWaitZones")
     zones = [node for node in graph.nodes if node.name[1:3] == "-Z"]
-    assert sorted(node.name[0] for node in zones) == ["C"] * WAIT_ZONES + ["M"] * WAIT_ZONES
+    assert sorted(node.name[0] for node in zones) == ["C"] * WAIT_ZONE_COUNT + ["M"] * WAIT_ZONE_COUNT
     for zone in zones:
         assert all(zone.distance(graph.node(name).x, graph.node(name).y) >= 1.5 for name in ("C-BS", "C-DS"))
 
