@@ -26,7 +26,7 @@ class ReportedMachine:
     The referee box does not know the simulated robots. Its report decides whether there is a product at the
     output, until a robot takes the product.
 
-    :param pay: reports to the referee box a base in the slide.
+    :param pay: called when a robot puts a base into the slide.
     """
 
     def __init__(self, name: str, pay: Callable[[str], None]) -> None:
@@ -69,7 +69,7 @@ class ReportedMachine:
 class ReportedGame:
     """The state of a game, updated by the messages of a referee box.
 
-    :param pay: reports to the referee box a base in a machine's slide.
+    :param pay: called with the name of a machine when a robot puts a base into its slide.
     """
 
     def __init__(self, pay: Callable[[str], None]) -> None:
