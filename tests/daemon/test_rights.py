@@ -121,10 +121,10 @@ TALKATIVE = """
 
 
 def endpoints() -> tuple[Endpoint, ...]:
-    from cxbridge_web.catalogue import directory
+    from cxbridge_web.catalogue import make_directory
 
     of_server: Any = SimpleNamespace(status=None, describe_navgraphs=None, describe_constructs=None)
-    return directory(of_server).endpoints
+    return make_directory(of_server).endpoints
 
 
 def right_of_request(method: str, path: str, rights: Rights | None = None) -> Right:

@@ -12,17 +12,17 @@ _PAGING = {"limit", "offset", "search", "pretty"}
 
 
 @cache
-def document() -> Mapping[str, Any]:
+def make_document() -> Mapping[str, Any]:
     """Return the OpenAPI document of a daemon."""
     from cxbridge_web import catalogue, openapi
 
-    return openapi.document(catalogue.directory(MagicMock()).endpoints)
+    return openapi.make_document(catalogue.make_directory(MagicMock()).endpoints)
 
 
 def routes() -> Iterator[str]:
     """Yield a table of routes for each component."""
     component = ""
-    for path, methods in sorted(document()["paths"].items()):
+    for path, methods in sorted(make_document()["paths"].items()):
         if path.split("/")[1] != component:
             component = path.split("/")[1]
             yield from (
@@ -40,7 +40,7 @@ def routes() -> Iterator[str]:
 def models() -> Iterator[str]:
     """Yield a row for each model: its fields."""
     yield from ("| model | fields |", "| --- | --- |")
-    for name, schema in sorted(document()["components"]["schemas"].items()):
+    for name, schema in sorted(make_document()["components"]["schemas"].items()):
         fields = schema.get("properties", {})
         silent = {"kind", "apiVersion"} if "apiVersion" in fields else set()
         required = schema.get("required", ())
@@ -62,9 +62,9 @@ def _field(name: str, schema: Mapping[str, Any], required: bool) -> str:
 def _inputs(operation: Mapping[str, Any]) -> str:
     names = [each["name"] for each in operation["parameters"] if each["in"] == "query"]
     query = ", ".join(f"`{name}`" for name in names if name not in _PAGING)
-    paged = "; paged" if "limit" in names else ""
+    is_paged = "; paged" if "limit" in names else ""
     body = _reference(operation.get("requestBody", {}).get("content", {}))
-    return "".join([f" with {body}" if body else "", f"; query {query}" if query else "", paged])
+    return "".join([f" with {body}" if body else "", f"; query {query}" if query else "", is_paged])
 
 
 def _reply(operation: Mapping[str, Any]) -> str:

@@ -23,16 +23,16 @@ ADDED = "  (slot deadline    ; seconds\n    (type INTEGER) (default 0))\n  (mult
 REST = """
 import json
 from cxbridge.run.program.additions import NOTHING
-from cxbridge_web.fawkes.executive import Goal, _goal
-from cxbridge_web.models import plain, schemas
+from cxbridge_web.fawkes.executive import Goal, _make_goal
+from cxbridge_web.models import make_schemas, to_json_types
 from cxbridge.executive.host.values import Symbol
 values = {"id": Symbol("g"), "priority": 0.0, "message": "", "deadline": 7}
 for name in ("type", "sub-type", "class", "mode", "outcome", "parent"):
     values[name] = Symbol("x")
 for name in ("error", "params", "meta", "required-resources", "acquired-resources"):
     values[name] = ()
-schema = schemas([Goal], [])["Goal"]["properties"]["deadline"]["type"]
-print(json.dumps([plain(_goal({}, values))["deadline"], schema]))
+schema = make_schemas([Goal], [])["Goal"]["properties"]["deadline"]["type"]
+print(json.dumps([to_json_types(_make_goal({}, values))["deadline"], schema]))
 """
 
 

@@ -22,7 +22,7 @@ from cxbridge.rights import RefusedError
 from cxbridge_web import openapi
 from cxbridge_web.endpoint import ApiCall, ApiError, Directory, Endpoint, Handler, Text, to_json
 from cxbridge_web.host import WebHost
-from cxbridge_web.models import plain
+from cxbridge_web.models import to_json_types
 from cxbridge_web.paging import ListPart, PagingError
 from cxbridge_web.queue import QueueClosedError, RequestQueue, RequestQueueFullError
 
@@ -64,32 +64,34 @@ class Api:
             return
         except ApiError as error:
             content = Text(error.text) if error.model is None else error.model
-            response = _response(content, error.status, pretty=pretty)
+            response = _make_response(content, error.status, pretty=pretty)
         await response(scope, receive, send)
 
     async def _respond(self, request: Request, *, pretty: bool) -> Response:
         path: str = request.scope["path"]
-        if request.method == "GET" and path == f"/api{openapi.PATH}":
-            return _response(openapi.document(self._directory.endpoints), 200, pretty=pretty)
+        if request.method == "GET" and path == f"/api{openapi.DOCUMENT_PATH}":
+            return _make_response(openapi.make_document(self._directory.endpoints), 200, pretty=pretty)
         endpoint, names = self._directory.find(request.method, path.removeprefix("/api"))
         self._check_right(endpoint)
-        body = await read_object(request) if endpoint.body else {}
+        body = await read_json_object(request) if endpoint.body else {}
         call = ApiCall(self._host, names, dict(request.query_params), body)
         try:
-            if endpoint.paged:
+            if endpoint.is_paged:
                 _ = call.window  # reject an invalid query before the work starts
-            if endpoint.copy is not None:
-                copied = await self._run_in_loop(endpoint, partial(endpoint.copy, call), call, COPY_TIMEOUT_S)
-                call = replace(call, copied=copied)
+            if endpoint.copy_facts is not None:
+                fact_copy = await self._run_in_loop(
+                    endpoint, partial(endpoint.copy_facts, call), call, COPY_TIMEOUT_S
+                )
+                call = replace(call, fact_copy=fact_copy)
                 content = await asyncio.to_thread(endpoint.handler, call)
-            elif (handler := self._thread_handler(endpoint)) is not None:
+            elif (handler := self._find_thread_handler(endpoint)) is not None:
                 content = await self._run_in_thread(handler, call)
             else:
                 content = await self._run_in_loop(
                     endpoint, partial(endpoint.handler, call), call, ANSWER_TIMEOUT_S
                 )
             # a long text is encoded in a thread, where it does not delay other clients
-            return await asyncio.to_thread(_encode, endpoint, call, content, pretty)
+            return await asyncio.to_thread(_encode_content, endpoint, call, content, pretty)
         except RefusedError as error:
             raise ApiError(403, f"{error.message} ({error.hint})") from error
         except CxbridgeError as error:
@@ -114,9 +116,9 @@ class Api:
             forbidden_action = "change anything" if not rights.control else "run programs"
             raise ApiError(403, f"Clients may not {forbidden_action}: {rights.why_not(right)}")
 
-    def _thread_handler(self, endpoint: Endpoint) -> Handler | None:
+    def _find_thread_handler(self, endpoint: Endpoint) -> Handler | None:
         """Return the handler that runs in a thread; None for a handler that runs in the main loop."""
-        if endpoint.in_thread:
+        if endpoint.runs_in_thread:
             return endpoint.handler
         return endpoint.stalled if self._host.stall else None
 
@@ -163,7 +165,7 @@ def _retrieve_error(result: asyncio.Future[Any]) -> None:
         result.exception()
 
 
-async def read_object(request: Request) -> dict[str, Any]:
+async def read_json_object(request: Request) -> dict[str, Any]:
     """Return the body, a JSON object.
 
     :raises ApiError: if the body is too long, arrives too slowly, or is not a JSON object.
@@ -191,18 +193,18 @@ async def read_object(request: Request) -> dict[str, Any]:
     return value
 
 
-def _encode(endpoint: Endpoint, call: ApiCall, content: Any, pretty: bool) -> Response:
+def _encode_content(endpoint: Endpoint, call: ApiCall, content: Any, pretty: bool) -> Response:
     """Return the response with the return value of a handler."""
     content = endpoint.finish(call, content)
-    if not endpoint.paged:
-        return _response(content, 200, pretty=pretty)
-    part = content if isinstance(content, ListPart) else call.window.cut(plain(content))
-    response = _response(part.items, 200, pretty=pretty)
+    if not endpoint.is_paged:
+        return _make_response(content, 200, pretty=pretty)
+    part = content if isinstance(content, ListPart) else call.window.select(to_json_types(content))
+    response = _make_response(part.items, 200, pretty=pretty)
     response.headers["X-Total-Count"] = str(part.total)
     return response
 
 
-def _response(content: Any, status: int, *, pretty: bool) -> Response:
+def _make_response(content: Any, status: int, *, pretty: bool) -> Response:
     if isinstance(content, Text):
         text = content.encode("utf-8", "replace")
         return Response(text, status, headers=_NO_CACHE, media_type="text/plain; charset=utf-8")

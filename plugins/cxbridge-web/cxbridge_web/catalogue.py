@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cxbridge_web.extensions.state import ServerState
 
 
-def directory(state: ServerState) -> Directory:
+def make_directory(state: ServerState) -> Directory:
     """Return all endpoints.
 
     Each module of ``fawkes/`` contributes its ``ENDPOINTS``.

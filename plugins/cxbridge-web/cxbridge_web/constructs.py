@@ -1,4 +1,7 @@
-"""Places and source texts of the constructs in CLIPS files, which a CLIPS environment does not keep."""
+"""The locations and source texts of constructs, read from CLIPS files.
+
+CLIPS keeps neither, so the page reads the files of an environment again.
+"""
 
 from __future__ import annotations
 
@@ -22,36 +25,38 @@ class Construct(Model, kw_only=True):
 
     construct: str  # `defrule`, `deftemplate` ...
     name: str
-    file: str  # relative to the working directory if it is below that
+    file: str  # relative to the working directory if the file is below it
     line: int
     core: Annotated[bool, Meta(description="whether the construct is part of the CX core, not of the agent")]
     text: str | UnsetType = UNSET
 
 
 class SourceConstructs:
-    """The constructs of CLIPS files. A changed file is read again. Thread-safe."""
+    """The constructs of CLIPS files, cached until a file changes. Thread-safe."""
 
     def __init__(self) -> None:
         self._files: dict[str, tuple[int, tuple[Construct, ...]]] = {}
         self._lock = threading.Lock()
 
-    def of(self, files: Sequence[str]) -> dict[tuple[str, str], Construct]:
+    def find_constructs(self, files: Sequence[str]) -> dict[tuple[str, str], Construct]:
         """Return the constructs of files by kind and name; the last duplicate wins."""
         with self._lock:
-            constructs = [construct for file in dict.fromkeys(files) for construct in self._of_file(file)]
+            constructs = [
+                construct for file in dict.fromkeys(files) for construct in self._read_constructs(file)
+            ]
         return {(construct.construct, construct.name): construct for construct in constructs}
 
-    def _of_file(self, file: str) -> tuple[Construct, ...]:
+    def _read_constructs(self, file: str) -> tuple[Construct, ...]:
         try:
             modification_ns = Path(file).stat().st_mtime_ns
             if file not in self._files or self._files[file][0] != modification_ns:
-                self._files[file] = modification_ns, tuple(_read(Path(file)))
-        except OSError:  # a file may be deleted after it was loaded
+                self._files[file] = modification_ns, tuple(_parse_file(Path(file)))
+        except OSError:  # a file may be deleted after an environment has loaded it
             return ()
         return self._files[file][1]
 
 
-def _read(file: Path) -> Iterator[Construct]:
+def _parse_file(file: Path) -> Iterator[Construct]:
     core = file.resolve().is_relative_to(_CORE)
     for definition in definitions(file.read_bytes().decode("utf-8", "replace")):
         yield Construct(

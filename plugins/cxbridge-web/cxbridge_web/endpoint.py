@@ -15,7 +15,7 @@ from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge.plugins import package_hint
 from cxbridge.rights import Right, Rights
 from cxbridge_web.host import WebHost
-from cxbridge_web.models import Model, plain
+from cxbridge_web.models import Model, to_json_types
 from cxbridge_web.paging import MAX_COUNT, Window
 
 
@@ -41,20 +41,20 @@ class ApiCall:
     :param path: the values of the names in the path.
     :param query: the first value of each parameter.
     :param body: the members of the body's JSON object; empty without a body.
-    :param copied: the copied facts; None for an endpoint without :attr:`Endpoint.copy`.
+    :param fact_copy: the copied facts; None for an endpoint without :attr:`Endpoint.copy_facts`.
     """
 
     host: WebHost
     path: Mapping[str, str]
     query: Mapping[str, str]
     body: Mapping[str, Any] = field(default_factory=dict)
-    copied: FactCopy | None = None
+    fact_copy: FactCopy | None = None
 
     @property
     def facts(self) -> FactCopy:
-        """The facts copied by :attr:`Endpoint.copy`."""
-        assert self.copied is not None  # set before the handler is called
-        return self.copied
+        """The facts copied by :attr:`Endpoint.copy_facts`."""
+        assert self.fact_copy is not None  # set before the call of the handler
+        return self.fact_copy
 
     @property
     def window(self) -> Window:
@@ -67,7 +67,7 @@ class ApiCall:
     def text(self, name: str) -> str:
         """Return a member of the body that must be a text.
 
-        :raises ApiError: if it is missing or not a text.
+        :raises ApiError: if the member is missing, empty or not a text.
         """
         value = self.body.get(name)
         if not isinstance(value, str) or not value:
@@ -96,7 +96,7 @@ class Query:
 _Count = Annotated[int, Meta(ge=0, le=MAX_COUNT)]
 
 # The query parameters of a paged list, which `cxbridge_web.paging.Window` reads.
-PAGING: Final = (
+PAGING_PARAMETERS: Final = (
     Query("limit", "The maximum number of items.", _Count),
     Query("offset", "The number of the first item, counted from 0.", _Count),
     Query("search", "Only items with a text that contains this text, ignoring case."),
@@ -111,18 +111,18 @@ class Endpoint:
         slashes; ``/?`` at the end makes the slash optional.
     :param summary: one sentence about the endpoint, for the OpenAPI document.
     :param reply: the type of the answer, a model or a list of models; a text by default.
-    :param names: the types of names in the path other than texts.
-    :param paged: whether parts of the list can be requested. The result of ``finish`` is cut unless it is a
-        :class:`~cxbridge_web.paging.ListPart`.
+    :param names: the types of those names in the path that are not texts.
+    :param is_paged: whether clients can request a part of the list, which the API cuts out of the result of
+        ``finish`` unless that is a :class:`~cxbridge_web.paging.ListPart`.
     :param body: the type of the body, a struct; None without a body.
     :param errors: possible errors by status.
     :param right: the required right; by default `LOOK` for GET and `PROGRAMS` for other methods.
-    :param in_thread: whether the handler runs in a thread, since it waits; otherwise in the main loop.
+    :param runs_in_thread: whether the handler runs in a thread, because it waits; otherwise in the main loop.
     :param is_skill: whether the endpoint runs a skill string, which counts as a program if it is evaluated as
         Lua.
     :param stalled: replaces the handler in the server's thread while the main loop is stuck.
-    :param copy: copies the needed facts in pieces in the main loop; the handler then runs in the server's
-        thread.
+    :param copy_facts: copies the needed facts in pieces in the main loop; the handler then runs in the
+        server's thread.
     :param finish: converts the handler's return value to the reply in the server's thread.
     """
 
@@ -132,15 +132,15 @@ class Endpoint:
     summary: str
     reply: Any = str
     names: Mapping[str, Any] = field(default_factory=dict)
-    paged: bool = False
+    is_paged: bool = False
     query: tuple[Query, ...] = ()
     body: type[Struct] | None = None
     errors: Mapping[int, str] = field(default_factory=dict)
     right: Right | None = None
     is_skill: bool = False
-    in_thread: bool = False
+    runs_in_thread: bool = False
     stalled: Handler | None = None
-    copy: Callable[[ApiCall], Generator[None, None, FactCopy]] | None = None
+    copy_facts: Callable[[ApiCall], Generator[None, None, FactCopy]] | None = None
     finish: Callable[[ApiCall, Any], Any] = lambda _call, content: content
 
     @property
@@ -158,19 +158,19 @@ class Endpoint:
 
 
 # A name in a path that `re.escape` has escaped: `\{id\}` or `\{id\+\}`.
-_NAME = re.compile(r"\\{([a-z_\\-]+)(\\\+)?\\}")
+_PATH_NAME = re.compile(r"\\{([a-z_\\-]+)(\\\+)?\\}")
 
 
-def _pattern(path: str) -> re.Pattern[str]:
-    """Return the regular expression of a path. Dashes of names become underscores, as groups require."""
+def _compile_path(path: str) -> re.Pattern[str]:
+    """Return the regular expression of a path, whose groups have underscores for the dashes of names."""
 
-    def group(match: re.Match[str]) -> str:
+    def make_group(match: re.Match[str]) -> str:
         name = match[1].replace("\\", "").replace("-", "_")
         return f"(?P<{name}>{'.+?' if match[2] else '[^/]+'})"
 
     without_slash = path.removesuffix("/?")
     optional_slash = "" if without_slash == path else "/?"
-    return re.compile(_NAME.sub(group, re.escape(without_slash)) + optional_slash, re.DOTALL)
+    return re.compile(_PATH_NAME.sub(make_group, re.escape(without_slash)) + optional_slash, re.DOTALL)
 
 
 class Directory:
@@ -178,7 +178,7 @@ class Directory:
 
     def __init__(self, endpoints: Sequence[Endpoint]) -> None:
         self.endpoints: Final = tuple(endpoints)
-        self._patterns = [(_pattern(endpoint.path), endpoint) for endpoint in endpoints]
+        self._patterns = [(_compile_path(endpoint.path), endpoint) for endpoint in endpoints]
         self._components = {endpoint.component for endpoint in endpoints}
 
     def find(self, method: str, path: str) -> tuple[Endpoint, dict[str, str]]:
@@ -195,12 +195,11 @@ class Directory:
             raise ApiError(404, "REST API overview not yet implemented\n")
         if component not in self._components:
             raise ApiError(404, f"REST API '{component}' unknown\n")
-        raise ApiError(
-            404, f"REST API '{component}' has no endpoint '{slash}{subpath}'{self._absent_package(path)}\n"
-        )
+        package = self._describe_absent_package(path)
+        raise ApiError(404, f"REST API '{component}' has no endpoint '{slash}{subpath}'{package}\n")
 
-    def _absent_package(self, path: str) -> str:
-        """Return a colon and the package with a path; empty if the package is unknown or installed."""
+    def _describe_absent_package(self, path: str) -> str:
+        """Return a colon and the hint to the missing package that serves a path; empty if no package does."""
         start = "/".join(path.split("/")[:3])
         hint = package_hint(f"/api{start}")
         is_installed = any(endpoint.path.startswith(start) for endpoint in self.endpoints)
@@ -209,28 +208,28 @@ class Directory:
 
 def to_json(value: Any, *, pretty: bool = False) -> bytes:
     """Return a value as JSON. NaN and infinities become null, lone surrogates become question marks."""
-    value = plain(value)
+    value = to_json_types(value)
     try:
-        text = _dump(value, pretty=pretty)
+        text = _encode_json(value, pretty=pretty)
     except ValueError:  # NaN or infinite; rare, so only then is the whole value searched
-        text = _dump(_finite(value), pretty=pretty)
+        text = _encode_json(_replace_non_finite(value), pretty=pretty)
     return text.encode("utf-8", "replace")
 
 
-def _dump(value: Any, *, pretty: bool) -> str:
+def _encode_json(value: Any, *, pretty: bool) -> str:
     layout: dict[str, Any] = {"indent": 4} if pretty else {"separators": (",", ":")}
-    return json.dumps(value, ensure_ascii=False, allow_nan=False, default=_hex, **layout)
+    return json.dumps(value, ensure_ascii=False, allow_nan=False, default=_encode_bytes, **layout)
 
 
-def _hex(value: bytes) -> str:
+def _encode_bytes(value: bytes) -> str:
     """Encode bytes, the only type that :func:`plain` leaves and the module json cannot encode."""
     return bytes(value).hex()
 
 
-def _finite(value: Any) -> Any:
+def _replace_non_finite(value: Any) -> Any:
     """Return a value with None in place of NaN and infinities."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {name: _finite(item) for name, item in value.items()}
-    return [_finite(item) for item in value] if isinstance(value, list) else value
+        return {name: _replace_non_finite(item) for name, item in value.items()}
+    return [_replace_non_finite(item) for item in value] if isinstance(value, list) else value

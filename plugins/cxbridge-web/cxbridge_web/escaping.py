@@ -14,7 +14,7 @@ from typing import Any
 
 from cxbridge.printing import UNSAFE, escaped
 
-# Characters shown by their number: unsafe ones and invisible ones.
+# The codes of the characters to escape: unsafe and invisible characters.
 _HIDDEN_CODES = (
     *UNSAFE,
     0xAD,  # soft hyphen
@@ -26,31 +26,31 @@ _HIDDEN_CODES = (
     *range(0xE0000, 0xE0080),  # tags
 )
 
-_VISIBLE: Mapping[int, str] = {
+_INVISIBLE_ESCAPES: Mapping[int, str] = {
     code: escaped(code) if code < 0x10000 else f"\\U{code:08x}"  # noqa: PLR2004 - the BMP ends there
     for code in _HIDDEN_CODES
 }
-_IN_JSON: Mapping[int, str] = {
+_JSON_ESCAPES: Mapping[int, str] = {
     # the encoder has already escaped characters below 0x20
-    **{code: "\\" + text for code, text in _VISIBLE.items() if code >= 0x20},  # noqa: PLR2004
+    **{code: "\\" + text for code, text in _INVISIBLE_ESCAPES.items() if code >= 0x20},  # noqa: PLR2004
     **{ord(character): f"\\u{ord(character):04x}" for character in "<>&"},
 }
 
 
-def visible(text: str) -> str:
+def escape_invisible(text: str) -> str:
     """Replace invisible characters by their numbers."""
-    return text.translate(_VISIBLE)
+    return text.translate(_INVISIBLE_ESCAPES)
 
 
-def html(text: object) -> str:
+def escape_html(text: object) -> str:
     """Escape a text for use between tags and within a quoted attribute."""
-    return escape(visible(str(text)), quote=True)
+    return escape(escape_invisible(str(text)), quote=True)
 
 
-def embed(data: Any) -> str:
+def encode_for_script(data: Any) -> str:
     """Return values as JSON text for a ``<script>`` element.
 
     :raises ValueError: for NaN and infinities.
     """
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    return text.translate(_IN_JSON)
+    return text.translate(_JSON_ESCAPES)

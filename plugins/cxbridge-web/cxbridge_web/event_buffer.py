@@ -29,12 +29,12 @@ GROUPS: Final = (
     frozenset({"log", "message"}),
 )
 
-_OTHERS: Final = len(GROUPS)
+_OTHER_GROUP: Final = len(GROUPS)
 
 
-def group_of(kind: str) -> int:
-    """Return the number of a kind's group; the last group has the kinds outside of :data:`GROUPS`."""
-    return next((number for number, kinds in enumerate(GROUPS) if kind in kinds), _OTHERS)
+def find_group(kind: str) -> int:
+    """Return the index of a kind's group; the last group has the kinds outside of :data:`GROUPS`."""
+    return next((number for number, kinds in enumerate(GROUPS) if kind in kinds), _OTHER_GROUP)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class EventSelection:
     @property
     def groups(self) -> set[int]:
         """The groups of the selected kinds."""
-        return {group_of(kind) for kind in self.kinds}
+        return {find_group(kind) for kind in self.kinds}
 
 
 class StreamPosition(NamedTuple):
@@ -66,7 +66,7 @@ class StreamPosition(NamedTuple):
     :param lost: the number of events that were lost before the buffer.
     """
 
-    counts: tuple[int, ...] = (0,) * (_OTHERS + 1)
+    counts: tuple[int, ...] = (0,) * (_OTHER_GROUP + 1)
     lost: int = 0
 
     def __str__(self) -> str:
@@ -77,7 +77,7 @@ class StreamPosition(NamedTuple):
         """The number of events up to the position."""
         return sum(self.counts) + self.lost
 
-    def after(self, group: int) -> StreamPosition:
+    def advance(self, group: int) -> StreamPosition:
         """Return the position after a further event of a group."""
         counts = list(self.counts)
         counts[group] += 1
@@ -101,23 +101,25 @@ class _Group:
     """The newest events of a group within its limits."""
 
     def __init__(self, max_events: int, max_bytes: int) -> None:
-        self.entries: deque[_BufferedEvent] = deque()
+        self.buffered_events: deque[_BufferedEvent] = deque()
         self.discarded = 0  # number of discarded events
         self.bytes = 0
         self._max_events = max_events
         self._max_bytes = max_bytes
 
-    def add(self, entry: _BufferedEvent) -> None:
-        self.entries.append(entry)
-        self.bytes += len(entry.text)
-        while len(self.entries) > self._max_events or self.bytes > self._max_bytes:
-            self.bytes -= len(self.entries.popleft().text)
+    def add(self, buffered_event: _BufferedEvent) -> None:
+        self.buffered_events.append(buffered_event)
+        self.bytes += len(buffered_event.text)
+        while len(self.buffered_events) > self._max_events or self.bytes > self._max_bytes:
+            self.bytes -= len(self.buffered_events.popleft().text)
             self.discarded += 1
 
-    def after(self, count: int) -> list[_BufferedEvent]:
+    def events_after(self, count: int) -> list[_BufferedEvent]:
         """Return the buffered events of the group except the first ``count`` events of the run."""
-        # counted from the newest event: clients that are up to date need only a few
-        later = list(islice(reversed(self.entries), max(0, self.discarded + len(self.entries) - count)))
+        # from the newest event backwards, because most clients are up to date and need only a few events
+        later = list(
+            islice(reversed(self.buffered_events), max(0, self.discarded + len(self.buffered_events) - count))
+        )
         later.reverse()
         return later
 
@@ -130,14 +132,14 @@ class EventBuffer:
 
     def __init__(self, max_events: int = MAX_EVENTS, max_bytes: int = MAX_BYTES) -> None:
         self.end = StreamPosition()  # position after the newest event
-        self._groups = [_Group(max_events, max_bytes) for _ in range(_OTHERS + 1)]
+        self._groups = [_Group(max_events, max_bytes) for _ in range(_OTHER_GROUP + 1)]
         self._values: dict[str, Any] = {}  # last values by interface
 
     @property
     def begin(self) -> StreamPosition:
         """The position before the oldest buffered event."""
-        oldest = (group.entries[0] for group in self._groups if group.entries)
-        lost = min((entry.position.lost for entry in oldest), default=self.end.lost)
+        oldest = (group.buffered_events[0] for group in self._groups if group.buffered_events)
+        lost = min((buffered_event.position.lost for buffered_event in oldest), default=self.end.lost)
         return StreamPosition(tuple(group.discarded for group in self._groups), lost)
 
     @property
@@ -151,9 +153,9 @@ class EventBuffer:
         return sum(group.bytes for group in self._groups)
 
     def __len__(self) -> int:
-        return sum(len(group.entries) for group in self._groups)
+        return sum(len(group.buffered_events) for group in self._groups)
 
-    def skip(self, count: int) -> None:
+    def count_lost(self, count: int) -> None:
         """Count events that were lost before the buffer."""
         self.end = self.end._replace(lost=self.end.lost + count)
 
@@ -175,12 +177,12 @@ class EventBuffer:
 
     def _append(self, event: Event) -> None:
         kind = event.KIND.name
-        group = group_of(kind)
-        self.end = self.end.after(group)
-        entry = _BufferedEvent(self.end, kind, getattr(event, "env", ""), encode_with_kind(event))
-        self._groups[group].add(entry)
+        group = find_group(kind)
+        self.end = self.end.advance(group)
+        buffered_event = _BufferedEvent(self.end, kind, getattr(event, "env", ""), encode_with_kind(event))
+        self._groups[group].add(buffered_event)
 
-    def after(
+    def bunch_after(
         self, position: StreamPosition, selection: EventSelection
     ) -> tuple[list[tuple[StreamPosition, bytes]], StreamPosition, int]:
         """Return a bunch of about :data:`BUNCH_BYTES` of events after a position.
@@ -189,20 +191,20 @@ class EventBuffer:
             missing events of the selected groups.
         """
         groups = selection.groups
-        entries = (self._groups[group].after(position.counts[group]) for group in groups)
-        later = merge(*entries, key=lambda entry: sum(entry.position.counts))
+        buffered_events = (self._groups[group].events_after(position.counts[group]) for group in groups)
+        later = merge(*buffered_events, key=lambda buffered_event: sum(buffered_event.position.counts))
         selected_events: list[tuple[StreamPosition, bytes]] = []
         size, end_position = 0, self.end
-        for entry in later:
-            if selection.wants(entry.kind, entry.env):
-                selected_events.append((entry.position, entry.text))
-                size += len(entry.text)
+        for buffered_event in later:
+            if selection.wants(buffered_event.kind, buffered_event.env):
+                selected_events.append((buffered_event.position, buffered_event.text))
+                size += len(buffered_event.text)
                 if size >= BUNCH_BYTES:
-                    end_position = entry.position
+                    end_position = buffered_event.position
                     break
         discarded = sum(self._discarded_between(position, end_position, group) for group in groups)
         return selected_events, end_position, end_position.lost - position.lost + discarded
 
-    def _discarded_between(self, position: StreamPosition, upto: StreamPosition, group: int) -> int:
+    def _discarded_between(self, position: StreamPosition, end: StreamPosition, group: int) -> int:
         """Return the number of discarded events of a group between two positions."""
-        return max(0, min(upto.counts[group], self._groups[group].discarded) - position.counts[group])
+        return max(0, min(end.counts[group], self._groups[group].discarded) - position.counts[group])

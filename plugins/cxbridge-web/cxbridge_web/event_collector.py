@@ -15,21 +15,21 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.event_kinds import EVENT_TYPES, RecordLevel
 from cxbridge.events import Event, RuleFired, Sink
-from cxbridge_web.event_buffer import GROUPS, group_of
+from cxbridge_web.event_buffer import GROUPS, find_group
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.watching import WatchItem
     from cxbridge_web.host import WebHost
 
-WATCHED: Final = ("fact", "rule")  # kinds of events that CLIPS reports only while they are watched
+WATCHED_KINDS: Final = ("fact", "rule")  # kinds of events that CLIPS reports only while they are watched
 
 # The limit of events in each group of `GROUPS` that wait for the server's thread.
 MAX_PENDING: Final = 10_000
 
 
 def default_kinds() -> frozenset[str]:
-    """Return the default kinds of a client: the kinds that every recording has."""
+    """Return the default kinds of a client, which are the kinds of every recording."""
     return frozenset(event_type.KIND.name for event_type in RecordLevel.TRANSITIONS.event_types)
 
 
@@ -44,7 +44,7 @@ class EventCollector:
         self._pending: list[deque[tuple[int, Event]]] = [
             deque(maxlen=MAX_PENDING) for _ in range(len(GROUPS) + 1)
         ]
-        self._numbers = count()  # the order of events across the groups
+        self._event_numbers = count()  # the order of events across the groups
         self._lost = 0
         self._requested: Counter[str] = Counter()  # number of clients by kind
         self._sinks: dict[str, Sink] = {}  # subscribed sinks by kind
@@ -63,10 +63,10 @@ class EventCollector:
     # -- in the threads of the emitters
 
     def _enqueue(self, event: Event) -> None:
-        pending = self._pending[group_of(event.KIND.name)]
+        pending = self._pending[find_group(event.KIND.name)]
         if len(pending) >= MAX_PENDING:
             self._lost += 1
-        pending.append((next(self._numbers), event))
+        pending.append((next(self._event_numbers), event))
 
     def _enqueue_firing(self, event: Event) -> None:
         if isinstance(event, RuleFired):
@@ -80,7 +80,7 @@ class EventCollector:
         for kind in self._on_demand.keys() & set(kinds):
             self._requested[kind] += 1 if add else -1
 
-    def drain(self) -> tuple[list[Event], int]:
+    def take_events(self) -> tuple[list[Event], int]:
         """Return the events since the last call, and the number of events lost in between."""
         lost, self._lost = self._lost, 0
         pending_groups = [[group.popleft() for _ in range(len(group))] for group in self._pending]
@@ -106,29 +106,29 @@ class EventCollector:
         bus = self._host.bus
         current_environments = list(self._host.environments().values())
         for env, kind in self._watched:
-            if env in current_environments:  # the watches of a closed environment are gone
-                _items(env, kind).set((), on=False)
+            if env in current_environments:  # a closed environment has no watches
+                _watch_item(env, kind).set((), on=False)
         self._watched.clear()
         for sink in self._sinks.values():
             bus.unsubscribe(sink)
         # if a kind has another listener, that listener decides which facts or rules are watched
         unwatched_kinds = [kind for kind in requested if not bus.wants(self._on_demand[kind])]
-        self._sinks = {kind: self._sink(kind) for kind in requested}
+        self._sinks = {kind: self._make_sink(kind) for kind in requested}
         for kind, sink in self._sinks.items():
             bus.subscribe(sink, self._on_demand[kind])
         for env in environments:
             for kind in unwatched_kinds:
-                if kind in WATCHED and not _items(env, kind):
-                    _items(env, kind).set((), on=True)
+                if kind in WATCHED_KINDS and not _watch_item(env, kind):
+                    _watch_item(env, kind).set((), on=True)
                     self._watched.append((env, kind))
         for env in current_environments:
             env.watcher.set_hooks()
         self._environments = environments
 
-    def _sink(self, kind: str) -> Callable[[Event], None]:
+    def _make_sink(self, kind: str) -> Callable[[Event], None]:
         enqueue = self._enqueue_firing if kind == "rule" else self._enqueue
         return lambda event: enqueue(event)  # noqa: PLW0108 - the bus unsubscribes a sink by its identity
 
 
-def _items(env: ClipsEnvironment, kind: str) -> WatchItem:
+def _watch_item(env: ClipsEnvironment, kind: str) -> WatchItem:
     return env.watcher.facts if kind == "fact" else env.watcher.rules

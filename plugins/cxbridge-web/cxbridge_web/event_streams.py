@@ -25,14 +25,16 @@ if TYPE_CHECKING:
 
     from cxbridge_web.host import WebHost
 
-PERIOD_S: Final = 0.05  # time between two bunches of events
+POLL_PERIOD_S: Final = 0.05  # time between two bunches of events
 
-ALIVE_S: Final = 15.0  # time without events after which a comment is sent
+KEEP_ALIVE_S: Final = 15.0  # time without events after which the server sends a comment
+
+_RETRY_MS: Final = 2000  # time after which a browser reconnects
 
 MAX_CLIENTS: Final = 100  # limit of simultaneous clients
 
 # The id of an event: `EPOCH-COUNT.COUNT.COUNT.LOST`, a StreamPosition with the count of each group.
-_ID: Final = re.compile(r"([^-]*)-" + r"\.".join([r"(\d{1,19})"] * (len(GROUPS) + 2)), re.ASCII)
+_EVENT_ID: Final = re.compile(r"([^-]*)-" + r"\.".join([r"(\d{1,19})"] * (len(GROUPS) + 2)), re.ASCII)
 _HEADERS: Final = [(b"content-type", b"text/event-stream"), (b"cache-control", b"no-store")]
 
 
@@ -40,7 +42,7 @@ class EventStreams:
     """Sends events to clients; an ASGI application in the server's thread.
 
     :param collector: the source of the events.
-    :param alive_s: see :data:`ALIVE_S`.
+    :param alive_s: see :data:`KEEP_ALIVE_S`.
     """
 
     def __init__(
@@ -48,7 +50,7 @@ class EventStreams:
         host: WebHost,
         collector: EventCollector,
         buffer: EventBuffer | None = None,
-        alive_s: float = ALIVE_S,
+        alive_s: float = KEEP_ALIVE_S,
     ) -> None:
         self._host = host
         self._collector = collector
@@ -70,15 +72,15 @@ class EventStreams:
     def close(self) -> None:
         """End all streams; called in the server's thread."""
         self._closed = True
-        self._notify()
+        self._wake_clients()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one client until it disconnects."""
         request = Request(scope, receive)
         try:
-            selection = _selection(request)
-            self._collect()
-            position = self._position(request)
+            selection = _parse_selection(request)
+            self._collect_events()
+            position = self._parse_position(request)
         except ValueError as error:
             await PlainTextResponse(str(error), 400)(scope, receive, send)
             return
@@ -89,9 +91,9 @@ class EventStreams:
         self._collector.request(selection.kinds, add=True)
         if self._poller is None:
             self._poller = asyncio.create_task(self._poll_events())
-        disconnect = asyncio.create_task(_disconnected(receive))
+        disconnect = asyncio.create_task(_wait_for_disconnect(receive))
         together = request.query_params.get("together") == "true"
-        stream = asyncio.create_task(self._follow(send, selection, position, together=together))
+        stream = asyncio.create_task(self._send_events(send, selection, position, together=together))
         try:
             await asyncio.wait((disconnect, stream), return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -100,60 +102,60 @@ class EventStreams:
             await asyncio.gather(disconnect, stream, return_exceptions=True)
             self._collector.request(selection.kinds, add=False)
             self.clients -= 1
-            if "interface" in selection.kinds:  # the next client must get values, even unchanged ones
+            if "interface" in selection.kinds:  # the next client must get all values, even unchanged values
                 self._buffer.forget_interfaces()
 
-    def _position(self, request: Request) -> StreamPosition:
+    def _parse_position(self, request: Request) -> StreamPosition:
         """Return the position from which the client continues.
 
         :raises ValueError: if the id is invalid.
         """
-        # a reconnecting browser sends the header, but repeats the query of its first request
+        # the header first: a browser that reconnects repeats the query of its first request
         text = request.headers.get("last-event-id") or request.query_params.get("since")
         if text is None:
             return self._buffer.end
         if text == "0":
             return self._buffer.begin
-        match = _ID.fullmatch(text)
+        match = _EVENT_ID.fullmatch(text)
         if match is None:
             raise ValueError(f"'{text[:40]}' is not an id of an event")
         epoch, *counts = match.groups()
         if epoch != self._epoch:  # an id of an earlier server process: send all buffered events
             return self._buffer.begin
         end = self._buffer.end
-        # a position of the client beyond the end would hide all further events
+        # a position beyond the end, which a faulty client may send, would hide all further events
         *group_counts, lost = map(min, map(int, counts), (*end.counts, end.lost))
         return StreamPosition(tuple(group_counts), lost)
 
-    async def _follow(
+    async def _send_events(
         self, send: Send, selection: EventSelection, position: StreamPosition, *, together: bool
     ) -> None:
         """Send events from a position on until the streams are closed."""
         await send({"type": "http.response.start", "status": 200, "headers": _HEADERS})
         hello = to_json(
-            {"kind": "hello", "time_us": self._host.bus.clock.now_us(), "last": self._id(position)}
+            {"kind": "hello", "time_us": self._host.bus.clock.now_us(), "last": self._encode_id(position)}
         )
-        await _send(send, b"retry: 2000\nevent: hello\ndata: " + hello + b"\n\n")
+        await _send_text(send, b"retry: %d\nevent: hello\ndata: %s\n\n" % (_RETRY_MS, hello))
         while not self._closed:
-            text, position = self._bunch(position, selection, together=together)
+            text, position = self._encode_bunch(position, selection, together=together)
             if text:
-                await _send(send, text)
+                await _send_text(send, text)
             if position == self._buffer.end:
-                await self._wait(send)
+                await self._wait_for_events(send)
         await send({"type": "http.response.body", "body": b"", "more_body": False})
 
-    async def _wait(self, send: Send) -> None:
+    async def _wait_for_events(self, send: Send) -> None:
         """Wait for further events, with periodic comments as keep-alive."""
         new_events = self._new_events
         while not self._closed:
             try:
                 await asyncio.wait_for(new_events.wait(), self._alive_s)
             except TimeoutError:
-                await _send(send, b": alive\n\n")
+                await _send_text(send, b": alive\n\n")
             else:
                 return
 
-    def _bunch(
+    def _encode_bunch(
         self, position: StreamPosition, selection: EventSelection, *, together: bool
     ) -> tuple[bytes, StreamPosition]:
         """Return the encoded events after a position, and the position after them. Clients share the result.
@@ -164,39 +166,39 @@ class EventStreams:
         key = (position, selection, together)
         bunch = self._bunches.get(key)
         if bunch is None:
-            buffered, end_position, missing_count = self._buffer.after(position, selection)
+            buffered, end_position, missing_count = self._buffer.bunch_after(position, selection)
             text = b""
             if missing_count:
                 dropped = json.dumps({"kind": "dropped", "count": missing_count})
                 text = f"event: dropped\ndata: {dropped}\n\n".encode()
                 self.dropped += missing_count
             messages = [buffered] if together and buffered else [[event] for event in buffered]
-            bunch = self._bunches[key] = text + b"".join(map(self._message, messages)), end_position
+            bunch = self._bunches[key] = text + b"".join(map(self._encode_message, messages)), end_position
         return bunch
 
-    def _message(self, events: list[tuple[StreamPosition, bytes]]) -> bytes:
+    def _encode_message(self, events: list[tuple[StreamPosition, bytes]]) -> bytes:
         """Return a message with one event per line."""
         position, _ = events[-1]
         lines = b"\n".join(b"data: " + text for _, text in events)
-        return b"id: %s\n%s\n\n" % (self._id(position).encode(), lines)
+        return b"id: %s\n%s\n\n" % (self._encode_id(position).encode(), lines)
 
-    def _id(self, position: StreamPosition) -> str:
+    def _encode_id(self, position: StreamPosition) -> str:
         return f"{self._epoch}-{position}"
 
     async def _poll_events(self) -> None:
         """Poll for events while clients are connected."""
         while self.clients and not self._closed:
-            if self._collect():
-                self._notify()
-            await asyncio.sleep(PERIOD_S)
+            if self._collect_events():
+                self._wake_clients()
+            await asyncio.sleep(POLL_PERIOD_S)
         self._poller = None
 
-    def _collect(self) -> bool:
+    def _collect_events(self) -> bool:
         """Buffer further events; return whether there were any."""
         previous_end = self._buffer.end
-        events, lost = self._collector.drain()
+        events, lost = self._collector.take_events()
         if lost:
-            self._buffer.skip(lost)
+            self._buffer.count_lost(lost)
         if events:
             self._buffer.add(events)
         if self._buffer.end == previous_end:
@@ -204,22 +206,22 @@ class EventStreams:
         self._bunches.clear()
         return True
 
-    def _notify(self) -> None:
+    def _wake_clients(self) -> None:
         """Wake all waiting clients."""
         previous, self._new_events = self._new_events, asyncio.Event()
         previous.set()
 
 
-async def _send(send: Send, text: bytes) -> None:
+async def _send_text(send: Send, text: bytes) -> None:
     await send({"type": "http.response.body", "body": text, "more_body": True})
 
 
-async def _disconnected(receive: Receive) -> None:
+async def _wait_for_disconnect(receive: Receive) -> None:
     while (await receive())["type"] != "http.disconnect":
         pass
 
 
-def _selection(request: Request) -> EventSelection:
+def _parse_selection(request: Request) -> EventSelection:
     """Return the client's selection.
 
     :raises ValueError: if a kind is unknown.

@@ -52,7 +52,7 @@ class Guard:
         origin = request_headers.get("origin", "")
         is_shared = is_allowed(origin, self._origins)
 
-        async def sender(message: MutableMapping[str, Any]) -> None:
+        async def send_with_headers(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
                 cors_headers = (
                     [(b"access-control-allow-origin", origin.encode("latin-1")), _EXPOSED_HEADERS]
@@ -67,13 +67,13 @@ class Guard:
                 ]
             await send(message)
 
-        refusal = self._refusal(scope, request_headers)
-        await (refusal or self._app)(scope, receive, sender)
+        refusal = self._make_refusal(scope, request_headers)
+        await (refusal or self._app)(scope, receive, send_with_headers)
 
-    def _refusal(self, scope: Scope, headers: Headers) -> Response | None:
+    def _make_refusal(self, scope: Scope, headers: Headers) -> Response | None:
         """Return the reply to a rejected or a preflight request; None for an allowed request."""
         host = headers.get("host", "")
-        # A server with a token may have further names. A rebound page does not know the token.
+        # A server with a token may have further names: a page after DNS rebinding does not know the token.
         if not self._token and not is_named(host, self._hosts):
             return PlainTextResponse("This server has no such name\n", 421)
         origin = headers.get("origin", "")

@@ -104,7 +104,7 @@ class WebHost(ABC):
         """
         return ask_why(self.board, name, kind, _MAX_RULES, timeout_s)
 
-    def _status(
+    def _make_status(
         self,
         state: str,
         components: list[dict[str, Any]],

@@ -1,4 +1,4 @@
-"""The base of the answer types of the API, and the JSON schemas of all types."""
+"""The base classes of the API's answers and request bodies, and their JSON schemas."""
 
 from __future__ import annotations
 
@@ -34,8 +34,11 @@ class Request(Struct, kw_only=True):
 
 
 @cache
-def model_of(kind: str, answer: type[Struct]) -> type[Model]:
-    """Return the model with the members of an operation's answer."""
+def make_model(kind: str, answer: type[Struct]) -> type[Model]:
+    """Return the model with the members of an operation's answer.
+
+    :param kind: the name of the model.
+    """
     members = [
         (field.name, field.type) if field.required else (field.name, field.type, field.default)
         for field in fields(answer)
@@ -45,33 +48,33 @@ def model_of(kind: str, answer: type[Struct]) -> type[Model]:
     return cast("type[Model]", model)
 
 
-def plain(value: object) -> Any:
+def to_json_types(value: object) -> Any:
     """Convert an answer to types that the module json can encode; bytes remain bytes."""
-    return msgspec.to_builtins(value, builtin_types=(bytes, bytearray, memoryview), enc_hook=_simple)
+    return msgspec.to_builtins(value, builtin_types=(bytes, bytearray, memoryview), enc_hook=_convert_unknown)
 
 
-def _simple(value: object) -> Any:
+def _convert_unknown(value: object) -> Any:
     """Convert a value of a type that msgspec cannot encode."""
     return dict(value) if isinstance(value, Mapping) else str(value)
 
 
-def schema_of(type_: Any) -> Schema:
+def make_schema(type_: Any) -> Schema:
     """Return the JSON schema of a type; a reference if it is a model."""
     (schema,), _ = msgspec.json.schema_components([type_], ref_template=_REFERENCE)
     return schema
 
 
-def schemas(answers: Iterable[Any], bodies: Iterable[Any]) -> dict[str, Schema]:
+def make_schemas(answers: Iterable[Any], bodies: Iterable[Any]) -> dict[str, Schema]:
     """Return the JSON schemas of all models by name.
 
-    Members with a default are required in an answer, which always has them, but not in a body.
+    An answer always has the members with a default, so its schema requires them; a body may lack them.
     """
     _, body_schemas = msgspec.json.schema_components(bodies, ref_template=_REFERENCE)
     _, answer_schemas = msgspec.json.schema_components(answers, ref_template=_REFERENCE)
-    return body_schemas | {name: _complete(schema) for name, schema in answer_schemas.items()}
+    return body_schemas | {name: _require_defaults(schema) for name, schema in answer_schemas.items()}
 
 
-def _complete(schema: Schema) -> Schema:
+def _require_defaults(schema: Schema) -> Schema:
     """Return the schema of an answer, where members with a default are required."""
     required = [
         name

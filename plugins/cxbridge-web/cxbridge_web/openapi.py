@@ -9,13 +9,13 @@ from typing import Annotated, Any, Final
 from msgspec import Meta
 
 from cxbridge import __version__
-from cxbridge_web.endpoint import PAGING, Endpoint, Query
-from cxbridge_web.models import schema_of, schemas
+from cxbridge_web.endpoint import PAGING_PARAMETERS, Endpoint, Query
+from cxbridge_web.models import make_schema, make_schemas
 
 EVENTS_PATH: Final = "/cxbridge/events"
-PATH: Final = "/openapi.json"
+DOCUMENT_PATH: Final = "/openapi.json"
 
-_NAME: Final = re.compile(r"\{([a-z_-]+)\+?\}")
+_PATH_NAME: Final = re.compile(r"\{([a-z_-]+)\+?\}")
 _COMMON_ERRORS: Final = {
     400: "The request is invalid",
     401: "The request needs a token",
@@ -28,14 +28,14 @@ _PRETTY: Final = Query("pretty", "Indent the JSON text for human readers.", bool
 _BODY_ERRORS: Final = {413: "The body is too long"}
 
 
-def document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
+def make_document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
     """Return the OpenAPI document."""
     paths: dict[str, Any] = {}
     for endpoint in endpoints:
-        # OpenAPI has neither names that match slashes nor optional slashes.
-        path = _NAME.sub(r"{\1}", endpoint.path.removesuffix("/?"))
-        paths.setdefault(path, {})[endpoint.method.lower()] = _operation(endpoint)
-    paths[EVENTS_PATH] = {"get": _events()}  # a stream, which is not served by an endpoint
+        # OpenAPI has neither names that match slashes, `{x+}`, nor optional slashes.
+        path = _PATH_NAME.sub(r"{\1}", endpoint.path.removesuffix("/?"))
+        paths.setdefault(path, {})[endpoint.method.lower()] = _describe_endpoint(endpoint)
+    paths[EVENTS_PATH] = {"get": _events_operation()}  # a stream, which no endpoint serves
     return {
         "openapi": "3.1.0",
         "info": {
@@ -46,7 +46,7 @@ def document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
         "servers": [{"url": "/api"}],
         "paths": paths,
         "components": {
-            "schemas": schemas(
+            "schemas": make_schemas(
                 [endpoint.reply for endpoint in endpoints],
                 [endpoint.body for endpoint in endpoints if endpoint.body is not None],
             ),
@@ -59,14 +59,14 @@ def document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
     }
 
 
-def _operation(endpoint: Endpoint) -> dict[str, Any]:
+def _describe_endpoint(endpoint: Endpoint) -> dict[str, Any]:
     kind = "text/plain" if endpoint.reply is str else "application/json"
-    ok = {"description": endpoint.summary, "content": _content(kind, endpoint.reply)}
-    if endpoint.paged:
-        ok["headers"] = {
+    success = {"description": endpoint.summary, "content": _make_content(kind, endpoint.reply)}
+    if endpoint.is_paged:
+        success["headers"] = {
             "X-Total-Count": {
                 "description": "The number of items in the whole list.",
-                "schema": schema_of(int),
+                "schema": make_schema(int),
             }
         }
     errors = {**_COMMON_ERRORS, **(_BODY_ERRORS if endpoint.body else {}), **endpoint.errors}
@@ -75,21 +75,30 @@ def _operation(endpoint: Endpoint) -> dict[str, Any]:
         "summary": endpoint.summary,
         "operationId": _operation_id(endpoint),
         "parameters": [
-            *(_in_path(name, endpoint.names.get(name, _Text)) for name in _NAME.findall(endpoint.path)),
-            *map(_in_query, (*endpoint.query, *(PAGING if endpoint.paged else ()), _PRETTY)),
+            *(
+                _path_parameter(name, endpoint.names.get(name, _Text))
+                for name in _PATH_NAME.findall(endpoint.path)
+            ),
+            *map(
+                _query_parameter,
+                (*endpoint.query, *(PAGING_PARAMETERS if endpoint.is_paged else ()), _PRETTY),
+            ),
         ],
         "responses": {
-            "200": ok,
+            "200": success,
             **{str(status): {"description": text} for status, text in sorted(errors.items())},
         },
     }
     if endpoint.body is not None:
-        operation["requestBody"] = {"required": True, "content": _content("application/json", endpoint.body)}
+        operation["requestBody"] = {
+            "required": True,
+            "content": _make_content("application/json", endpoint.body),
+        }
     return operation
 
 
-def _content(kind: str, type_: Any) -> dict[str, Any]:
-    return {kind: {"schema": schema_of(type_)}}
+def _make_content(kind: str, type_: Any) -> dict[str, Any]:
+    return {kind: {"schema": make_schema(type_)}}
 
 
 def _operation_id(endpoint: Endpoint) -> str:
@@ -97,33 +106,35 @@ def _operation_id(endpoint: Endpoint) -> str:
     return "_".join([endpoint.method.lower(), *words])
 
 
-def _in_path(name: str, type_: Any) -> dict[str, Any]:
-    return {"name": name, "in": "path", "required": True, "schema": schema_of(type_)}
+def _path_parameter(name: str, type_: Any) -> dict[str, Any]:
+    return {"name": name, "in": "path", "required": True, "schema": make_schema(type_)}
 
 
-def _in_query(query: Query) -> dict[str, Any]:
+def _query_parameter(query: Query) -> dict[str, Any]:
     return {
         "name": query.name,
         "in": "query",
         "description": query.description,
-        "schema": schema_of(query.type),
+        "schema": make_schema(query.type),
     }
 
 
-def _events() -> dict[str, Any]:
+def _events_operation() -> dict[str, Any]:
     return {
         "tags": ["cxbridge"],
         "summary": "The events of the run as server-sent events, each a JSON object with its kind.",
         "operationId": "get_cxbridge_events",
         "parameters": [
-            _in_query(Query("kinds", "The kinds of events, separated by commas.")),
-            _in_query(Query("env", "The CLIPS environment of the events; by default all environments.")),
-            _in_query(
+            _query_parameter(Query("kinds", "The kinds of events, separated by commas.")),
+            _query_parameter(
+                Query("env", "The CLIPS environment of the events; by default all environments.")
+            ),
+            _query_parameter(
                 Query("since", "The id of the event after which to continue; 0 for all buffered events.")
             ),
         ],
         "responses": {
-            "200": {"description": "A stream of events", "content": _content("text/event-stream", str)},
+            "200": {"description": "A stream of events", "content": _make_content("text/event-stream", str)},
             "400": {"description": "A kind is unknown, or the id is invalid"},
             "503": {"description": "Too many clients follow the events already"},
         },

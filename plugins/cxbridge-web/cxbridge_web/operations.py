@@ -23,7 +23,7 @@ from cxbridge.daemon.operations.operation import (
 )
 from cxbridge.daemon.operations.table import operations
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
-from cxbridge_web.models import API_VERSION, model_of
+from cxbridge_web.models import API_VERSION, make_model
 
 _TYPE_NAMES: Final = {str: "a text", bool: "true or false", int: "a whole number", list: "a list of texts"}
 
@@ -58,7 +58,7 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
     answer = get_args(route.reply)[0] if is_list else route.reply
     kind = route.kind or answer.__name__
     # the answer has JSON values already, so the members of its model are added here
-    head, model = {"kind": kind, "apiVersion": API_VERSION}, model_of(kind, answer)
+    head, model = {"kind": kind, "apiVersion": API_VERSION}, make_model(kind, answer)
     return Endpoint(
         method=route.method,
         path=route.path,
@@ -88,7 +88,7 @@ def _request_arguments(operation: Operation[Any], route: Route[Any], call: ApiCa
             arguments[name] = call.query.get(name) or call.body.get(member) or route.defaults[name]
         elif member in call.body:
             arguments[name] = call.body[member]
-        # A segment of a path may be empty, and clients send an empty text for a field that a user left empty.
+        # A path may have an empty segment, and a form sends an empty text for an empty field.
         if parameter.required and _bare_type(parameter) is str and not arguments.get(name):
             raise ParameterError(name, "it is empty")
     return arguments

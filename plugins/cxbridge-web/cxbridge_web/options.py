@@ -129,7 +129,7 @@ class WebOptions(BrowserOptions, WatchOptions):
 
         port = self.port
         if port is None:
-            port = DEFAULT_PORT if is_free(DEFAULT_PORT) else 0
+            port = DEFAULT_PORT if is_port_free(DEFAULT_PORT) else 0
         return WebSettings(port=port)
 
     def servers(self) -> Sequence[RunServer]:
@@ -183,7 +183,7 @@ class FoxgloveOptions(WatchOptions):
             yield "foxglove/port", FOXGLOVE_PORT if self.port is None else self.port
 
 
-def is_free(port: int) -> bool:
+def is_port_free(port: int) -> bool:
     """Return whether a server on this machine can listen at a port."""
     import socket  # noqa: PLC0415 - start-up time is a feature
 

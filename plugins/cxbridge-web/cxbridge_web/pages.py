@@ -22,66 +22,72 @@ if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
 
-def digest(text: str) -> str:
+def hash_script(text: str) -> str:
     """Return the hash of an inline script for a content security policy."""
     return f"'sha256-{b64encode(sha256(text.encode('utf-8')).digest()).decode()}'"
 
 
-# The served folder, with `index.html` at `/`.
-FOLDER: Final = Path(__file__).resolve().parent / "static"
+# The folder that the server serves, with `index.html` at `/`.
+STATIC_FOLDER: Final = Path(__file__).resolve().parent / "static"
 
-_INDEX: Final = (FOLDER / "index.html").read_text(encoding="utf-8")
+_INDEX: Final = (STATIC_FOLDER / "index.html").read_text(encoding="utf-8")
 _IMPORTS: Final = _INDEX.partition('<script type="importmap">')[2].partition("</script>")[0]
 
 # The content security policy: only resources of this server, and the inline import map of `index.html`.
 POLICY: Final = (
-    f"default-src 'self'; script-src 'self' {digest(_IMPORTS)}; img-src 'self' data: blob:; "
+    f"default-src 'self'; script-src 'self' {hash_script(_IMPORTS)}; img-src 'self' data: blob:; "
     "style-src 'self' 'unsafe-inline'; object-src 'none'; base-uri 'none'; form-action 'self'; "
     "frame-ancestors 'none'"
 )
 
 _HEADERS: Final = ((b"content-security-policy", POLICY.encode()), (b"cache-control", b"no-cache"))
 
-SHARED: Final = "/shared/"  # path prefix of generated files
+SHARED_PREFIX: Final = "/shared/"  # path prefix of generated files
 
 
-VIEWS: Final = FOLDER / "js" / "views"  # folder with one module per view of the page
+VIEWS_FOLDER: Final = STATIC_FOLDER / "js" / "views"  # folder with one module per view of the page
 
 
-def views_module() -> str:
+def make_views_module() -> str:
     """Return the module that lists the existing views."""
-    return f"export default {json.dumps(sorted(path.stem for path in VIEWS.glob('*.js')))};\n"
+    return f"export default {json.dumps(sorted(path.stem for path in VIEWS_FOLDER.glob('*.js')))};\n"
 
 
-def site_module(runs: Sequence[tuple[str, str]] | None, inside: Mapping[str, Any] | None = None) -> str:
+def make_site_module(
+    runs: Sequence[tuple[str, str]] | None, embedded: Mapping[str, Any] | None = None
+) -> str:
     """Return the module that configures the page's data source.
 
     :param runs: recorded runs by path and name; None for a daemon or a run with the API.
-    :param inside: the description of a recording that is embedded in the page; None without one.
+    :param embedded: the description of the recording or document in the page; None for a page without.
     """
     rows = None if runs is None else [{"path": path, "name": name} for path, name in runs]
-    return f"export default {json.dumps({'runs': rows, 'inside': inside})};\n"
+    return f"export default {json.dumps({'runs': rows, 'inside': embedded})};\n"
 
 
-def base_script() -> str:
+def make_base_script() -> str:
     """Return the script that all pages share: ``cx``, with the outcomes of goals, actions and skills."""
     outcomes = json.dumps(plain_outcomes(), ensure_ascii=False)
-    return (FOLDER / "shared/base.js").read_text(encoding="utf-8").replace("OUTCOMES_OF_CXBRIDGE", outcomes)
+    return (
+        (STATIC_FOLDER / "shared/base.js")
+        .read_text(encoding="utf-8")
+        .replace("OUTCOMES_OF_CXBRIDGE", outcomes)
+    )
 
 
-def shared_file(path: str, runs: Sequence[tuple[str, str]] | None = None) -> tuple[str, str] | None:
+def make_shared_file(path: str, runs: Sequence[tuple[str, str]] | None = None) -> tuple[str, str] | None:
     """Return the text and the media type of a generated file; None for other paths.
 
     :param path: the path of the request.
     :param runs: see :func:`site_module`.
     """
-    match path.removeprefix(SHARED):
+    match path.removeprefix(SHARED_PREFIX):
         case "base.js":
-            return base_script(), "text/javascript"
+            return make_base_script(), "text/javascript"
         case "site.js":
-            return site_module(runs), "text/javascript"
+            return make_site_module(runs), "text/javascript"
         case "views.js":
-            return views_module(), "text/javascript"
+            return make_views_module(), "text/javascript"
         case _:
             return None
 
@@ -94,25 +100,25 @@ class Pages:
 
     def __init__(self, runs: Sequence[tuple[str, str]] | None = None) -> None:
         self._runs = runs
-        self._files = StaticFiles(directory=FOLDER, html=True, check_dir=False)
+        self._files = StaticFiles(directory=STATIC_FOLDER, html=True, check_dir=False)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        async def sender(message: MutableMapping[str, Any]) -> None:
+        async def send_with_headers(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
                 message["headers"] = [*message.get("headers", ()), *_HEADERS]
             await send(message)
 
         path = scope["path"]
-        if path.startswith(SHARED) and scope["method"] in {"GET", "HEAD"}:
-            shared = shared_file(path, self._runs)
+        if path.startswith(SHARED_PREFIX) and scope["method"] in {"GET", "HEAD"}:
+            shared = make_shared_file(path, self._runs)
             if shared is not None:
                 text, kind = shared
-                await Response(text, media_type=kind)(scope, receive, sender)
+                await Response(text, media_type=kind)(scope, receive, send_with_headers)
                 return
         if "\0" in path:  # old versions of starlette pass such a path to the system, which raises ValueError
-            await PlainTextResponse("Not Found\n", 404)(scope, receive, sender)
+            await PlainTextResponse("Not Found\n", 404)(scope, receive, send_with_headers)
             return
         try:
-            await self._files(scope, receive, sender)
+            await self._files(scope, receive, send_with_headers)
         except HTTPException as error:
-            await PlainTextResponse(f"{error.detail}\n", error.status_code)(scope, receive, sender)
+            await PlainTextResponse(f"{error.detail}\n", error.status_code)(scope, receive, send_with_headers)

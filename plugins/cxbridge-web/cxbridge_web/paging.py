@@ -11,7 +11,7 @@ _MAX_DIGITS: Final = 15  # numbers of 15 digits are exact in JavaScript
 
 MAX_COUNT: Final = 10**_MAX_DIGITS - 1  # largest number in a query
 
-# Members that all models of a list share, so a search would find either all models or none.
+# All models of a list share these members, so a search in them would find either all models or none.
 _UNSEARCHED_MEMBERS: Final = frozenset({"kind", "apiVersion"})
 
 
@@ -48,11 +48,15 @@ class Window:
 
         :raises PagingError: if a number is invalid.
         """
-        return cls(_count(query, "offset") or 0, _count(query, "limit"), query.get("search", "").casefold())
+        return cls(
+            _parse_count(query, "offset") or 0,
+            _parse_count(query, "limit"),
+            query.get("search", "").casefold(),
+        )
 
     @property
     def range(self) -> tuple[int, int | None]:
-        """The start and the end of the part; None for the end of the list."""
+        """The start and the end of the part; an end of None is the end of the list."""
         return self.offset, None if self.limit is None else self.offset + self.limit
 
     def bounds(self, total: int) -> tuple[int, int]:
@@ -60,7 +64,7 @@ class Window:
         begin = min(self.offset, total)
         return begin, total if self.limit is None else min(begin + self.limit, total)
 
-    def cut(self, models: Sequence[Any]) -> ListPart:
+    def select(self, models: Sequence[Any]) -> ListPart:
         """Return the requested part of the models that the search matches."""
         matching_models = (
             [model for model in models if has_text(model, self.search)] if self.search else models
@@ -69,7 +73,7 @@ class Window:
         return ListPart(matching_models[begin:end], len(matching_models))
 
 
-def _count(query: Mapping[str, str], name: str) -> int | None:
+def _parse_count(query: Mapping[str, str], name: str) -> int | None:
     """Return a number of the query; None if the query lacks the parameter."""
     text = query.get(name, "")
     if not text:

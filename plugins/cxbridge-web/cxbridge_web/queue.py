@@ -16,12 +16,12 @@ from typing import Any, Final
 
 MAX_WAITING: Final = 64  # limit of waiting requests
 
-SHARE: Final = 0.1  # largest share of the main loop's time for the web server
+MAX_SHARE: Final = 0.1  # largest share of the main loop's time for the web server
 
 # The longest pause after requests; without a limit, a reset of two seconds would delay clients by 18 s.
 MAX_PAUSE_S: Final = 1.0
 
-LONG_S: Final = 0.005  # time after which no further request is carried out in the same loop
+MAX_ROUND_S: Final = 0.005  # time after which no further request is carried out in the same loop
 
 
 class QueueClosedError(Exception):
@@ -92,7 +92,7 @@ class RequestQueue:
             return
 
         def is_late() -> bool:
-            return self._now() - start >= LONG_S
+            return self._now() - start >= MAX_ROUND_S
 
         while (request := self._take_next()) is not None:
             if not _carry_out(request, is_late):
@@ -101,7 +101,7 @@ class RequestQueue:
                 break
         end = self._now()
         # a pause of 9 times the duration of the work keeps the web server within its share of the time
-        self._pause_end = end + min((end - start) * (1 / SHARE - 1), MAX_PAUSE_S)
+        self._pause_end = end + min((end - start) * (1 / MAX_SHARE - 1), MAX_PAUSE_S)
 
     def _requeue(self, request: _QueuedRequest) -> None:
         """Queue an unfinished request again, after the waiting requests."""

@@ -1,7 +1,8 @@
 """The page with an embedded recording or JSON document: a single file that needs no server.
 
-The modules of the page import each other as ``cx/NAME.js``. A server's page maps ``cx/`` to their folder,
-this page to ``data:`` URLs. The policy of the page allows the scripts in the file and their imports.
+The modules of the page import each other as ``cx/NAME.js``. The import map of a server's page maps ``cx/`` to
+their folder; the import map of this page maps each module to a ``data:`` URL. The content security policy of
+the page allows only the scripts in the file and their imports.
 """
 
 from __future__ import annotations
@@ -21,8 +22,14 @@ from cxbridge.resources import VERSION
 from cxbridge.run.explainers import explainer
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Run
-from cxbridge_web.escaping import embed, html
-from cxbridge_web.pages import FOLDER, base_script, digest, site_module, views_module
+from cxbridge_web.escaping import encode_for_script, escape_html
+from cxbridge_web.pages import (
+    STATIC_FOLDER,
+    hash_script,
+    make_base_script,
+    make_site_module,
+    make_views_module,
+)
 
 STYLES: Final = ("app", "parts", "views", "outcomes", "timeline", "plot", "map", "documents")
 """The style sheets of ``index.html`` in their order, except the shared style sheet of all pages."""
@@ -53,16 +60,16 @@ def report(run: Run, title: str = "") -> str:
         data = b"".join(encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
     name = title or run.path.name or "run"
     history = RunHistory.of(run, UNLIMITED, run.start_us)  # before `run.notes`: reading the run fills them
-    inside = {
+    embedded = {
         "name": name,
         "links": guessed_links(history),
         "notes": run.notes,
-        "answers": _explanations(run, history),
+        "answers": _make_explanations(run, history),
     }
-    return page_with(name, data, inside)
+    return make_page(name, data, embedded)
 
 
-def _explanations(run: Run, history: RunHistory) -> dict[str, Any]:
+def _make_explanations(run: Run, history: RunHistory) -> dict[str, Any]:
     """Return the story of a run and the explanations of its unfinished and failed goals, by question.
 
     With several agents, a question begins with the agent's environment. Empty without a plug-in that explains
@@ -89,7 +96,7 @@ def document_page(kind: str, title: str, document: Mapping[str, Any]) -> str:
 
     :param kind: the name of the module of ``static/js/documents`` that shows the document.
     """
-    return page_with(title, json.dumps(document).encode("utf-8"), {"kind": kind, "name": title})
+    return make_page(title, json.dumps(document).encode("utf-8"), {"kind": kind, "name": title})
 
 
 def write_report(run: Run, output: Path, title: str = "") -> int:
@@ -102,49 +109,52 @@ def write_report(run: Run, output: Path, title: str = "") -> int:
     return len(text)
 
 
-def page_with(title: str, data: bytes, inside: Mapping[str, Any]) -> str:
+def make_page(title: str, data: bytes, embedded: Mapping[str, Any]) -> str:
     """Return the page as the text of one file.
 
     :param data: the bytes of the recording or the document.
-    :param inside: the description of the data: ``name``; for a recording also ``links``, ``notes`` and
+    :param embedded: the description of the data: ``name``; for a recording also ``links``, ``notes`` and
         ``answers``, for a document also ``kind``.
     """
-    modules = embed({"imports": {name: _url(text) for name, text in _modules(inside)}})
-    scripts = [base_script(), _START]
-    style = "\n".join(map(_read, ("shared/base.css", *(f"css/{name}.css" for name in STYLES))))
-    body = _read("index.html").partition("<body>")[2].partition("</body>")[0]
+    modules = encode_for_script(
+        {"imports": {name: _make_data_url(text) for name, text in _list_modules(embedded)}}
+    )
+    scripts = [make_base_script(), _START]
+    style = "\n".join(map(_read_page_file, ("shared/base.css", *(f"css/{name}.css" for name in STYLES))))
+    body = _read_page_file("index.html").partition("<body>")[2].partition("</body>")[0]
     policy = (
         "default-src 'none'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; "
-        f"form-action 'none'; script-src 'strict-dynamic' {' '.join(map(digest, (modules, *scripts)))}"
+        f"form-action 'none'; script-src 'strict-dynamic' {' '.join(map(hash_script, (modules, *scripts)))}"
     )
     return _FRAME.format(
         policy=policy,
-        version=html(VERSION),
-        title=html(title),
+        version=escape_html(VERSION),
+        title=escape_html(title),
         style=style,
-        icon=_url(_read("icon.svg"), "image/svg+xml"),
+        icon=_make_data_url(_read_page_file("icon.svg"), "image/svg+xml"),
         modules=modules,
         body=body,
+        # without the present time, so that equal data give equal pages
         data=b64encode(gzip.compress(data, mtime=0)).decode(),
         scripts="".join(f"<script>{script}</script>\n" for script in scripts),
     )
 
 
-def _modules(inside: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _list_modules(embedded: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield the names and texts of the modules of the page."""
-    folder = FOLDER / "js"
+    folder = STATIC_FOLDER / "js"
     for path in sorted(folder.rglob("*.js")):
         yield f"cx/{path.relative_to(folder).as_posix()}", path.read_text("utf-8")
-    yield "shared/views.js", views_module()
-    yield "shared/site.js", site_module((), inside)
+    yield "shared/views.js", make_views_module()
+    yield "shared/site.js", make_site_module((), embedded)
 
 
-def _read(name: str) -> str:
+def _read_page_file(name: str) -> str:
     """Return the text of a file of the page."""
-    return (FOLDER / name).read_text("utf-8")
+    return (STATIC_FOLDER / name).read_text("utf-8")
 
 
-def _url(text: str, kind: str = "text/javascript") -> str:
+def _make_data_url(text: str, kind: str = "text/javascript") -> str:
     return f"data:{kind};base64,{b64encode(text.encode('utf-8')).decode()}"
 
 
@@ -180,7 +190,7 @@ def is_mcap(path: Path) -> bool:
 
 
 def guessed_links(history: RunHistory) -> list[list[Any]]:
-    """Return the guessed pairs of plan-actions and skill calls, which recordings lack.
+    """Return the guessed pairs of plan-actions and skill calls, which the recording lacks.
 
     :returns: for each pair the environment, goal, plan and id of the action, then the Skiller, skill string,
         message id and begin (in microseconds) of the skill call.

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 MAX_ACTIVATIONS: Final = 1000  # limit of activations in one answer
 
 
-def _walk(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> Iterator[CData]:
+def _iterate_items(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> Iterator[CData]:
     """Yield the items of an environment.
 
-    :param next_item: a function of CLIPS that returns the item after another one, or the first after NULL.
+    :param next_item: a function of CLIPS that returns the item after an item, and the first item after NULL.
     """
     item = next_item(env.env, NULL)
     while item != NULL:
@@ -33,15 +33,22 @@ def _walk(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> 
         item = next_item(env.env, item)
 
 
-def census(env: ClipsEnvironment) -> dict[str, int]:
+def count_items(env: ClipsEnvironment) -> dict[str, int]:
     """Return the numbers of facts, rules and activations."""
-    walks = {"facts": lib.GetNextFact, "rules": lib.GetNextDefrule, "agenda": lib.GetNextActivation}
+    next_item_functions = {
+        "facts": lib.GetNextFact,
+        "rules": lib.GetNextDefrule,
+        "agenda": lib.GetNextActivation,
+    }
     with env.lock:
-        return {name: sum(1 for _ in _walk(env, next_item)) for name, next_item in walks.items()}
+        return {
+            name: sum(1 for _ in _iterate_items(env, next_item))
+            for name, next_item in next_item_functions.items()
+        }
 
 
 class Rule(Model, kw_only=True):
-    """A rule: its place, the number of its activations on the agenda, the number of its firings."""
+    """A rule: its location, the number of its activations on the agenda, the number of its firings."""
 
     name: str
     module: str
@@ -54,12 +61,12 @@ class Rule(Model, kw_only=True):
     ] = UNSET
 
 
-def rules(env: ClipsEnvironment) -> list[Rule]:
-    """Return all rules without their places; the caller holds the lock, between runs of the rules."""
-    activations = _walk(env, lib.GetNextActivation)
+def list_rules(env: ClipsEnvironment) -> list[Rule]:
+    """Return all rules without their locations; the caller holds the lock, between runs of the rules."""
+    activations = _iterate_items(env, lib.GetNextActivation)
     counts = Counter(decode(lib.ActivationRuleName(activation)) for activation in activations)
     models = []
-    for rule in _walk(env, lib.GetNextDefrule):
+    for rule in _iterate_items(env, lib.GetNextDefrule):
         name = decode(lib.DefruleName(rule))
         models.append(Rule(name=name, module=decode(lib.DefruleModule(rule)), agenda=counts[name]))
     return models
@@ -73,8 +80,8 @@ class Activation(Model, kw_only=True):
     basis: str  # the facts as CLIPS prints them: `f-1,*`
 
 
-def agenda(env: ClipsEnvironment, pattern: str, window: Window) -> ListPart:
-    """Return a part of the agenda as models: at most :data:`MAX_ACTIVATIONS`, however large the window is.
+def list_activations(env: ClipsEnvironment, pattern: str, window: Window) -> ListPart:
+    """Return a part of the agenda, at most :data:`MAX_ACTIVATIONS`, however large the window is.
 
     The caller holds the lock, between runs of the rules.
 
@@ -84,11 +91,11 @@ def agenda(env: ClipsEnvironment, pattern: str, window: Window) -> ListPart:
     models: list[Activation] = []
     total = 0
     env.output.pause()  # CLIPS queries each active router for each piece of text, which is slow
-    for activation in _walk(env, lib.GetNextActivation):
+    for activation in _iterate_items(env, lib.GetNextActivation):
         rule = decode(lib.ActivationRuleName(activation))
         is_match = matches(rule, pattern)
         in_window = is_match and window.offset <= total < window.offset + limit
-        # The basis is slow to get, so it is read only for the window, or for a search in it.
+        # CLIPS prints the basis slowly, so only for the activations of the window, or for a search.
         if is_match and (in_window or window.search):
             basis = env.api.activation_text(activation).split(":", 1)[1].strip()
             is_match = not window.search or has_text((rule, basis), window.search)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cxbridge_web.api import Api
-from cxbridge_web.catalogue import directory
+from cxbridge_web.catalogue import make_directory
 from cxbridge_web.event_collector import EventCollector
 from cxbridge_web.event_streams import EventStreams
 from cxbridge_web.extensions.state import ServerState
@@ -61,7 +61,7 @@ class WebServer:
         try:
             self._streams = EventStreams(self._host, self._collector)
             state = ServerState(self._streams, self._collector, self._navgraphs)
-            self._api = api = Api(self._host, self._queue, directory(state))
+            self._api = api = Api(self._host, self._queue, make_directory(state))
             site = _Site(api, self._streams, Pages())
         except Exception:
             thread.close()

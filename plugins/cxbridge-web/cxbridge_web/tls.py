@@ -18,8 +18,8 @@ from cxbridge.errors import ConfigError
 _CERTIFICATE: Final = re.compile(r"-----BEGIN CERTIFICATE-----[^-]+-----END CERTIFICATE-----")
 _HINT: Final = "cxbridge/web/tls-cert and tls-key are PEM files; docs/security.md shows how to make them"
 _VERSION, _SEQUENCE, _UTC_TIME = 0xA0, 0x30, 0x17  # tags of ASN.1
-_LONG: Final = 0x80  # bit of a length that is given in the following bytes
-_CENTURY: Final = 50  # two-digit years below 50 belong to the 21st century (RFC 5280)
+_LONG_LENGTH: Final = 0x80  # the bit that marks a length in further bytes, whose number the other bits give
+_CENTURY_LIMIT: Final = 50  # two-digit years below 50 belong to the 21st century (RFC 5280)
 
 
 def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> None:
@@ -28,12 +28,12 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
     :param now: the clock, in seconds since the epoch.
     :raises ConfigError: if the certificate or the key is unusable.
     """
-    text = _read(cert)
+    text = _read_text(cert)
     match = _CERTIFICATE.search(text)
     if match is None:
         raise ConfigError("there is no certificate in this file", file=cert, hint=_HINT)
     try:
-        expiry = _expiry(ssl.PEM_cert_to_DER_cert(match[0]))
+        expiry = _read_expiry(ssl.PEM_cert_to_DER_cert(match[0]))
     except (ValueError, IndexError) as error:
         raise ConfigError("this is not a certificate", file=cert, hint=_HINT) from error
     if expiry.timestamp() < now():
@@ -42,7 +42,7 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
             file=cert,
             hint="make a new certificate; docs/security.md shows how",
         )
-    if "PRIVATE KEY-----" not in _read(key):
+    if "PRIVATE KEY-----" not in _read_text(key):
         raise ConfigError("there is no private key in this file", file=key, hint=_HINT)
 
     def password() -> str:
@@ -62,7 +62,7 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
         raise ConfigError(f"this key cannot be used with {cert}: {error}", file=key, hint=_HINT) from error
 
 
-def _read(file: Path) -> str:
+def _read_text(file: Path) -> str:
     """Return the text of a file.
 
     :raises ConfigError: if the file cannot be read.
@@ -74,34 +74,35 @@ def _read(file: Path) -> str:
         raise ConfigError(text, file=file, hint="cxbridge/web/tls-cert and tls-key") from error
 
 
-def _expiry(der: bytes) -> datetime:
+def _read_expiry(der: bytes) -> datetime:
     """Return the expiry of a certificate.
 
     :raises ValueError: if the data is not a certificate.
     :raises IndexError: if the data is cut off.
     """
-    _, certificate, _ = _element(der)
-    _, inner, _ = _element(certificate)
-    tag, _, remaining = _element(inner)
-    # Before the validity come an optional version, which is `tag` then, serial number, algorithm and issuer.
-    skipped = 3 if tag == _VERSION else 2
-    for _ in range(skipped):
-        _, _, remaining = _element(remaining)
-    tag, validity, _ = _element(remaining)
+    _, certificate, _ = _read_element(der)
+    _, inner, _ = _read_element(certificate)
+    tag, _, remaining = _read_element(inner)
+    # The elements before the validity are: version (optional), serial number, algorithm, issuer. The first
+    # element has been read.
+    skipped_count = 3 if tag == _VERSION else 2
+    for _ in range(skipped_count):
+        _, _, remaining = _read_element(remaining)
+    tag, validity, _ = _read_element(remaining)
     if tag != _SEQUENCE:
         raise ValueError("no validity")
-    _, _, remaining = _element(validity)
-    tag, text, _ = _element(remaining)
+    _, _, remaining = _read_element(validity)
+    tag, text, _ = _read_element(remaining)
     digits = text.decode("ascii")
     if tag == _UTC_TIME:
-        digits = ("20" if int(digits[:2]) < _CENTURY else "19") + digits
+        digits = ("20" if int(digits[:2]) < _CENTURY_LIMIT else "19") + digits
     return datetime.strptime(digits, "%Y%m%d%H%M%SZ").replace(tzinfo=UTC)
 
 
-def _element(der: bytes) -> tuple[int, bytes, bytes]:
+def _read_element(der: bytes) -> tuple[int, bytes, bytes]:
     """Return the tag and the content of the first DER element, and the remaining bytes."""
     tag, length, begin = der[0], der[1], 2
-    if length & _LONG:
-        begin += length & ~_LONG
+    if length & _LONG_LENGTH:
+        begin += length & ~_LONG_LENGTH
         length = int.from_bytes(der[2:begin], "big")
     return tag, der[begin : begin + length], der[begin + length :]

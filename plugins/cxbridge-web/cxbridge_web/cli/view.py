@@ -56,7 +56,7 @@ def view(
     with Interrupt(service=True) as interrupt:
         try:
             server.start(Guard(recordings, settings))
-            browser.announce(f"{server.url}{recordings.start}")
+            browser.announce(f"{server.url}{recordings.start_path}")
             while not interrupt.received:
                 time.sleep(_PERIOD_S)
         finally:

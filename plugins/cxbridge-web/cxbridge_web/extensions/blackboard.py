@@ -11,7 +11,7 @@ from msgspec import Struct
 from cxbridge.interfaces.assignments import set_field
 from cxbridge.rights import Right
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
-from cxbridge_web.fawkes.blackboard import InterfaceData, data_models, find
+from cxbridge_web.fawkes.blackboard import InterfaceData, find_interface, read_data
 from cxbridge_web.models import Model
 from cxbridge_web.paging import matches
 
@@ -42,7 +42,7 @@ class MessageId(Model, kw_only=True):
     msgid: int
 
 
-def _navgraphs(state: ServerState, _call: ApiCall) -> list[NavGraph]:
+def _list_navgraphs(state: ServerState, _call: ApiCall) -> list[NavGraph]:
     """Return the models of the loaded navigation graphs."""
     return [
         NavGraph(graph=event.graph, nodes=dict(event.nodes), edges=dict(event.edges))
@@ -50,22 +50,22 @@ def _navgraphs(state: ServerState, _call: ApiCall) -> list[NavGraph]:
     ]
 
 
-def _interfaces(call: ApiCall) -> list[InterfaceData]:
+def _list_interfaces(call: ApiCall) -> list[InterfaceData]:
     types, ids = call.query.get("type", ""), call.query.get("id", "")
     infos = call.host.board.list_all()
-    return data_models(call, [info for info in infos if matches(info.type, types) and matches(info.id, ids)])
+    return read_data(call, [info for info in infos if matches(info.type, types) and matches(info.id, ids)])
 
 
-def _send(call: ApiCall) -> MessageId:
+def _send_message(call: ApiCall) -> MessageId:
     name, fields = call.text("type"), call.body.get("fields", {})
     if not isinstance(fields, dict):
         raise ApiError(400, "'fields' must be an object: the fields' values by name")
-    if find(call) is None:
+    if find_interface(call) is None:
         raise ApiError(404, f"There is no interface {call.path['type']}::{call.path['id']}")
     board = call.host.board
+    # A client may leave out the suffix of a message's name.
     call.host.rights.check_message(call.path["type"], name if name.endswith("Message") else f"{name}Message")
     with board.open_for_reading(call.path["type"], call.path["id"], owner=_OWNER) as instance:
-        # A client may leave out the suffix of a message's name.
         message = instance.create_message(name if name in instance.MESSAGES else f"{name}Message")
         for field, value in fields.items():
             try:
@@ -81,15 +81,15 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
         Endpoint(
             method="GET",
             path="/cxbridge/navgraphs",
-            handler=partial(_navgraphs, state),
+            handler=partial(_list_navgraphs, state),
             summary="The navigation graphs that skills and rules use. Positions of nodes are in metres.",
             reply=list[NavGraph],
-            in_thread=True,
+            runs_in_thread=True,
         ),
         Endpoint(
             method="GET",
             path="/cxbridge/interfaces",
-            handler=_interfaces,
+            handler=_list_interfaces,
             summary="The values of all interfaces.",
             reply=list[InterfaceData],
             query=(Query("type", "A pattern of the types."), Query("id", "A pattern of the ids.")),
@@ -97,7 +97,7 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
         Endpoint(
             method="POST",
             path="/cxbridge/blackboard/{type}/{id+}/messages",
-            handler=_send,
+            handler=_send_message,
             summary="Send a message to the writer of an interface.",
             reply=MessageId,
             body=MessageText,

@@ -11,10 +11,10 @@ from msgspec.structs import replace
 
 from cxbridge_web.constructs import Construct
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
-from cxbridge_web.fawkes.slots import ENVIRONMENT, environment
+from cxbridge_web.fawkes.slots import ENVIRONMENT, find_environment
 from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart, matches
-from cxbridge_web.rules import Activation, Rule, agenda, rules
+from cxbridge_web.rules import Activation, Rule, list_activations, list_rules
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -39,35 +39,35 @@ class Answer(Model, kw_only=True):
     data: dict[str, Any]
 
 
-def _environment(call: ApiCall) -> ClipsEnvironment:
+def _find_environment(call: ApiCall) -> ClipsEnvironment:
     """Return the environment of the query.
 
     :raises ApiError: 503 if the executive does not run, 404 for another unknown environment.
     """
     name = call.query.get("env") or ENVIRONMENT
-    return environment(call, name, 503 if name == ENVIRONMENT else 404)
+    return find_environment(call, name, 503 if name == ENVIRONMENT else 404)
 
 
-def _agenda(call: ApiCall) -> ListPart:
-    env = _environment(call)
+def _list_activations(call: ApiCall) -> ListPart:
+    env = _find_environment(call)
     with env.lock:
-        return agenda(env, call.query.get("rule", ""), call.window)
+        return list_activations(env, call.query.get("rule", ""), call.window)
 
 
-def _rules(call: ApiCall) -> tuple[str, list[Rule], tuple[str, ...]]:
+def _copy_rules(call: ApiCall) -> tuple[str, list[Rule], tuple[str, ...]]:
     """Return the name of the environment, its selected rules, and its loaded files."""
-    env, pattern = _environment(call), call.query.get("name", "")
+    env, pattern = _find_environment(call), call.query.get("name", "")
     with env.lock:
-        rows = [row for row in rules(env) if matches(row.name, pattern)]
+        rows = [row for row in list_rules(env) if matches(row.name, pattern)]
         return env.name, rows, tuple(map(str, env.loader.files))
 
 
 def _describe_rules(
     state: ServerState, _call: ApiCall, query_result: tuple[str, list[Rule], tuple[str, ...]]
 ) -> list[Rule]:
-    """Return the models of the rules that :func:`_rules` returns."""
+    """Return the rules of :func:`_copy_rules` with their locations and firings."""
     env, rules_of_environment, files = query_result
-    constructs = state.constructs.of(files)
+    constructs = state.constructs.find_constructs(files)
     for rule in rules_of_environment:
         if (construct := constructs.get(("defrule", rule.name))) is not None:
             rule.file, rule.line, rule.core = construct.file, construct.line, construct.core
@@ -76,9 +76,9 @@ def _describe_rules(
     return rules_of_environment
 
 
-def _constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
+def _select_constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
     """Return the selection of the query: files, patterns of kind and name, whether to include texts."""
-    env, query = _environment(call), call.query
+    env, query = _find_environment(call), call.query
     with env.lock:
         files = tuple(map(str, env.loader.files))
     return files, query.get("construct", ""), query.get("name", ""), query.get("text") == "true"
@@ -87,9 +87,9 @@ def _constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
 def _describe_constructs(
     state: ServerState, _call: ApiCall, selection: tuple[tuple[str, ...], str, str, bool]
 ) -> list[Construct]:
-    """Return the models of the constructs that :func:`_constructs` selects."""
+    """Return the constructs that :func:`_select_constructs` selects."""
     files, kinds, names, with_text = selection
-    constructs = state.constructs.of(files).values()
+    constructs = state.constructs.find_constructs(files).values()
     selected = [
         construct
         for construct in constructs
@@ -98,7 +98,7 @@ def _describe_constructs(
     return selected if with_text else [replace(construct, text=UNSET) for construct in selected]
 
 
-def _why(call: ApiCall) -> Answer:
+def _explain(call: ApiCall) -> Answer:
     subjects = [(kind, call.query[kind]) for kind in _WHY_KINDS if kind in call.query]
     if len(subjects) > 1 or not all(name for _, name in subjects):
         raise ApiError(400, "Name one subject: ?rule=NAME, ?goal=NAME, ?action=GOAL/ID or ?fact=f-12")
@@ -117,10 +117,10 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
         Endpoint(
             method="GET",
             path="/cxbridge/rules",
-            handler=_rules,
-            summary="All rules with their places and the numbers of their activations.",
+            handler=_copy_rules,
+            summary="All rules with their locations and the numbers of their activations.",
             reply=list[Rule],
-            paged=True,
+            is_paged=True,
             query=(_ENVIRONMENT, Query("name", "A pattern of the names.")),
             finish=partial(_describe_rules, state),
             errors=_NO_ENVIRONMENT,
@@ -128,8 +128,8 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
         Endpoint(
             method="GET",
             path="/cxbridge/constructs",
-            handler=_constructs,
-            summary="The constructs of the loaded files with their places, owners and texts.",
+            handler=_select_constructs,
+            summary="The constructs of the loaded files with their locations, owners and texts.",
             reply=list[Construct],
             query=(
                 _ENVIRONMENT,
@@ -143,22 +143,22 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
         Endpoint(
             method="GET",
             path="/cxbridge/agenda",
-            handler=_agenda,
+            handler=_list_activations,
             summary="The activations, in the order of firing.",
             reply=list[Activation],
-            paged=True,
+            is_paged=True,
             query=(_ENVIRONMENT, Query("rule", "A pattern of the names of the rules.")),
             errors=_NO_ENVIRONMENT,
         ),
         Endpoint(
             method="GET",
             path="/cxbridge/why",
-            handler=_why,
+            handler=_explain,
             summary="The reason why a rule has not fired, why a goal or an action has its outcome, or why a "
             "fact exists; without a query, the story of the run.",
             reply=Answer,
             query=tuple(Query(kind, description) for kind, description in _WHY_KINDS.items()),
             errors={400: "The query names more than one subject, or an unknown subject"},
-            in_thread=True,
+            runs_in_thread=True,
         ),
     )

@@ -1,4 +1,4 @@
-"""The parts of the web server that its endpoints share."""
+"""The objects of the web server that its endpoints share."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ServerState:
-    """The shared parts of the web server.
+    """The shared objects of the web server.
 
     :param streams: the event streams of the clients.
     :param collector: counts the firings of rules while a client follows them.

@@ -13,7 +13,7 @@ from cxbridge.daemon.operations.rules import stop_info
 from cxbridge.rights import Right
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint
 from cxbridge_web.models import Model
-from cxbridge_web.rules import census
+from cxbridge_web.rules import count_items
 
 if TYPE_CHECKING:
     from cxbridge_web.extensions.state import ServerState
@@ -86,7 +86,7 @@ class Health(Model, kw_only=True):
     error: str
 
 
-def _status_without_environments(state: ServerState, call: ApiCall) -> Status:
+def _get_status_without_environments(state: ServerState, call: ApiCall) -> Status:
     """Return the status without the environments, which only the main loop's thread can read."""
     return Status(
         **call.host.status(),
@@ -98,11 +98,11 @@ def _status_without_environments(state: ServerState, call: ApiCall) -> Status:
     )
 
 
-def _status(state: ServerState, call: ApiCall) -> Status:
+def _get_status(state: ServerState, call: ApiCall) -> Status:
     """Return the status with environments; called in the main loop's thread."""
-    status = _status_without_environments(state, call)
+    status = _get_status_without_environments(state, call)
     status.environments = [
-        EnvironmentSize(name, **census(env)) for name, env in sorted(call.host.environments().items())
+        EnvironmentSize(name, **count_items(env)) for name, env in sorted(call.host.environments().items())
     ]
     executive = call.host.executive
     if executive is not None:
@@ -110,7 +110,7 @@ def _status(state: ServerState, call: ApiCall) -> Status:
     return status
 
 
-def _health(call: ApiCall) -> Health:
+def _get_health(call: ApiCall) -> Health:
     host_status = call.host.status()
     health = Health(state=host_status["state"], error=host_status["error"] or call.host.stall)
     if health.state not in {"RUNNING", "PAUSED"}:
@@ -118,16 +118,16 @@ def _health(call: ApiCall) -> Health:
     return health
 
 
-def _interrupt(state: ServerState, call: ApiCall) -> Status:
+def _interrupt_rules(state: ServerState, call: ApiCall) -> Status:
     """Stop the running rules and return the status."""
     call.host.interrupt()
-    return _status_without_environments(state, call)
+    return _get_status_without_environments(state, call)
 
 
-def _command(state: ServerState, verb: str, summary: str) -> Endpoint:
+def _make_command_endpoint(state: ServerState, verb: str, summary: str) -> Endpoint:
     def carry_out(call: ApiCall) -> Status:
         call.host.command(verb)
-        return _status(state, call)
+        return _get_status(state, call)
 
     return Endpoint(
         method="POST",
@@ -145,31 +145,31 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
         Endpoint(
             method="GET",
             path="/cxbridge/status",
-            handler=partial(_status, state),
+            handler=partial(_get_status, state),
             summary="The status of the daemon and its components. While the main loop is stuck, the list of "
             "environments is empty.",
             reply=Status,
-            stalled=partial(_status_without_environments, state),
+            stalled=partial(_get_status_without_environments, state),
         ),
         Endpoint(
             method="GET",
             path="/cxbridge/health",
-            handler=_health,
+            handler=_get_health,
             summary="The state of the daemon; available even while the main loop is stuck.",
             reply=Health,
             errors={503: "The state is neither RUNNING nor PAUSED; the reply has the error"},
-            in_thread=True,
+            runs_in_thread=True,
         ),
         Endpoint(
             method="POST",
             path="/cxbridge/interrupt",
-            handler=partial(_interrupt, state),
+            handler=partial(_interrupt_rules, state),
             summary="Stop the rules that are running now, as an error in a rule does.",
             reply=Status,
             right=Right.CONTROL,
-            in_thread=True,
+            runs_in_thread=True,
         ),
-        _command(state, "pause", "Deactivate the active components."),
-        _command(state, "resume", "Activate the inactive components."),
-        _command(state, "reset", "Stop the active components and start them again."),
+        _make_command_endpoint(state, "pause", "Deactivate the active components."),
+        _make_command_endpoint(state, "resume", "Activate the inactive components."),
+        _make_command_endpoint(state, "reset", "Stop the active components and start them again."),
     )

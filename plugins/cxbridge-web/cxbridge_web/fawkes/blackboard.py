@@ -66,7 +66,7 @@ class TransformsGraph(Model, kw_only=True):
     dotgraph: str
 
 
-def _fields(fields: Iterable[FieldSchema]) -> list[InterfaceFieldType]:
+def _make_fields(fields: Iterable[FieldSchema]) -> list[InterfaceFieldType]:
     return [
         InterfaceFieldType(
             field.name,
@@ -78,11 +78,11 @@ def _fields(fields: Iterable[FieldSchema]) -> list[InterfaceFieldType]:
     ]
 
 
-def _writer(info: BoardInfo) -> str | UnsetType:
+def _writer_owner(info: BoardInfo) -> str | UnsetType:
     return info.writer if info.has_writer else UNSET
 
 
-def _info(call: ApiCall, info: BoardInfo) -> InterfaceInfo:
+def _make_info(call: ApiCall, info: BoardInfo) -> InterfaceInfo:
     fields: list[InterfaceFieldType] = []
     messages: list[InterfaceMessageType] = []
     try:
@@ -90,22 +90,22 @@ def _info(call: ApiCall, info: BoardInfo) -> InterfaceInfo:
     except InterfaceError:
         pass  # an interface of another program, without a local definition
     else:
-        fields = _fields(schema.fields)
+        fields = _make_fields(schema.fields)
         messages = [
-            InterfaceMessageType(message.name, _fields(message.fields)) for message in schema.messages
+            InterfaceMessageType(message.name, _make_fields(message.fields)) for message in schema.messages
         ]
     return InterfaceInfo(
         id=info.id,
         type=info.type,
         hash=info.hash.hex().upper(),
-        writer=_writer(info),
+        writer=_writer_owner(info),
         readers=list(info.readers),
         fields=fields,
         message_types=messages,
     )
 
 
-def find(call: ApiCall) -> BoardInfo | None:
+def find_interface(call: ApiCall) -> BoardInfo | None:
     """Return the interface of the path; None if it does not exist.
 
     :raises ApiError: if the type or the id in the path is a pattern.
@@ -118,38 +118,38 @@ def find(call: ApiCall) -> BoardInfo | None:
     return next((info for info in infos if (info.type, info.id) == uid), None)
 
 
-def _list(call: ApiCall) -> list[InterfaceInfo]:
-    return [_info(call, info) for info in call.host.board.list_all()]
+def _list_interfaces(call: ApiCall) -> list[InterfaceInfo]:
+    return [_make_info(call, info) for info in call.host.board.list_all()]
 
 
-def _interface(call: ApiCall) -> InterfaceInfo:
-    info = find(call)
+def _get_interface(call: ApiCall) -> InterfaceInfo:
+    info = find_interface(call)
     if info is None:
         raise ApiError(404, f"Interface {call.path['type']}:{call.path['id']} not found")
-    return _info(call, info)
+    return _make_info(call, info)
 
 
-def _data(call: ApiCall) -> InterfaceData:
-    info = find(call)
+def _get_data(call: ApiCall) -> InterfaceData:
+    info = find_interface(call)
     if info is None:
         uid = f"{call.path['type']}::{call.path['id']}"
         raise ApiError(404, f"Interface {uid}: is currently not available")
     try:
-        return _data_model(call, info)
+        return _read_data(call, info)
     except CxbridgeError as error:
         raise ApiError(404, f"Failed to open {info.uid}: {error.message}") from error
 
 
-def data_models(call: ApiCall, infos: Iterable[BoardInfo]) -> list[InterfaceData]:
+def read_data(call: ApiCall, infos: Iterable[BoardInfo]) -> list[InterfaceData]:
     """Return the values of interfaces, except interfaces without a local definition."""
     models = []
     for info in infos:
         with suppress(CxbridgeError):
-            models.append(_data_model(call, info))
+            models.append(_read_data(call, info))
     return models
 
 
-def _data_model(call: ApiCall, info: BoardInfo) -> InterfaceData:
+def _read_data(call: ApiCall, info: BoardInfo) -> InterfaceData:
     """Return the values of an interface.
 
     :raises CxbridgeError: if the interface cannot be opened.
@@ -160,14 +160,14 @@ def _data_model(call: ApiCall, info: BoardInfo) -> InterfaceData:
         return InterfaceData(
             id=info.id,
             type=info.type,
-            writer=_writer(info),
+            writer=_writer_owner(info),
             readers=list(info.readers),
-            data={field.name: _value(field, values[field.name]) for field in instance.fields()},
-            timestamp=_timestamp(instance.timestamp_us),
+            data={field.name: _convert_value(field, values[field.name]) for field in instance.fields()},
+            timestamp=_format_timestamp(instance.timestamp_us),
         )
 
 
-def _value(field: FieldSchema, value: Any) -> Any:
+def _convert_value(field: FieldSchema, value: Any) -> Any:
     """Return a value in the form of Fawkes' introspection, where an array of length 1 is its element."""
     if isinstance(value, bytes | bytearray):
         value = list(value)
@@ -176,7 +176,7 @@ def _value(field: FieldSchema, value: Any) -> Any:
     return value
 
 
-def _timestamp(time_us: int) -> str:
+def _format_timestamp(time_us: int) -> str:
     """Return a time as Fawkes prints it: small times, such as those of a virtual clock, as numbers."""
     seconds, microseconds = split_us(time_us)
     if seconds < _EPOCH_S:
@@ -187,40 +187,42 @@ def _timestamp(time_us: int) -> str:
 # -- the graph
 
 
-def _graph(call: ApiCall) -> TransformsGraph:
+def _get_graph(call: ApiCall) -> TransformsGraph:
     infos = sorted(call.host.board.list_all(), key=lambda info: (info.type, info.id))
-    return TransformsGraph(dotgraph=graph(infos))
+    return TransformsGraph(dotgraph=make_graph(infos))
 
 
-def graph(infos: Sequence[BoardInfo]) -> str:
+def make_graph(infos: Sequence[BoardInfo]) -> str:
     """Return the graph of readers and writers in the dot language."""
     lines = ["digraph bbmap {", "  graph [fontsize=12,rankdir=LR];"]
     lines += ["  node [fontsize=12 shape=box width=4 margin=0.05];", "  { rank=same; "]
     for info in infos:
         # As in Fawkes' graph: red without a writer, purple for a writer without a name.
         colour = "" if info.writer else " color=purple" if info.has_writer else " color=red"
-        lines.append(f"    {quoted(info.uid)} [href={quoted(f'/blackboard/view/{info.uid}')}{colour}];")
+        lines.append(f"    {quote_dot(info.uid)} [href={quote_dot(f'/blackboard/view/{info.uid}')}{colour}];")
     lines += ["  }", "  node [fontsize=12 shape=octagon width=3];"]
     owners = {owner for info in infos for owner in (info.writer, *info.readers) if owner}
-    lines += [f"  {quoted(owner)} [href={quoted(f'/blackboard/graph/{owner}')}];" for owner in sorted(owners)]
+    lines += [
+        f"  {quote_dot(owner)} [href={quote_dot(f'/blackboard/graph/{owner}')}];" for owner in sorted(owners)
+    ]
     for info in infos:
-        readers = " ".join(map(quoted, info.readers))
+        readers = " ".join(map(quote_dot, info.readers))
         lines.append(
-            f"  {quoted(info.uid)} -> {{ {readers} }} [style=dashed arrowhead=dot arrowsize=0.5 dir=both];"
+            f"  {quote_dot(info.uid)} -> {{ {readers} }} [style=dashed arrowhead=dot arrowsize=0.5 dir=both];"
         )
         if info.has_writer:
             colour = '"#008800"' if info.writer else "purple"
-            lines.append(f"  {quoted(info.writer or '???')} -> {quoted(info.uid)} [color={colour}];")
+            lines.append(f"  {quote_dot(info.writer or '???')} -> {quote_dot(info.uid)} [color={colour}];")
     return "\n".join([*lines, "}"])
 
 
-def quoted(name: str) -> str:
+def quote_dot(name: str) -> str:
     """Return a name as an identifier of the dot language."""
     escaped = name.replace("\\", "\\\\").replace('"', '\\"')
     return f'"{escaped}"'
 
 
-def _get(path: str, handler: Any, reply: Any, summary: str, **options: Any) -> Endpoint:
+def _make_endpoint(path: str, handler: Any, reply: Any, summary: str, **options: Any) -> Endpoint:
     return Endpoint(
         method="GET", path=f"/blackboard{path}", handler=handler, reply=reply, summary=summary, **options
     )
@@ -229,14 +231,20 @@ def _get(path: str, handler: Any, reply: Any, summary: str, **options: Any) -> E
 _ERRORS: Final = {400: "The type or the id is a pattern", 404: "The interface does not exist"}
 
 ENDPOINTS: Final = (
-    _get("/interfaces", _list, list[InterfaceInfo], "All interfaces."),
-    _get(
-        "/interfaces/{type}/{id+}/data", _data, InterfaceData, "The values of an interface.", errors=_ERRORS
+    _make_endpoint("/interfaces", _list_interfaces, list[InterfaceInfo], "All interfaces."),
+    _make_endpoint(
+        "/interfaces/{type}/{id+}/data",
+        _get_data,
+        InterfaceData,
+        "The values of an interface.",
+        errors=_ERRORS,
     ),
-    _get("/interfaces/{type}/{id+}", _interface, InterfaceInfo, "An interface.", errors=_ERRORS),
-    _get(
+    _make_endpoint(
+        "/interfaces/{type}/{id+}", _get_interface, InterfaceInfo, "An interface.", errors=_ERRORS
+    ),
+    _make_endpoint(
         "/graph",
-        _graph,
+        _get_graph,
         TransformsGraph,
         "The graph of the interfaces with their readers and writers, in the dot language.",
     ),

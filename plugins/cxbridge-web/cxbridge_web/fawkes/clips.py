@@ -10,7 +10,7 @@ from msgspec import UNSET, Struct, UnsetType
 from cxbridge.clipstext.facts import fact_text
 from cxbridge.executive.host.facts.copying import FactCopy, FactRow, FactTemplate
 from cxbridge_web.endpoint import ApiCall, Endpoint, Query
-from cxbridge_web.fawkes.slots import copy, texts
+from cxbridge_web.fawkes.slots import copy_facts, read_texts
 from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart, matches
 
@@ -23,7 +23,7 @@ class Environment(Model, kw_only=True):
     name: str
 
 
-class SlotValue(Struct, rename="kebab"):
+class SlotValue(Struct, rename="kebab"):  # Fawkes' names of members have dashes
     """The values of a slot as texts."""
 
     name: str
@@ -40,24 +40,24 @@ class Fact(Model, kw_only=True):
     slots: Sequence[SlotValue] = ()
 
 
-def _environments(call: ApiCall) -> list[Environment]:
+def _list_environments(call: ApiCall) -> list[Environment]:
     return [Environment(name=name) for name in sorted(call.host.environments())]
 
 
-def _copy(call: ApiCall) -> Generator[None, None, FactCopy]:
+def _copy_facts(call: ApiCall) -> Generator[None, None, FactCopy]:
     pattern = call.query.get("template", "")
-    return copy(call, call.path["env"], lambda name: matches(name, pattern), 404, call.window)
+    return copy_facts(call, call.path["env"], lambda name: matches(name, pattern), 404, call.window)
 
 
-def _facts(call: ApiCall) -> Any:
+def _list_facts(call: ApiCall) -> Any:
     formatted = call.query.get("formatted") == "true"
     templates = call.facts.templates
-    models = [_model(templates[row.template], row, formatted=formatted) for row in call.facts.rows]
-    # a search has copied all facts, of which the window is cut later
+    models = [_make_fact(templates[row.template], row, formatted=formatted) for row in call.facts.rows]
+    # for a search, all facts are copied, and the API cuts out the window later
     return models if call.window.search else ListPart(models, call.facts.total)
 
 
-def _model(template: FactTemplate, row: FactRow, *, formatted: bool) -> Fact:
+def _make_fact(template: FactTemplate, row: FactRow, *, formatted: bool) -> Fact:
     fact = Fact(index=row.index, template_name=row.template)
     if formatted:
         fact.formatted = fact_text(template.name, template.slots_of(row))[:_MAX_FORMATTED]
@@ -65,7 +65,7 @@ def _model(template: FactTemplate, row: FactRow, *, formatted: bool) -> Fact:
         # an ordered fact has a single multislot, which CLIPS calls implied
         slots = (("implied", True),) if template.slots is None else template.slots
         fact.slots = [
-            SlotValue(name, multi, texts({name: value}, name, "ADDR"))
+            SlotValue(name, multi, read_texts({name: value}, name, "ADDR"))
             for (name, multi), value in zip(slots, row.values, strict=True)
         ]
     return fact
@@ -75,18 +75,18 @@ ENDPOINTS: Final = (
     Endpoint(
         method="GET",
         path="/clips/",
-        handler=_environments,
+        handler=_list_environments,
         summary="All CLIPS environments.",
         reply=list[Environment],
     ),
     Endpoint(
         method="GET",
         path="/clips/{env}/facts",
-        handler=_facts,
-        copy=_copy,
+        handler=_list_facts,
+        copy_facts=_copy_facts,
         summary="All facts of an environment.",
         reply=list[Fact],
-        paged=True,
+        is_paged=True,
         query=(
             Query("formatted", "Whether to return the facts as CLIPS prints them.", bool),
             Query("template", "A pattern of the names of the deftemplates."),

@@ -14,11 +14,11 @@ from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint
 from cxbridge_web.fawkes import formulas
 from cxbridge_web.fawkes.formulas import GroundedFormula, GroundedPredicate, PDDLGrounding
-from cxbridge_web.fawkes.slots import ENVIRONMENT, SlotError, Slots, copy, facts, read, text
+from cxbridge_web.fawkes.slots import ENVIRONMENT, SlotError, Slots, copy_facts, facts, read_model, read_text
 from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart
 
-_M = TypeVar("_M", bound=Model)
+_ModelT = TypeVar("_ModelT", bound=Model)
 
 COMPONENT: Final = "ClipsExecutiveRestApi"  # log component of Fawkes' plugin
 
@@ -32,14 +32,14 @@ _FAWKES_SLOTS: Final = frozenset(
 )
 
 
-_TYPES: Final[Mapping[str, type]] = {"INTEGER": int, "FLOAT": float}
+_SLOT_TYPES: Final[Mapping[str, type]] = {"INTEGER": int, "FLOAT": float}
 
 
 def _goal_member(slot: GoalSlot) -> tuple[Any, ...]:
-    """Return the name and the type of the member for a goal's slot, and the default of an optional member."""
+    """Return the name and the type of a goal slot's member, and the default of an optional member."""
     if slot.name == "params":
         return "parameters", Annotated[list[str], Meta(extra={"slot": slot.name})]
-    name, kind = slot.name.replace("-", "_"), _TYPES.get(slot.type, str)
+    name, kind = slot.name.replace("-", "_"), _SLOT_TYPES.get(slot.type, str)
     if slot.name == "priority":
         kind = int  # as in Fawkes, although the slot has a float
     kind = list[str] if slot.is_multi else kind
@@ -54,7 +54,7 @@ Goal: Final = cast(
         bases=(Model,),
         namespace={"__doc__": "A goal with its plans: all slots of the deftemplate."},
         kw_only=True,
-        rename="kebab",
+        rename="kebab",  # here and below: Fawkes' names of members have dashes
     ),
 )
 
@@ -157,12 +157,14 @@ class GroundedPDDLPredicate(Model, kw_only=True, rename="kebab"):
     is_satisfied: bool
 
 
-def _models(call: ApiCall, noun: str, rows: Iterable[Slots], make: Callable[[Slots], _M]) -> list[_M]:
-    """Return the models of facts; unreadable facts are logged and skipped, as in Fawkes."""
+def _make_models(
+    call: ApiCall, noun: str, rows: Iterable[Slots], make_operator: Callable[[Slots], _ModelT]
+) -> list[_ModelT]:
+    """Return the models of facts. An unreadable fact is logged and skipped, as in Fawkes."""
     models = []
     for slots in rows:
         try:
-            models.append(make(slots))
+            models.append(make_operator(slots))
         except SlotError as error:
             call.host.bus.logger(COMPONENT).warn(f"Failed to add {noun}: {error}")
     return models
@@ -171,28 +173,28 @@ def _models(call: ApiCall, noun: str, rows: Iterable[Slots], make: Callable[[Slo
 # -- goals
 
 
-def _plans_of_goals(call: ApiCall) -> dict[str, list[str]]:
+def _find_plan_ids(call: ApiCall) -> dict[str, list[str]]:
     plans: dict[str, list[str]] = {}
     for slots in facts(call, "plan"):
         try:
-            plans.setdefault(text(slots, "goal-id"), []).append(text(slots, "id"))
+            plans.setdefault(read_text(slots, "goal-id"), []).append(read_text(slots, "id"))
         except SlotError:
             continue  # as in Fawkes, a plan without a goal is skipped
     return plans
 
 
-def _goal(plans: dict[str, list[str]], slots: Slots) -> Model:
-    return read(Goal, slots, plans=plans.get(text(slots, "id"), []))
+def _make_goal(plans: dict[str, list[str]], slots: Slots) -> Model:
+    return read_model(Goal, slots, plans=plans.get(read_text(slots, "id"), []))
 
 
-def _goals(call: ApiCall) -> list[Model]:
-    return _models(call, "goal", facts(call, "goal"), partial(_goal, _plans_of_goals(call)))
+def _list_goals(call: ApiCall) -> list[Model]:
+    return _make_models(call, "goal", facts(call, "goal"), partial(_make_goal, _find_plan_ids(call)))
 
 
-def _one_goal(call: ApiCall) -> Model:
+def _get_goal(call: ApiCall) -> Model:
     goal_id = call.path["id"]
     rows = (slots for slots in facts(call, "goal") if slots.get("id") == goal_id)
-    for goal in _models(call, "goal", rows, partial(_goal, _plans_of_goals(call))):
+    for goal in _make_models(call, "goal", rows, partial(_make_goal, _find_plan_ids(call))):
         return goal
     raise ApiError(400, f"Goal '{goal_id}' is unknown")
 
@@ -200,52 +202,57 @@ def _one_goal(call: ApiCall) -> Model:
 # -- the domain
 
 
-def _operators(call: ApiCall) -> list[DomainOperator]:
+def _list_operators(call: ApiCall) -> list[DomainOperator]:
     params: dict[str, list[DomainOperatorParameter]] = {}
     for slots in facts(call, "domain-operator-parameter"):
-        param = DomainOperatorParameter(text(slots, "name"), text(slots, "type"))
-        params.setdefault(text(slots, "operator"), []).append(param)
+        param = DomainOperatorParameter(read_text(slots, "name"), read_text(slots, "type"))
+        params.setdefault(read_text(slots, "operator"), []).append(param)
 
-    def make(slots: Slots) -> DomainOperator:
-        return read(DomainOperator, slots, parameters=params.get(text(slots, "name"), []))
+    def make_operator(slots: Slots) -> DomainOperator:
+        return read_model(DomainOperator, slots, parameters=params.get(read_text(slots, "name"), []))
 
-    return _models(call, "operator", facts(call, "domain-operator"), make)
+    return _make_models(call, "operator", facts(call, "domain-operator"), make_operator)
 
 
 # -- plans
 
 
-def _plan(actions: dict[tuple[str, str], list[PlanAction]], slots: Slots) -> Plan:
-    plan_actions = actions.get((text(slots, "goal-id"), text(slots, "id")), [])
-    return read(Plan, slots, actions=sorted(plan_actions, key=lambda action: action.id))
+def _make_plan(actions: dict[tuple[str, str], list[PlanAction]], slots: Slots) -> Plan:
+    plan_actions = actions.get((read_text(slots, "goal-id"), read_text(slots, "id")), [])
+    return read_model(Plan, slots, actions=sorted(plan_actions, key=lambda action: action.id))
 
 
-def _action(groundings: formulas.Groundings, slots: Slots) -> PlanAction:
-    action = read(PlanAction, slots)
-    grounding = groundings.slots.get(text(slots, "precondition"))
+def _make_action(groundings: formulas.Groundings, slots: Slots) -> PlanAction:
+    action = read_model(PlanAction, slots)
+    grounding = groundings.slots.get(read_text(slots, "precondition"))
     if grounding is not None:
-        action.precondition = read(PDDLGrounding, grounding)
-        action.preconditions = formulas.tree(groundings, action.operator_name, grounding) or UNSET
+        action.precondition = read_model(PDDLGrounding, grounding)
+        action.preconditions = (
+            formulas.make_precondition(groundings, action.operator_name, grounding) or UNSET
+        )
     return action
 
 
-def _plans(call: ApiCall) -> list[Plan]:
-    groundings = formulas.Groundings.of(call)
+def _list_plans(call: ApiCall) -> list[Plan]:
+    groundings = formulas.Groundings.read(call)
     actions: dict[tuple[str, str], list[PlanAction]] = {}
 
-    def add(slots: Slots) -> PlanAction:
-        key, action = (text(slots, "goal-id"), text(slots, "plan-id")), _action(groundings, slots)
+    def add_action(slots: Slots) -> PlanAction:
+        key, action = (
+            (read_text(slots, "goal-id"), read_text(slots, "plan-id")),
+            _make_action(groundings, slots),
+        )
         actions.setdefault(key, []).append(action)
         return action
 
-    _models(call, "plan action", facts(call, "plan-action"), add)
-    plans = _models(call, "plan", facts(call, "plan"), partial(_plan, actions))
+    _make_models(call, "plan action", facts(call, "plan-action"), add_action)
+    plans = _make_models(call, "plan", facts(call, "plan"), partial(_make_plan, actions))
     return sorted(plans, key=lambda plan: (plan.goal_id, plan.id))
 
 
-def _one_plan(call: ApiCall) -> Plan:
+def _get_plan(call: ApiCall) -> Plan:
     goal_id, plan_id = call.path["goal_id"], call.path["id"]
-    for plan in _plans(call):
+    for plan in _list_plans(call):
         if (plan.goal_id, plan.id) == (goal_id, plan_id):
             return plan
     raise ApiError(400, f"No plan for goal '{goal_id}' with ID '{plan_id}' found")
@@ -254,37 +261,37 @@ def _one_plan(call: ApiCall) -> Plan:
 # -- endpoints
 
 
-def _listing(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
+def _make_list_endpoint(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
     """Return an endpoint that lists the facts of a deftemplate."""
 
     def copy_part(call: ApiCall) -> Generator[None, None, FactCopy]:
-        return copy(call, ENVIRONMENT, template.__eq__, window=call.window)
+        return copy_facts(call, ENVIRONMENT, template.__eq__, window=call.window)
 
     def handler(call: ApiCall) -> Any:
-        models = _models(call, noun, facts(call, template), partial(read, model))
+        models = _make_models(call, noun, facts(call, template), partial(read_model, model))
         return models if call.window.search else ListPart(models, call.facts.total)
 
     summary = f"All facts of the deftemplate {template}."
-    return _get(path, list[model], summary, handler, (template,), copy=copy_part)  # type: ignore[valid-type]
+    return _make_endpoint(path, list[model], summary, handler, (template,), copy_facts=copy_part)  # type: ignore[valid-type]
 
 
-def _single(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
+def _make_item_endpoint(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
     """Return an endpoint that returns a fact of a deftemplate by its slot `id`."""
 
     def handler(call: ApiCall) -> Model:
         fact_id = call.path["id"]
         rows = (slots for slots in facts(call, template) if slots.get("id") == fact_id)
-        for first_model in _models(call, noun, rows, partial(read, model)):
+        for first_model in _make_models(call, noun, rows, partial(read_model, model)):
             return first_model
         raise ApiError(400, f"No {noun} with ID '{fact_id}' found")
 
     errors = {400: f"The {noun} does not exist"}
-    return _get(
+    return _make_endpoint(
         f"{path}/{{id}}", model, f"A fact of the deftemplate {template}.", handler, (template,), errors=errors
     )
 
 
-def _get(
+def _make_endpoint(
     path: str,
     reply: Any,
     summary: str,
@@ -293,23 +300,23 @@ def _get(
     **options: Any,
 ) -> Endpoint:
     """Return an endpoint whose handler gets copied facts of the given deftemplates."""
-    options.setdefault("copy", lambda call: copy(call, ENVIRONMENT, templates.__contains__))
+    options.setdefault("copy_facts", lambda call: copy_facts(call, ENVIRONMENT, templates.__contains__))
     return Endpoint(
         method="GET",
         path=f"/clips-executive{path}",
         handler=handler,
         summary=summary,
         reply=reply,
-        paged=get_origin(reply) is list,
+        is_paged=get_origin(reply) is list,
         **options,
     )
 
 
-_GOALS: Final = ("goal", "plan")
-_OPERATORS: Final = ("domain-operator", "domain-operator-parameter")
-_PLANS: Final = ("plan", "plan-action", *formulas.TEMPLATES)
+_GOAL_TEMPLATES: Final = ("goal", "plan")
+_OPERATOR_TEMPLATES: Final = ("domain-operator", "domain-operator-parameter")
+_PLAN_TEMPLATES: Final = ("plan", "plan-action", *formulas.FORMULA_TEMPLATES)
 
-_PDDL: Final[Sequence[tuple[str, type[Model], str, str]]] = (
+_PDDL_ENDPOINTS: Final[Sequence[tuple[str, type[Model], str, str]]] = (
     ("/pddl-groundings", PDDLGrounding, "pddl-grounding", "grounding"),
     ("/pddl-predicates", PDDLPredicate, "pddl-predicate", "predicate"),
     ("/pddl-formulas", PDDLFormula, "pddl-formula", "formula"),
@@ -319,18 +326,31 @@ _PDDL: Final[Sequence[tuple[str, type[Model], str, str]]] = (
 
 # All endpoints of the component in Fawkes' order.
 ENDPOINTS: Final = (
-    _get("/goals", list[Goal], "All goals.", _goals, _GOALS),  # type: ignore[valid-type]  # a type that is made at run time
-    _get("/goals/{id}", Goal, "A goal.", _one_goal, _GOALS, errors={400: "The goal does not exist"}),
-    _get("/domain-operators", list[DomainOperator], "All operators of the domain.", _operators, _OPERATORS),
-    _listing("/domain-objects", DomainObject, "domain-object", "object"),
-    _listing("/domain-predicates", DomainPredicate, "domain-predicate", "predicate"),
-    _listing("/domain-facts", DomainFact, "domain-fact", "fact"),
-    _get("/plans", list[Plan], "All plans with their actions.", _plans, _PLANS),
-    _get(
-        "/plans/{goal-id}/{id}", Plan, "A plan.", _one_plan, _PLANS, errors={400: "The plan does not exist"}
+    _make_endpoint("/goals", list[Goal], "All goals.", _list_goals, _GOAL_TEMPLATES),  # type: ignore[valid-type]  # a type that is made at run time
+    _make_endpoint(
+        "/goals/{id}", Goal, "A goal.", _get_goal, _GOAL_TEMPLATES, errors={400: "The goal does not exist"}
     ),
-    *(_listing(*row) for row in _PDDL),
-    *(_single(*row) for row in _PDDL),
+    _make_endpoint(
+        "/domain-operators",
+        list[DomainOperator],
+        "All operators of the domain.",
+        _list_operators,
+        _OPERATOR_TEMPLATES,
+    ),
+    _make_list_endpoint("/domain-objects", DomainObject, "domain-object", "object"),
+    _make_list_endpoint("/domain-predicates", DomainPredicate, "domain-predicate", "predicate"),
+    _make_list_endpoint("/domain-facts", DomainFact, "domain-fact", "fact"),
+    _make_endpoint("/plans", list[Plan], "All plans with their actions.", _list_plans, _PLAN_TEMPLATES),
+    _make_endpoint(
+        "/plans/{goal-id}/{id}",
+        Plan,
+        "A plan.",
+        _get_plan,
+        _PLAN_TEMPLATES,
+        errors={400: "The plan does not exist"},
+    ),
+    *(_make_list_endpoint(*row) for row in _PDDL_ENDPOINTS),
+    *(_make_item_endpoint(*row) for row in _PDDL_ENDPOINTS),
     # Fawkes serves a single grounded formula at this path
-    _single("/grounded-pddl-groundings", *_PDDL[-1][1:]),
+    _make_item_endpoint("/grounded-pddl-groundings", *_PDDL_ENDPOINTS[-1][1:]),
 )

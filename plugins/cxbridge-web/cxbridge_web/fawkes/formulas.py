@@ -8,7 +8,7 @@ from typing import Final
 
 from cxbridge.clipstext.values import constants_of
 from cxbridge_web.endpoint import ApiCall
-from cxbridge_web.fawkes.slots import SlotError, Slots, facts, flag, text, texts
+from cxbridge_web.fawkes.slots import SlotError, Slots, facts, read_flag, read_text, read_texts
 from cxbridge_web.models import Model
 
 
@@ -41,7 +41,7 @@ class GroundedPredicate(_GroundedNode, kw_only=True):
 
 
 # The deftemplates of formulas.
-TEMPLATES: Final = (
+FORMULA_TEMPLATES: Final = (
     "pddl-grounding",
     "pddl-formula",
     "pddl-predicate",
@@ -66,14 +66,15 @@ class Groundings:
     satisfied: Mapping[tuple[str, str], bool]
 
     @classmethod
-    def of(cls, call: ApiCall) -> Groundings:
+    def read(cls, call: ApiCall) -> Groundings:
         """Read the copied facts of the executive."""
         nodes: dict[str, list[tuple[bool, Slots]]] = {}
         satisfied: dict[tuple[str, str], bool] = {}
         groundings = {str(slots.get("id", "")): slots for slots in facts(call, "pddl-grounding")}
         if not groundings:
             return cls({}, {}, {})
-        # one parent per formula: below N formulas with two parents, a formula would be visited 2^N times
+        # by id, so that a formula has one parent: a formula below N formulas with two parents each would be
+        # visited 2^N times
         formulas = {str(slots.get("id", "")): slots for slots in facts(call, "pddl-formula")}.values()
         for is_atom, rows in ((False, formulas), (True, facts(call, "pddl-predicate"))):
             for slots in rows:
@@ -84,13 +85,15 @@ class Groundings:
         ):
             for slots in facts(call, template):
                 try:
-                    satisfied[text(slots, "grounding"), text(slots, slot)] = flag(slots, "is-satisfied")
+                    satisfied[read_text(slots, "grounding"), read_text(slots, slot)] = read_flag(
+                        slots, "is-satisfied"
+                    )
                 except SlotError:  # as in Fawkes, an unreadable fact is skipped
                     continue
         return cls(groundings, nodes, satisfied)
 
 
-def tree(
+def make_precondition(
     groundings: Groundings, operator: str, grounding: Slots
 ) -> GroundedFormula | GroundedPredicate | None:
     """Return an operator's precondition in a grounding; None without a precondition.
@@ -98,42 +101,43 @@ def tree(
     :raises SlotError: if a fact is unreadable.
     """
     root = None
-    grounding_id = text(grounding, "id")
+    grounding_id = read_text(grounding, "id")
     for is_atom, slots in groundings.nodes.get(operator, ()):
-        if (grounding_id, text(slots, "id")) in groundings.satisfied:
-            root = _node(groundings, is_atom, slots, grounding, 0)
+        if (grounding_id, read_text(slots, "id")) in groundings.satisfied:
+            root = _make_node(groundings, is_atom, slots, grounding, 0)
     return root
 
 
-def _node(
+def _make_node(
     groundings: Groundings, is_atom: bool, slots: Slots, grounding: Slots, depth: int
 ) -> GroundedFormula | GroundedPredicate:
     if depth > _MAX_DEPTH:
         raise SlotError("a formula is part of itself")
-    node_id, grounding_id = text(slots, "id"), text(grounding, "id")
+    node_id, grounding_id = read_text(slots, "id"), read_text(grounding, "id")
     names: list[str] = []
     constants: list[str] = []
     values: list[str] = []
     if is_atom:
-        names, constants = texts(slots, "param-names"), texts(slots, "param-constants")
+        names, constants = read_texts(slots, "param-names"), read_texts(slots, "param-constants")
+        # not strict, because an asserted fact may have more names than values
         grounding_values = dict(
-            zip(texts(grounding, "param-names"), texts(grounding, "param-values"), strict=False)
+            zip(read_texts(grounding, "param-names"), read_texts(grounding, "param-values"), strict=False)
         )
         values = [
             grounding_values.get(name, "") if constant is None else constant
             for name, constant in zip(names, constants_of(names, constants), strict=True)
         ]
-    make = GroundedPredicate if is_atom else GroundedFormula
-    return make(
-        name=text(slots, "predicate") if is_atom else node_id,
-        type="atom" if is_atom else text(slots, "type"),
+    model = GroundedPredicate if is_atom else GroundedFormula
+    return model(
+        name=read_text(slots, "predicate") if is_atom else node_id,
+        type="atom" if is_atom else read_text(slots, "type"),
         is_satisfied=groundings.satisfied.get((grounding_id, node_id), False),
         param_names=names,
         param_values=values,
         param_constants=constants,
         child=[
-            _node(groundings, is_child_atom, child, grounding, depth + 1)
+            _make_node(groundings, is_child_atom, child, grounding, depth + 1)
             for is_child_atom, child in groundings.nodes.get(node_id, ())
-            if (grounding_id, text(child, "id")) in groundings.satisfied
+            if (grounding_id, read_text(child, "id")) in groundings.satisfied
         ],
     )

@@ -33,9 +33,9 @@ GRAPH_TIMEOUT_S: Final = 5.0  # limit for the Skiller to show a graph
 # The limit of the name of a skill: the debug interface has a field of 32 bytes, with the final NUL.
 MAX_NAME_BYTES: Final = 31
 
-_PERIOD_S: Final = 0.05  # time between two reads of the interface
-_ACTIVE: Final = "active"
-_STATUS: Final[dict[str, Any]] = {"S_RUNNING": "RUNNING", "S_FINAL": "FINAL", "S_FAILED": "FAILED"}
+_READ_PERIOD_S: Final = 0.05  # time between two reads of the interface
+_ACTIVE_ID: Final = "active"
+_STATUS_NAMES: Final[dict[str, Any]] = {"S_RUNNING": "RUNNING", "S_FINAL": "FINAL", "S_FAILED": "FAILED"}
 
 
 class SkillInfo(Model, kw_only=True):
@@ -49,6 +49,7 @@ class Skill(Model, kw_only=True):
 
     name: str
     graph: str | UnsetType = UNSET
+    # as in Fawkes, the only name with a dash
     skill_string: str | UnsetType = msgspec.field(default=UNSET, name="skill-string")
     error: str | UnsetType = UNSET
     msg_id: int | UnsetType = UNSET
@@ -76,11 +77,11 @@ class _ShownGraph:
 
 
 # The state of each host's Skillers by Skiller id.
-_graphs: WeakKeyDictionary[WebHost, dict[str, _ShownGraph]] = WeakKeyDictionary()
+_shown_graphs: WeakKeyDictionary[WebHost, dict[str, _ShownGraph]] = WeakKeyDictionary()
 
 
 @contextmanager
-def _opened(call: ApiCall, *types: str) -> Iterator[list[Any]]:
+def _open_interfaces(call: ApiCall, *types: str) -> Iterator[list[Any]]:
     """Open interfaces of the requested Skiller.
 
     :raises ApiError: if the Skiller is unknown or does not run.
@@ -106,7 +107,7 @@ def _opened(call: ApiCall, *types: str) -> Iterator[list[Any]]:
             board.close(instance)
 
 
-def _show(debug: Any, subject: str) -> None:
+def _show_graph(debug: Any, subject: str) -> None:
     """Request a graph from the Skiller and wait for it.
 
     :raises ApiError: if the graph does not arrive in time.
@@ -116,54 +117,57 @@ def _show(debug: Any, subject: str) -> None:
         if debug.graph_fsm != subject:
             _request_graph(debug, subject)
         while debug.graph_fsm != subject and time.monotonic() < deadline and debug.has_writer:
-            time.sleep(_PERIOD_S)
+            time.sleep(_READ_PERIOD_S)
             debug.read()
     if debug.graph_fsm != subject:
         raise ApiError(408, f"Did not receive '{subject}' in time from skiller")
 
 
 @contextmanager
-def _exclusive(call: ApiCall, debug: Any) -> Iterator[_ShownGraph]:
+def _reserve_graph(call: ApiCall, debug: Any) -> Iterator[_ShownGraph]:
     """Reserve the Skiller's debug interface for one client."""
-    shown = _graphs.setdefault(call.host, {}).setdefault(debug.id, _ShownGraph())
+    shown = _shown_graphs.setdefault(call.host, {}).setdefault(debug.id, _ShownGraph())
     with shown.lock:
         debug.read()
-        _remember(shown, debug)
+        _store_active_graph(shown, debug)
         yield shown
 
 
-def _remember(shown: _ShownGraph, debug: Any) -> None:
+def _store_active_graph(shown: _ShownGraph, debug: Any) -> None:
     """Store the state machine of the active skill if the Skiller shows it."""
     if debug.graph_fsm == "ACTIVE" and debug.graph:
         shown.last_graph = str(debug.graph)
 
 
 def _request_graph(debug: Any, subject: str) -> None:
-    """Let the Skiller show a skill, ``LIST`` or ``ACTIVE`` in its debug interface."""
+    """Send the request for a graph: of a skill, ``LIST`` or ``ACTIVE``."""
     message = debug.create_message("SetGraphMessage")
     message.graph_fsm = subject
     debug.msgq_enqueue(message)
 
 
-def _skills(call: ApiCall) -> list[SkillInfo]:
-    with _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, _), _exclusive(call, debug):
+def _list_skills(call: ApiCall) -> list[SkillInfo]:
+    with (
+        _open_interfaces(call, "SkillerDebugInterface", "SkillerInterface") as (debug, _),
+        _reserve_graph(call, debug),
+    ):
         previous_subject = debug.graph_fsm
         try:
-            _show(debug, "LIST")
+            _show_graph(debug, "LIST")
             names = str(debug.graph).splitlines()
         finally:
             _request_graph(debug, previous_subject)
     return [SkillInfo(name=name) for name in names]
 
 
-def _skill(call: ApiCall) -> Skill:
-    name = "ACTIVE" if call.path["id"] == _ACTIVE else call.path["id"]
+def _get_skill(call: ApiCall) -> Skill:
+    name = "ACTIVE" if call.path["id"] == _ACTIVE_ID else call.path["id"]
     with (
-        _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, skiller),
-        _exclusive(call, debug) as shown,
+        _open_interfaces(call, "SkillerDebugInterface", "SkillerInterface") as (debug, skiller),
+        _reserve_graph(call, debug) as shown,
     ):
-        _show(debug, name)
-        _remember(shown, debug)
+        _show_graph(debug, name)
+        _store_active_graph(shown, debug)
         if name != "ACTIVE":
             return Skill(name=debug.graph_fsm, graph=debug.graph)
         skiller.read()
@@ -174,7 +178,7 @@ def _skill(call: ApiCall) -> Skill:
             error=skiller.error,
             msg_id=skiller.msgid,
             exclusive_controller=skiller.exclusive_controller,
-            status=_STATUS.get(getattr(skiller.status, "name", ""), "INACTIVE"),
+            status=_STATUS_NAMES.get(getattr(skiller.status, "name", ""), "INACTIVE"),
         )
 
 
@@ -183,25 +187,25 @@ def _check_control(skiller: Any) -> None:
         raise ApiError(409, "Another thread is exclusive controller")
 
 
-def _call(call: ApiCall) -> Skill:
+def _call_skill(call: ApiCall) -> Skill:
     text = call.body.get("skill_string")
     if not isinstance(text, str):
         raise ApiError(400, "Request lacks skill string")
-    with _opened(call, "SkillerInterface") as (skiller,):
-        max_bytes = skiller.maxlenof("skill_string") - 1
+    with _open_interfaces(call, "SkillerInterface") as (skiller,):
+        max_bytes = skiller.maxlenof("skill_string") - 1  # the last byte is the NUL of a C string
         if len(text.encode("utf-8", "replace")) > max_bytes or "\0" in text:
             raise ApiError(400, f"A skill string has {max_bytes} bytes at most")
         _check_control(skiller)
         message = skiller.create_message("ExecSkillMessage")
         message.skill_string = text.encode("utf-8", "replace").decode()
         msgid = skiller.msgq_enqueue(message)
-    return Skill(name=_ACTIVE, msg_id=msgid)
+    return Skill(name=_ACTIVE_ID, msg_id=msgid)
 
 
-def _stop(call: ApiCall) -> Text:
-    if call.path["id"] != _ACTIVE:
+def _stop_skill(call: ApiCall) -> Text:
+    if call.path["id"] != _ACTIVE_ID:
         raise ApiError(400, "Only the 'active' skill can be stopped")
-    with _opened(call, "SkillerInterface") as (skiller,):
+    with _open_interfaces(call, "SkillerInterface") as (skiller,):
         _check_control(skiller)
         # a Skiller obeys only its exclusive controller
         for name in ("AcquireControlMessage", "StopExecMessage", "ReleaseControlMessage"):
@@ -222,27 +226,27 @@ ENDPOINTS: Final = (
     Endpoint(
         method="GET",
         path="/skiller/skills",
-        handler=_skills,
+        handler=_list_skills,
         summary="The names of all skills.",
         reply=list[SkillInfo],
         query=_SKILLER_QUERY,
         errors=_GRAPH_ERRORS,
-        in_thread=True,
+        runs_in_thread=True,
     ),
     Endpoint(
         method="GET",
         path="/skiller/skills/{id}",
-        handler=_skill,
+        handler=_get_skill,
         summary="A skill with its graph; the id 'active' stands for the running skill.",
         reply=Skill,
         query=_SKILLER_QUERY,
         errors=_GRAPH_ERRORS,
-        in_thread=True,
+        runs_in_thread=True,
     ),
     Endpoint(
         method="DELETE",
         path="/skiller/skills/{id}",
-        handler=_stop,
+        handler=_stop_skill,
         summary="Stop the running skill; the only valid id is 'active'.",
         query=_SKILLER_QUERY,
         errors=_CONTROL_ERRORS,
@@ -251,7 +255,7 @@ ENDPOINTS: Final = (
     Endpoint(
         method="POST",
         path="/skiller/call",
-        handler=_call,
+        handler=_call_skill,
         summary="Run a skill string.",
         reply=Skill,
         body=SkillCall,

@@ -27,7 +27,7 @@ class SlotError(Exception):
     """A slot without a value, or with a value of another type."""
 
 
-def environment(call: ApiCall, name: str = ENVIRONMENT, status: int = 503) -> ClipsEnvironment:
+def find_environment(call: ApiCall, name: str = ENVIRONMENT, status: int = 503) -> ClipsEnvironment:
     """Return a CLIPS environment.
 
     :raises ApiError: if the environment does not exist.
@@ -40,7 +40,7 @@ def environment(call: ApiCall, name: str = ENVIRONMENT, status: int = 503) -> Cl
     return env
 
 
-def copy(
+def copy_facts(
     call: ApiCall,
     name: str,
     is_selected: Callable[[str], bool],
@@ -51,10 +51,10 @@ def copy(
 
     :param is_selected: returns whether to copy the facts of a deftemplate, by its name.
     :param status: the HTTP status if the environment is missing or ends during the request.
-    :param window: the requested part. For a search, all facts are copied.
+    :param window: the requested part; a search copies all facts.
     :raises ApiError: if the environment does not exist, or is replaced during the request.
     """
-    env = environment(call, name, status)
+    env = find_environment(call, name, status)
     begin, end = (0, None) if window is None or window.search else window.range
     copier = FactCopier(env.env, is_selected, begin, end)
     pieces, done = copier.pieces(), object()
@@ -63,7 +63,7 @@ def copy(
             if next(pieces, done) is done:
                 return copier.copy
         yield  # without the lock: the rules may run before the next piece
-        if environment(call, name, status) is not env:
+        if find_environment(call, name, status) is not env:
             raise ApiError(503, f"The CLIPS environment '{name}' was replaced during the request")
 
 
@@ -85,7 +85,7 @@ def _first_value(slots: Slots, name: str) -> Value:
     return value
 
 
-def text(slots: Slots, name: str) -> str:
+def read_text(slots: Slots, name: str) -> str:
     """Return the value of a slot as a text; empty for nil.
 
     :raises SlotError: if the slot has no value, or the value is not a text.
@@ -96,7 +96,7 @@ def text(slots: Slots, name: str) -> str:
     return "" if isinstance(value, Symbol) and value == "nil" else str(value)
 
 
-def number(slots: Slots, name: str) -> Any:
+def read_number(slots: Slots, name: str) -> Any:
     """Return the value of a slot as a number; 0 for nil.
 
     :raises SlotError: if the slot has no value, or the value is not a number.
@@ -109,18 +109,18 @@ def number(slots: Slots, name: str) -> Any:
     return value
 
 
-def integer(slots: Slots, name: str) -> int:
+def read_integer(slots: Slots, name: str) -> int:
     """Return the value of a slot, truncated to an integer; 0 for nil.
 
     :raises SlotError: if the slot has no value, or the value is not a finite number.
     """
     try:
-        return int(number(slots, name))
+        return int(read_number(slots, name))
     except (OverflowError, ValueError) as error:
         raise SlotError(f"Value for slot '{name}' is not an integer") from error
 
 
-def flag(slots: Slots, name: str) -> bool:
+def read_flag(slots: Slots, name: str) -> bool:
     """Return whether the value of a slot is TRUE.
 
     :raises SlotError: if the slot has no value, or the value is not a symbol.
@@ -131,32 +131,32 @@ def flag(slots: Slots, name: str) -> bool:
     return value == "TRUE"
 
 
-def texts(slots: Slots, name: str, placeholder: str = "CANNOT-REPRESENT") -> list[str]:
+def read_texts(slots: Slots, name: str, placeholder: str = "CANNOT-REPRESENT") -> list[str]:
     """Return all values of a slot as texts.
 
     :param placeholder: replaces values without a text form, such as addresses.
     """
     value = slots.get(name, ())
-    return [_text(item, placeholder) for item in (value if isinstance(value, tuple) else (value,))]
+    return [_format_value(item, placeholder) for item in (value if isinstance(value, tuple) else (value,))]
 
 
 Reader: TypeAlias = Callable[[Slots, str], Any]
 
 # Readers of slots by the type of the model's member.
-_READERS: Final[Mapping[Any, Reader]] = {
-    str: text,
-    list[str]: texts,
-    int: integer,
-    float: lambda slots, name: float(number(slots, name)),
-    bool: flag,
+_SLOT_READERS: Final[Mapping[Any, Reader]] = {
+    str: read_text,
+    list[str]: read_texts,
+    int: read_integer,
+    float: lambda slots, name: float(read_number(slots, name)),
+    bool: read_flag,
 }
 
-_M = TypeVar("_M", bound=Model)
+_ModelT = TypeVar("_ModelT", bound=Model)
 
 
 @cache
-def _slots_of(model: type[Model]) -> tuple[tuple[str, str, Reader, bool], ...]:
-    """Return the members of a model that are read from slots: member, slot, reader, whether it is required.
+def _find_member_slots(model: type[Model]) -> tuple[tuple[str, str, Reader, bool], ...]:
+    """Return the members that slots provide: member, slot, reader, whether the member is required.
 
     The slot has the member's name in JSON, or the name in ``Meta(extra={"slot": NAME})``.
     """
@@ -168,24 +168,24 @@ def _slots_of(model: type[Model]) -> tuple[tuple[str, str, Reader, bool], ...]:
             name = (meta.extra or {}).get("slot", name)
         if member.default is UNSET:
             hint = get_args(hint)[0]
-        if hint in _READERS:
-            members.append((member.name, name, _READERS[hint], member.required))
+        if hint in _SLOT_READERS:
+            members.append((member.name, name, _SLOT_READERS[hint], member.required))
     return tuple(members)
 
 
-def read(model: type[_M], slots: Slots, **members: Any) -> _M:
-    """Return the model of a fact; each member is read from its slot.
+def read_model(model: type[_ModelT], slots: Slots, **members: Any) -> _ModelT:
+    """Return the model of a fact, with each member from its slot.
 
-    :param members: the members that do not come from the fact.
+    :param members: the members that are not in the fact.
     :raises SlotError: if a slot has no value or a wrong type.
     """
-    for member, name, reader, required in _slots_of(model):
+    for member, name, reader, required in _find_member_slots(model):
         if member not in members and (required or name in slots):
             members[member] = reader(slots, name)
     return model(**members)
 
 
-def _text(value: Value, placeholder: str) -> str:
+def _format_value(value: Value, placeholder: str) -> str:
     if isinstance(value, float):
         return f"{value:f}"  # as std::to_string in Fawkes
     if isinstance(value, str | int):

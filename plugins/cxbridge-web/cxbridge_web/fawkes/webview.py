@@ -13,7 +13,7 @@ from cxbridge.config.secrets import mask_value
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
-from cxbridge_web.fawkes.blackboard import TransformsGraph, quoted
+from cxbridge_web.fawkes.blackboard import TransformsGraph, quote_dot
 from cxbridge_web.models import Model, Request
 
 
@@ -74,7 +74,7 @@ class ImageInfo(Model, kw_only=True):
     mem_size: int
 
 
-_CONVERSIONS: Final = {
+_SCALAR_CONVERTERS: Final = {
     ConfigType.UINT: to_uint,
     ConfigType.INT: to_int,
     ConfigType.FLOAT: to_float,
@@ -85,48 +85,48 @@ _CONVERSIONS: Final = {
 # -- config
 
 
-def _scalar(text: str, kind: ConfigType) -> Any:
-    convert = _CONVERSIONS.get(kind)
+def _convert_scalar(text: str, kind: ConfigType) -> Any:
+    convert = _SCALAR_CONVERTERS.get(kind)
     value = text if convert is None else convert(text)
-    return text if value is None else value  # a text that its type cannot hold stays a text
+    return text if value is None else value  # a text that is no value of its type stays a text
 
 
-def _config_value(value: ConfigValue) -> Any:
+def _convert_value(value: ConfigValue) -> Any:
     if value.is_list:
-        return [_scalar(text, value.type) for text in value.items]
-    return _scalar(value.text, value.type)
+        return [_convert_scalar(text, value.type) for text in value.items]
+    return _convert_scalar(value.text, value.type)
 
 
-def config_tree(config: Configuration, query: str) -> dict[str, Any]:
+def make_config_tree(config: Configuration, query: str) -> dict[str, Any]:
     """Return the values below a path, nested from the root, with masked secrets."""
     tree: dict[str, Any] = {}
     for value in config.search(query):
         names = [name for name in value.path.split("/") if name]
-        if len(names) < 2:  # noqa: PLR2004 - as in Fawkes, values directly below the root are left out
+        if len(names) < 2:  # noqa: PLR2004 - as in Fawkes, without the values directly below the root
             continue
         parent = tree
         for name in names[:-1]:
             parent = parent.setdefault(name, {})
-        parent[names[-1]] = _config_value(mask_value(value))
+        parent[names[-1]] = _convert_value(mask_value(value))
     return tree
 
 
-def _config(call: ApiCall) -> ConfigTree:
-    return ConfigTree(config=config_tree(call.host.config, call.query.get("query", "")))
+def _get_config(call: ApiCall) -> ConfigTree:
+    return ConfigTree(config=make_config_tree(call.host.config, call.query.get("query", "")))
 
 
 # -- plugins
 
 
-def _plugins(call: ApiCall) -> list[Plugin]:
+def _list_plugins(call: ApiCall) -> list[Plugin]:
     return [
         Plugin(name=name, description=description, is_loaded=loaded)
         for name, description, loaded in sorted(call.host.plugins())
     ]
 
 
-def _plugin(call: ApiCall) -> Plugin:
-    for plugin in _plugins(call):
+def _get_plugin(call: ApiCall) -> Plugin:
+    for plugin in _list_plugins(call):
         if plugin.name == call.path["name"]:
             return plugin
     raise ApiError(404, f"Plugin '{call.path['name']}' is unknown")
@@ -135,41 +135,41 @@ def _plugin(call: ApiCall) -> Plugin:
 def _set_plugin(call: ApiCall) -> PluginOpResponse:
     name, desired_state = call.path["name"], call.body.get("desired_state")
 
-    def refusal(status: int, text: str) -> ApiError:
+    def make_refusal(status: int, text: str) -> ApiError:
         return ApiError(status, text, PluginOpResponse(name=name, state="ERROR", message=text))
 
     if not isinstance(desired_state, str):
-        raise refusal(400, "Request is missing required field 'desired_state'")
+        raise make_refusal(400, "Request is missing required field 'desired_state'")
     if desired_state not in ("LOADED", "UNLOADED", "AVAILABLE"):
-        raise refusal(400, "Unknown state requested")
+        raise make_refusal(400, "Unknown state requested")
     try:
         call.host.load_plugin(name, load=desired_state == "LOADED")
     except CxbridgeError as error:
-        raise refusal(400, error.message) from error
+        raise make_refusal(400, error.message) from error
     return PluginOpResponse(name=name, state=desired_state)
 
 
 # -- backends, images, transforms
 
 
-def _backends(_call: ApiCall) -> list[Backend]:
+def _list_backends(_call: ApiCall) -> list[Backend]:
     return []
 
 
-def _images(_call: ApiCall) -> list[ImageInfo]:
+def _list_images(_call: ApiCall) -> list[ImageInfo]:
     return []
 
 
-def _image(call: ApiCall) -> Any:
+def _get_image(call: ApiCall) -> Any:
     raise ApiError(404, "Stream not found" if "." in call.path["id"] else "Invalid stream ID")
 
 
-def _transforms(call: ApiCall) -> TransformsGraph:
+def _get_transforms(call: ApiCall) -> TransformsGraph:
     frames = call.host.frames()
     lines = ["digraph { graph [fontsize=14];", "  node [fontsize=12 shape=box];"]
     for child, parent in frames.items():
-        origin = "" if parent is None else f"{quoted(parent)} -> "
-        lines.append(f"  {origin}{quoted(child)};")
+        origin = "" if parent is None else f"{quote_dot(parent)} -> "
+        lines.append(f"  {origin}{quote_dot(child)};")
     return TransformsGraph(dotgraph="\n".join([*lines, "}"]))
 
 
@@ -177,7 +177,7 @@ ENDPOINTS: Final = (
     Endpoint(
         method="GET",
         path="/config/?",
-        handler=_config,
+        handler=_get_config,
         summary="The configuration, nested from the root.",
         reply=ConfigTree,
         query=(Query("query", "Only values below this path."),),
@@ -185,14 +185,14 @@ ENDPOINTS: Final = (
     Endpoint(
         method="GET",
         path="/plugins/?",
-        handler=_plugins,
+        handler=_list_plugins,
         summary="All components that can be loaded and unloaded.",
         reply=list[Plugin],
     ),
     Endpoint(
         method="GET",
         path="/plugins/{name}",
-        handler=_plugin,
+        handler=_get_plugin,
         summary="A component that can be loaded and unloaded.",
         reply=Plugin,
         errors={404: "The component does not exist"},
@@ -210,28 +210,28 @@ ENDPOINTS: Final = (
     Endpoint(
         method="GET",
         path="/backends/?",
-        handler=_backends,
+        handler=_list_backends,
         summary="The other webview servers; always empty.",
         reply=list[Backend],
     ),
     Endpoint(
         method="GET",
         path="/images/?",
-        handler=_images,
+        handler=_list_images,
         summary="The images in shared memory; always empty.",
         reply=list[ImageInfo],
     ),
     Endpoint(
         method="GET",
         path="/images/{id+}",
-        handler=_image,
+        handler=_get_image,
         summary="An image in shared memory; always an error.",
         errors={404: "The image does not exist"},
     ),
     Endpoint(
         method="GET",
         path="/transforms/graph",
-        handler=_transforms,
+        handler=_get_transforms,
         summary="The graph of the coordinate frames, in the dot language.",
         reply=TransformsGraph,
     ),

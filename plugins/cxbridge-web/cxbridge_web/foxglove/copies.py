@@ -11,7 +11,7 @@ from cxbridge.trace.codec import dump_json
 from cxbridge.trace.formats.base import CopyFormat
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge_web.foxglove.messages import foxglove_messages
-from cxbridge_web.foxglove.schemas import json_schema, schema_name
+from cxbridge_web.foxglove.schemas import make_json_schema, schema_name
 
 
 class FoxgloveWriter(McapWriter):
@@ -31,13 +31,14 @@ class FoxgloveWriter(McapWriter):
             yield from super()._messages((event,))
             for message in foxglove_messages(event):
                 data = dump_json(message.data).encode("utf-8", "backslashreplace")
-                yield self._channel(message.topic, message.schema), event.time_us * 1000, data  # nanoseconds
+                time_ns = event.time_us * 1000
+                yield self._get_channel(message.topic, message.schema), time_ns, data
 
-    def _channel(self, topic: str, schema: str) -> int:
+    def _get_channel(self, topic: str, schema: str) -> int:
         """Return the channel of a topic. A missing channel is added with its schema."""
         if topic not in self._panel_channels:
             if schema not in self._panel_schemas:
-                text = dump_json(json_schema(schema)).encode()
+                text = dump_json(make_json_schema(schema)).encode()
                 self._panel_schemas[schema] = self._mcap.add_schema(schema_name(schema), "jsonschema", text)
             self._panel_channels[topic] = self._mcap.add_channel(topic, "json", self._panel_schemas[schema])
         return self._panel_channels[topic]
@@ -47,4 +48,4 @@ def open_copy(path: Path, _registry: InterfaceRegistry) -> FoxgloveWriter:
     return FoxgloveWriter(path)
 
 
-COPIES = (CopyFormat("foxglove", 40, f"{__name__}:open_copy"),)
+COPIES = (CopyFormat("foxglove", 40, f"{__name__}:open_copy"),)  # rank 40: after the formats of cxbridge

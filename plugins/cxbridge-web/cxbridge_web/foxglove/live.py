@@ -16,8 +16,8 @@ from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus, LoopTime
 from cxbridge.trace.codec import dump_json, encode, event_json_schema
 from cxbridge_web.foxglove.messages import FoxgloveMessage, foxglove_messages
-from cxbridge_web.foxglove.proxy import FoxgloveProxy, hidden_host
-from cxbridge_web.foxglove.schemas import json_schema
+from cxbridge_web.foxglove.proxy import FoxgloveProxy, choose_hidden_host
+from cxbridge_web.foxglove.schemas import make_json_schema
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 
 # The limit of messages per topic that are kept for later subscribers; older messages are dropped.
@@ -42,7 +42,7 @@ class FoxgloveServer:
         self._context = Context()
         self._channels: dict[str, Channel] = {}
         self._states: dict[str, dict[str, tuple[int, _Encoder]]] = {}  # kept messages, by topic and subject
-        self._subscribed: set[str] = set()  # topics with new subscribers
+        self._new_topics: set[str] = set()  # topics with new subscribers
         self._lock = threading.Lock()  # guards channels, states and subscriptions
         self._server: Any = None
         self._proxy: FoxgloveProxy | None = None
@@ -51,8 +51,8 @@ class FoxgloveServer:
         # add channels before the first client: the SDK advertises a channel before it accepts subscriptions
         for kind in kinds:
             if not kind.KIND.topic_field:
-                self._add_event(kind.KIND.topic, kind)
-        bus.subscribe(self._emit, *kinds)
+                self._add_event_channel(kind.KIND.topic, kind)
+        bus.subscribe(self._send_messages, *kinds)
 
     def start(self) -> None:
         """Start the server and its proxy.
@@ -60,14 +60,14 @@ class FoxgloveServer:
         :raises CxbridgeError: if the address is unavailable.
         """
         host, port, log = self._settings.host, self._settings.port, self._bus.logger(_COMPONENT)
-        inner_host = hidden_host()
+        inner_host = choose_hidden_host()
         try:
             self._server = start_server(
                 name=self._name,
                 host=inner_host,
                 port=0,
                 context=self._context,
-                server_listener=_Subscriptions(self._note_subscription),
+                server_listener=_SubscriptionListener(self._queue_topic),
             )
             self._proxy = FoxgloveProxy(self._settings, (inner_host, self._server.port))
         except (OSError, RuntimeError) as error:
@@ -82,7 +82,7 @@ class FoxgloveServer:
 
     def stop(self) -> None:
         """Stop serving; repeated calls are harmless."""
-        self._bus.unsubscribe(self._emit)
+        self._bus.unsubscribe(self._send_messages)
         proxy, self._proxy = self._proxy, None
         server, self._server = self._server, None
         if server is not None:
@@ -92,43 +92,43 @@ class FoxgloveServer:
 
     def attend(self) -> None:
         """Send the kept messages to new subscribers. Called once a loop."""
-        if not self._subscribed:
+        if not self._new_topics:
             return
         with self._lock:
-            topics, self._subscribed = self._subscribed, set()
+            topics, self._new_topics = self._new_topics, set()
             states_by_topic = [(topic, list(self._states.get(topic, {}).values())) for topic in topics]
         for topic, states in states_by_topic:
             for time_us, encode_message in states:
                 self._channels[topic].log(encode_message(), log_time=time_us * 1000)
 
-    def _note_subscription(self, topic: str) -> None:
-        """Queue a topic for :meth:`attend`, since its subscription is not active yet.
+    def _queue_topic(self, topic: str) -> None:
+        """Queue the topic of a subscription, which is not active yet, for :meth:`attend`.
 
         Called in a thread of the server.
         """
         with self._lock:
-            self._subscribed.add(topic)
+            self._new_topics.add(topic)
 
-    def _emit(self, event: Event) -> None:
+    def _send_messages(self, event: Event) -> None:
         self._send_event(event)
         for message in foxglove_messages(event):
-            self._send(message, event.time_us)
+            self._send_panel_message(message, event.time_us)
 
     def _send_event(self, event: Event) -> None:
         kind = type(event).KIND
         subject_id = getattr(event, kind.topic_field) if kind.topic_field else ""
         topic = kind.topic + subject_id.replace("::", "/", 1)
         if topic not in self._channels:
-            self._add_event(topic, type(event))
+            self._add_event_channel(topic, type(event))
         subject = "\0".join(str(getattr(event, name)) for name in kind.subject)
-        self._log(topic, subject, event.time_us, partial(encode, event))
+        self._send_and_store(topic, subject, event.time_us, partial(encode, event))
 
-    def _send(self, message: FoxgloveMessage, time_us: int) -> None:
+    def _send_panel_message(self, message: FoxgloveMessage, time_us: int) -> None:
         if message.topic not in self._channels:
-            self._add(message.topic, json_schema(message.schema))
-        self._log(message.topic, message.subject, time_us, partial(_encode_message, message))
+            self._add_channel(message.topic, make_json_schema(message.schema))
+        self._send_and_store(message.topic, message.subject, time_us, partial(_encode_message, message))
 
-    def _log(self, topic: str, subject: str, time_us: int, encode_message: _Encoder) -> None:
+    def _send_and_store(self, topic: str, subject: str, time_us: int, encode_message: _Encoder) -> None:
         """Send a message to subscribers, and keep a message about a state.
 
         :param subject: the subject of the state; empty for a momentary message.
@@ -137,7 +137,7 @@ class FoxgloveServer:
         if subject:
             with self._lock:
                 states = self._states.setdefault(topic, {})
-                # move the subject to the end, so that the oldest subject is dropped first
+                # the subject moves to the end, because the limit drops the first subject
                 states.pop(subject, None)
                 states[subject] = time_us, encode_message
                 if len(states) > MAX_STATES:
@@ -145,10 +145,10 @@ class FoxgloveServer:
         if channel.has_sinks():
             channel.log(encode_message(), log_time=time_us * 1000)
 
-    def _add_event(self, topic: str, kind: type[Event]) -> None:
-        self._add(topic, {**event_json_schema(kind), "title": f"cxbridge.{kind.__name__}"})
+    def _add_event_channel(self, topic: str, kind: type[Event]) -> None:
+        self._add_channel(topic, {**event_json_schema(kind), "title": f"cxbridge.{kind.__name__}"})
 
-    def _add(self, topic: str, schema: Mapping[str, Any]) -> None:
+    def _add_channel(self, topic: str, schema: Mapping[str, Any]) -> None:
         """Create the channel of a topic unless another thread has just created it."""
         with self._lock:
             if topic not in self._channels:
@@ -159,7 +159,7 @@ def _encode_message(message: FoxgloveMessage) -> bytes:
     return dump_json(message.data).encode("utf-8", "backslashreplace")
 
 
-class _Subscriptions(ServerListener):
+class _SubscriptionListener(ServerListener):
     """Reports the subscriptions of clients.
 
     :param on_topic: called with a topic in a thread of the server.

@@ -7,7 +7,14 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine, NavGraphRead
-from cxbridge_web.foxglove.scenes import is_number, navgraph_scene, pose, quaternion, stamp, vector
+from cxbridge_web.foxglove.scenes import (
+    is_number,
+    make_navgraph_scene,
+    make_pose,
+    make_quaternion,
+    make_time,
+    make_vector,
+)
 
 # The topic of the log. Readers of runs skip the topics below `/foxglove`, which repeat recorded events.
 LOG_TOPIC: Final = "/foxglove/log"
@@ -17,7 +24,7 @@ TRANSFORM_TOPIC: Final = "/foxglove/tf"
 # Foxglove's level numbers.
 LEVELS: Final = {Level.DEBUG: 1, Level.INFO: 2, Level.WARN: 3, Level.ERROR: 4}
 
-_ODOMETRY: Final = "odom"  # default frame of a navigator
+_DEFAULT_FRAME: Final = "odom"  # default frame of a navigator
 
 _TRANSLATION_LENGTH: Final = 3  # x, y, z
 _ROTATION_LENGTH: Final = 4  # a quaternion
@@ -42,10 +49,10 @@ class FoxgloveMessage:
 def foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:
     """Yield the messages for an event. Most kinds of events have none."""
     if isinstance(event, LogLine):
-        yield _log(event)
+        yield _make_log(event)
     elif isinstance(event, NavGraphRead):
         yield FoxgloveMessage(
-            f"/foxglove/navgraph/{event.graph}", "SceneUpdate", navgraph_scene(event), event.graph
+            f"/foxglove/navgraph/{event.graph}", "SceneUpdate", make_navgraph_scene(event), event.graph
         )
     elif isinstance(event, InterfaceWrite):
         interface_type = event.uid.partition("::")[0]
@@ -55,9 +62,9 @@ def foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:
             yield message
 
 
-def _log(event: LogLine) -> FoxgloveMessage:
+def _make_log(event: LogLine) -> FoxgloveMessage:
     line = {
-        "timestamp": stamp(event.time_us),
+        "timestamp": make_time(event.time_us),
         "level": LEVELS[event.level],
         "message": event.text,
         "name": event.component,
@@ -67,56 +74,56 @@ def _log(event: LogLine) -> FoxgloveMessage:
     return FoxgloveMessage(LOG_TOPIC, "Log", line)
 
 
-def _position(event: InterfaceWrite) -> FoxgloveMessage | None:
-    frame, translation = _frame(event, "frame"), _numbers(event, "translation", _TRANSLATION_LENGTH)
-    rotation = _numbers(event, "rotation", _ROTATION_LENGTH)
+def _make_position(event: InterfaceWrite) -> FoxgloveMessage | None:
+    frame, translation = _read_frame(event, "frame"), _read_numbers(event, "translation", _TRANSLATION_LENGTH)
+    rotation = _read_numbers(event, "rotation", _ROTATION_LENGTH)
     if not frame or translation is None or rotation is None:
         return None  # the writer has not written a pose yet
-    return _pose(event, frame, pose(translation, rotation))
+    return _make_pose(event, frame, make_pose(translation, rotation))
 
 
-def _navigator(event: InterfaceWrite) -> FoxgloveMessage | None:
+def _make_target(event: InterfaceWrite) -> FoxgloveMessage | None:
     x, y = event.values.get("x"), event.values.get("y")
     if not is_number(x) or not is_number(y):
         return None
-    return _pose(event, _frame(event, "target_frame") or _ODOMETRY, pose((x, y, 0.0)))
+    return _make_pose(event, _read_frame(event, "target_frame") or _DEFAULT_FRAME, make_pose((x, y, 0.0)))
 
 
-def _pose(event: InterfaceWrite, frame: str, pose_data: dict[str, Any]) -> FoxgloveMessage:
+def _make_pose(event: InterfaceWrite, frame: str, pose_data: dict[str, Any]) -> FoxgloveMessage:
     topic = "/foxglove/pose/" + event.uid.replace("::", "/", 1).replace("//", "/")
-    data = {"timestamp": stamp(event.time_us), "frame_id": frame, "pose": pose_data}
+    data = {"timestamp": make_time(event.time_us), "frame_id": frame, "pose": pose_data}
     return FoxgloveMessage(topic, "PoseInFrame", data, event.uid)
 
 
-def _transform(event: InterfaceWrite) -> FoxgloveMessage | None:
-    parent, child = _frame(event, "frame"), _frame(event, "child_frame")
-    translation = _numbers(event, "translation", _TRANSLATION_LENGTH)
-    rotation = _numbers(event, "rotation", _ROTATION_LENGTH)
+def _make_transform(event: InterfaceWrite) -> FoxgloveMessage | None:
+    parent, child = _read_frame(event, "frame"), _read_frame(event, "child_frame")
+    translation = _read_numbers(event, "translation", _TRANSLATION_LENGTH)
+    rotation = _read_numbers(event, "rotation", _ROTATION_LENGTH)
     if not parent or not child or translation is None or rotation is None:
         return None
     data = {
-        "timestamp": stamp(event.time_us),
+        "timestamp": make_time(event.time_us),
         "parent_frame_id": parent,
         "child_frame_id": child,
-        "translation": vector(translation),
-        "rotation": quaternion(rotation),
+        "translation": make_vector(translation),
+        "rotation": make_quaternion(rotation),
     }
     return FoxgloveMessage(TRANSFORM_TOPIC, "FrameTransform", data, child)
 
 
 _MESSAGE_MAKERS: Final[dict[str, Callable[[InterfaceWrite], FoxgloveMessage | None]]] = {
-    "Position3DInterface": _position,
-    "TransformInterface": _transform,
-    "NavigatorInterface": _navigator,
+    "Position3DInterface": _make_position,
+    "TransformInterface": _make_transform,
+    "NavigatorInterface": _make_target,
 }
 
 
-def _frame(event: InterfaceWrite, name: str) -> str:
+def _read_frame(event: InterfaceWrite, name: str) -> str:
     """Return a frame's name without a leading slash, which tf ignores."""
     return str(event.values.get(name, "")).lstrip("/")
 
 
-def _numbers(event: InterfaceWrite, name: str, count: int) -> tuple[float, ...] | None:
+def _read_numbers(event: InterfaceWrite, name: str, count: int) -> tuple[float, ...] | None:
     """Return a field of ``count`` finite numbers; None for other values, since JSON has no NaN."""
     value = event.values.get(name)
     if not isinstance(value, list | tuple) or len(value) != count or not all(map(is_number, value)):

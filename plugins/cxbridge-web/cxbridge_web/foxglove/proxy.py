@@ -28,7 +28,7 @@ _PIECE_BYTES: Final = 1 << 16  # limit of bytes that are forwarded at once
 _HEAD_END: Final = b"\r\n\r\n"
 
 
-def hidden_host() -> str:
+def choose_hidden_host() -> str:
     """Return a random loopback address for the server behind the proxy.
 
     Linux and Windows have 16 million loopback addresses, too many for a web page to try with all ports.
@@ -56,14 +56,14 @@ class FoxgloveProxy(Closing):
         listening = socket.create_server((settings.host, settings.port), family=family)
         self.port: int = listening.getsockname()[1]
         self._thread = LoopThread("foxglove proxy")
-        self._server = self._thread.spawn(self._serve(listening)).result(_START_TIMEOUT_S)
+        self._server = self._thread.spawn(self._start_server(listening)).result(_START_TIMEOUT_S)
 
     def close(self) -> None:
         """Close all connections and stop listening."""
         self._thread.call(self._server.close)
         self._thread.close()
 
-    async def _serve(self, listening: socket.socket) -> asyncio.Server:
+    async def _start_server(self, listening: socket.socket) -> asyncio.Server:
         return await asyncio.start_server(self._accept, sock=listening, limit=_MAX_HEAD_BYTES)
 
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -77,7 +77,7 @@ class FoxgloveProxy(Closing):
 
     async def _forward(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         head = await asyncio.wait_for(reader.readuntil(_HEAD_END), _HEAD_TIMEOUT_S)
-        if refusal := self._refusal(head):
+        if refusal := self._find_refusal(head):
             body = refusal.partition(" ")[2]
             response = f"HTTP/1.1 {refusal}\r\nContent-Length: {len(body)}\r\nConnection: close\r\n\r\n{body}"
             writer.write(response.encode())
@@ -86,15 +86,17 @@ class FoxgloveProxy(Closing):
         server_reader, server_writer = await asyncio.open_connection(*self._server_address)
         try:
             server_writer.write(head)
-            await _until_first_ends(_copy_bytes(reader, server_writer), _copy_bytes(server_reader, writer))
+            await _run_until_first_ends(
+                _copy_bytes(reader, server_writer), _copy_bytes(server_reader, writer)
+            )
         finally:
             server_writer.close()
 
-    def _refusal(self, head: bytes) -> str:
+    def _find_refusal(self, head: bytes) -> str:
         """Return the status and the reason of a rejection; empty for an accepted request."""
         if self._connections > MAX_CONNECTIONS:
             return "503 Too many connections"
-        hosts, origins = _values(head, "host"), _values(head, "origin")
+        hosts, origins = _header_values(head, "host"), _header_values(head, "origin")
         if len(hosts) != 1 or len(origins) > 1:
             return "400 The request needs one Host and at most one Origin"
         if self._names is not None and not is_named(hosts[0], self._names):
@@ -104,7 +106,7 @@ class FoxgloveProxy(Closing):
         return ""
 
 
-def _values(head: bytes, name: str) -> list[str]:
+def _header_values(head: bytes, name: str) -> list[str]:
     """Return the values of a header field in the head of a request."""
     fields = (line.partition(":") for line in head.decode("latin-1").split("\r\n")[1:])
     return [value.strip() for field, _, value in fields if field.strip().lower() == name]
@@ -116,7 +118,7 @@ async def _copy_bytes(reader: asyncio.StreamReader, writer: asyncio.StreamWriter
         await writer.drain()
 
 
-async def _until_first_ends(*directions: Coroutine[Any, Any, None]) -> None:
+async def _run_until_first_ends(*directions: Coroutine[Any, Any, None]) -> None:
     """Run both forwarding directions until one of them ends."""
     tasks = [asyncio.create_task(direction) for direction in directions]
     try:

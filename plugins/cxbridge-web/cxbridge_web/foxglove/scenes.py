@@ -8,14 +8,14 @@ from typing import Any, Final, TypeAlias, TypeGuard
 
 from cxbridge.events import NavGraphRead
 
-MAP: Final = "map"  # frame of navigation graphs
+MAP_FRAME: Final = "map"  # frame of navigation graphs
 
 _Point: TypeAlias = tuple[float, float]
 
-_NODE_M: Final = 0.12  # diameter of a node
-_EDGE_M: Final = 0.03  # thickness of an edge
-_LABEL_M: Final = 0.2  # height of a label above its node, and of its letters
-_MAX_HEAD_M: Final = 0.25  # limit of the length of an arrow's head
+_NODE_DIAMETER_M: Final = 0.12  # diameter of a node
+_EDGE_WIDTH_M: Final = 0.03  # thickness of an edge
+_LABEL_HEIGHT_M: Final = 0.2  # height of a label above its node, and of its letters
+_MAX_HEAD_LENGTH_M: Final = 0.25  # limit of the length of an arrow's head
 _LINE_LIST: Final = 2  # Foxglove's number for a line for each pair of points
 _NODE_COLOUR: Final = {"r": 0.16, "g": 0.42, "b": 0.68, "a": 1.0}
 _EDGE_COLOUR: Final = {"r": 0.45, "g": 0.47, "b": 0.5, "a": 1.0}
@@ -23,26 +23,26 @@ _LABEL_COLOUR: Final = {"r": 0.2, "g": 0.22, "b": 0.25, "a": 1.0}
 _PRIMITIVES: Final = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
 
 
-def stamp(time_us: int) -> dict[str, int]:
+def make_time(time_us: int) -> dict[str, int]:
     """Return a time in Foxglove's JSON form, which has no times before 1970."""
     seconds, microseconds = divmod(max(time_us, 0), 1_000_000)
     return {"sec": seconds, "nsec": microseconds * 1000}
 
 
-def vector(values: Sequence[float]) -> dict[str, float]:
+def make_vector(values: Sequence[float]) -> dict[str, float]:
     return dict(zip("xyz", values, strict=True))
 
 
-def quaternion(values: Sequence[float]) -> dict[str, float]:
+def make_quaternion(values: Sequence[float]) -> dict[str, float]:
     """Return a rotation. All zeros, the value of an unwritten interface, mean no rotation."""
     return dict(zip("xyzw", values if any(values) else (0.0, 0.0, 0.0, 1.0), strict=True))
 
 
-def pose(position: Sequence[float], rotation: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> dict[str, Any]:
-    return {"position": vector(position), "orientation": quaternion(rotation)}
+def make_pose(position: Sequence[float], rotation: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> dict[str, Any]:
+    return {"position": make_vector(position), "orientation": make_quaternion(rotation)}
 
 
-def navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
+def make_navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
     """Return a ``SceneUpdate`` with spheres for nodes, lines for edges and arrows for directed edges."""
     positions = dict(_positions(event))
     two_way: list[tuple[_Point, _Point]] = []
@@ -51,22 +51,26 @@ def navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
         start, end = positions.get(edge.get("from")), positions.get(edge.get("to"))
         if start is not None and end is not None:
             (one_way if edge.get("directed") else two_way).append((start, end))
-    points = [vector((*point, 0.0)) for edge in two_way for point in edge]
+    points = [make_vector((*point, 0.0)) for edge in two_way for point in edge]
     entity: dict[str, Any] = {
-        "timestamp": stamp(event.time_us),
-        "frame_id": MAP,
+        "timestamp": make_time(event.time_us),
+        "frame_id": MAP_FRAME,
         "id": event.graph,
         "lifetime": {"sec": 0, "nsec": 0},
         "frame_locked": True,
         "metadata": [{"key": "nodes", "value": str(len(positions))}],
         **{name: [] for name in _PRIMITIVES},
         "spheres": [
-            {"pose": pose((x, y, 0.0)), "size": vector((_NODE_M,) * 3), "color": _NODE_COLOUR}
+            {
+                "pose": make_pose((x, y, 0.0)),
+                "size": make_vector((_NODE_DIAMETER_M,) * 3),
+                "color": _NODE_COLOUR,
+            }
             for x, y in positions.values()
         ],
-        "lines": [_line_list(points)] if points else [],
-        "arrows": [_arrow(start, end) for start, end in one_way],
-        "texts": [_label(name, *point) for name, point in positions.items()],
+        "lines": [_make_line_list(points)] if points else [],
+        "arrows": [_make_arrow(start, end) for start, end in one_way],
+        "texts": [_make_label(name, *point) for name, point in positions.items()],
     }
     return {"deletions": [], "entities": [entity]}
 
@@ -84,11 +88,11 @@ def is_number(value: Any) -> TypeGuard[float]:
     return isinstance(value, int | float) and isfinite(value)
 
 
-def _line_list(points: list[dict[str, float]]) -> dict[str, Any]:
+def _make_line_list(points: list[dict[str, float]]) -> dict[str, Any]:
     return {
         "type": _LINE_LIST,
-        "pose": pose((0.0, 0.0, 0.0)),
-        "thickness": _EDGE_M,
+        "pose": make_pose((0.0, 0.0, 0.0)),
+        "thickness": _EDGE_WIDTH_M,
         "scale_invariant": False,
         "points": points,
         "color": _EDGE_COLOUR,
@@ -97,26 +101,26 @@ def _line_list(points: list[dict[str, float]]) -> dict[str, Any]:
     }
 
 
-def _arrow(start: tuple[float, float], end: tuple[float, float]) -> dict[str, Any]:
+def _make_arrow(start: tuple[float, float], end: tuple[float, float]) -> dict[str, Any]:
     """Return an arrow, rotated from the x axis, along which Foxglove's arrows point."""
     dx, dy = end[0] - start[0], end[1] - start[1]
-    length, half = hypot(dx, dy), atan2(dy, dx) / 2  # a quaternion has half the angle of its rotation
-    head = min(_MAX_HEAD_M, length / 2)
+    length, half_angle = hypot(dx, dy), atan2(dy, dx) / 2  # a quaternion has half the angle of its rotation
+    head = min(_MAX_HEAD_LENGTH_M, length / 2)
     return {
-        "pose": pose((*start, 0.0), (0.0, 0.0, sin(half), cos(half))),
+        "pose": make_pose((*start, 0.0), (0.0, 0.0, sin(half_angle), cos(half_angle))),
         "shaft_length": length - head,
-        "shaft_diameter": _EDGE_M,
+        "shaft_diameter": _EDGE_WIDTH_M,
         "head_length": head,
-        "head_diameter": 3 * _EDGE_M,
+        "head_diameter": 3 * _EDGE_WIDTH_M,
         "color": _EDGE_COLOUR,
     }
 
 
-def _label(name: str, x: float, y: float) -> dict[str, Any]:
+def _make_label(name: str, x: float, y: float) -> dict[str, Any]:
     return {
-        "pose": pose((x, y, _LABEL_M)),
+        "pose": make_pose((x, y, _LABEL_HEIGHT_M)),
         "billboard": True,
-        "font_size": _LABEL_M,
+        "font_size": _LABEL_HEIGHT_M,
         "scale_invariant": False,
         "color": _LABEL_COLOUR,
         "text": name,

@@ -6,7 +6,7 @@ from functools import cache
 from typing import Any, Final
 
 # The fields of each message with their types.
-_MESSAGES: Final = {
+_MESSAGE_FIELDS: Final = {
     "Log": "timestamp:time level:integer message:string name:string file:string line:integer",
     "PoseInFrame": "timestamp:time frame_id:string pose:Pose",
     "FrameTransform": (
@@ -68,20 +68,20 @@ def schema_name(message: str) -> str:
 
 
 @cache
-def json_schema(message: str) -> dict[str, Any]:
+def make_json_schema(message: str) -> dict[str, Any]:
     """Return the JSON schema of a message such as ``Log``. Do not modify the cached result."""
-    fields = dict(field.split(":") for field in _MESSAGES[message].split())
+    fields = dict(field.split(":") for field in _MESSAGE_FIELDS[message].split())
     return {
         "title": schema_name(message),
         "type": "object",
-        "properties": {name: _schema_of(kind) for name, kind in fields.items()},
+        "properties": {name: _make_field_schema(kind) for name, kind in fields.items()},
         "required": list(fields),
     }
 
 
-def _schema_of(kind: str) -> dict[str, Any]:
+def _make_field_schema(kind: str) -> dict[str, Any]:
     if kind.endswith("[]"):
-        return {"type": "array", "items": _schema_of(kind.removesuffix("[]"))}
-    if kind in _MESSAGES:
-        return json_schema(kind)
+        return {"type": "array", "items": _make_field_schema(kind.removesuffix("[]"))}
+    if kind in _MESSAGE_FIELDS:
+        return make_json_schema(kind)
     return _BASIC_SCHEMAS.get(kind) or {"type": kind}

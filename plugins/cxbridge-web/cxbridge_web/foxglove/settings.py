@@ -11,7 +11,7 @@ from cxbridge.run.plugin_settings import PluginSettings
 from cxbridge_web import FOXGLOVE_PORT
 
 # The origins of Foxglove in a browser and of its desktop program.
-PAGES: Final = ("https://app.foxglove.dev", "file://")
+FOXGLOVE_ORIGINS: Final = ("https://app.foxglove.dev", "file://")
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class FoxgloveSettings(PluginSettings):
 
     host: str = LOOPBACK
     port: int = FOXGLOVE_PORT
-    allow_origins: tuple[str, ...] = PAGES
+    allow_origins: tuple[str, ...] = FOXGLOVE_ORIGINS
     insecure: bool = False
 
     @classmethod
@@ -46,7 +46,9 @@ class FoxgloveSettings(PluginSettings):
         settings = cls(
             host=config.get_str(f"{cls.SECTION}/host", default=LOOPBACK),
             port=config.get_uint(f"{cls.SECTION}/port", default=FOXGLOVE_PORT),
-            allow_origins=tuple(config.get_strings(f"{cls.SECTION}/allow-origins", default=list(PAGES))),
+            allow_origins=tuple(
+                config.get_strings(f"{cls.SECTION}/allow-origins", default=list(FOXGLOVE_ORIGINS))
+            ),
             insecure=config.get_bool(f"{cls.SECTION}/insecure", default=False),
         )
         settings.check()

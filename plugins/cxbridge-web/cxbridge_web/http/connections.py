@@ -21,8 +21,8 @@ class Connection(H11Protocol):
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
         self._timer: asyncio.TimerHandle | None = None
-        # The request and the unsent bytes at the last check, if it was the client's turn.
-        self._mark: tuple[object, int] | None = None
+        # The request and the number of unsent bytes at the last check; None if it was the server's turn.
+        self._last_progress: tuple[object, int] | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -37,9 +37,9 @@ class Connection(H11Protocol):
         """Close the connection if its client had to act since the last check and did not."""
         cycle = self.cycle
         is_clients_turn = cycle is None or cycle.response_complete or self.flow.write_paused
-        mark = (cycle, self.transport.get_write_buffer_size()) if is_clients_turn else None
-        if mark is not None and mark == self._mark:
+        progress = (cycle, self.transport.get_write_buffer_size()) if is_clients_turn else None
+        if progress is not None and progress == self._last_progress:
             self.transport.abort()
             return
-        self._mark = mark
+        self._last_progress = progress
         self._timer = self.loop.call_later(self.patience_s, self._check_progress)

@@ -33,7 +33,7 @@ from cxbridge_web.report import document_page, guessed_links, is_mcap
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
-RUNS: Final = "/runs/"  # path prefix of the recordings; the prefix itself is the path of their list
+RUNS_PATH: Final = "/runs/"  # path prefix of the recordings; the prefix itself is the path of their list
 
 _LIST_PAGE: Final = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
@@ -41,9 +41,11 @@ _LIST_PAGE: Final = """<!doctype html>
 <link rel="icon" href="/icon.svg"></head>
 <body><main><h1>Recorded runs</h1><ul>{items}</ul></main></body></html>
 """
-COMPARE: Final = "/compare"  # path of the page that compares two runs by their numbers: `/compare?a=0&b=1`
+COMPARE_PATH: Final = (
+    "/compare"  # path of the page that compares two runs by their numbers: `/compare?a=0&b=1`
+)
 
-# The query for guessed pairs of plan-actions and skill calls, which recordings lack.
+# The query for the guessed pairs of plan-actions and skill calls, which recordings lack.
 _LINKS_QUERY: Final = b"links"
 
 _WHY_PREFIX: Final = b"why&"  # prefix of a query for an explanation: `why&kind=goal&name=gen14&at=3.5`
@@ -58,36 +60,39 @@ class RecordingsApp:
     def __init__(self, paths: Sequence[Path]) -> None:
         for path in paths:  # an unreadable recording is an error of the command, not of a request
             next(iter(open_run(path)), None)
-        self._paths = {f"{RUNS}{number}/{path.name or 'run'}": path for number, path in enumerate(paths)}
+        self._paths = {f"{RUNS_PATH}{number}/{path.name or 'run'}": path for number, path in enumerate(paths)}
         self._lock = Lock()  # several requests may explain at the same time
-        # The last explainer with its recording, moment and environment; a new one reads the whole recording.
+        # The last explainer with its recording, time and environment. Kept, because a new explainer reads the
+        # whole recording.
         self._explainer: tuple[tuple[Path, str, str], Explainer] | None = None
         self._pages = Pages([(quote(address), path.name) for address, path in self._paths.items()])
 
     @property
-    def start(self) -> str:
+    def start_path(self) -> str:
         """The path of the start page: a single run, the comparison of two runs, or the list of more runs."""
         match len(self._paths):
             case 1:
-                return self._link(next(iter(self._paths)))
+                return self._make_page_link(next(iter(self._paths)))
             case 2:
-                return f"{COMPARE}?a=0&b=1"
+                return f"{COMPARE_PATH}?a=0&b=1"
             case _:
-                return RUNS
+                return RUNS_PATH
 
     @staticmethod
-    def _link(path: str) -> str:
+    def _make_page_link(path: str) -> str:
         # quoted twice: the page uses the value of the query as an address, which is itself quoted
         return f"/?run={quote(quote(path), safe='/')}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         path = scope["path"]
-        if path == COMPARE:
+        if path == COMPARE_PATH:
             query = dict(parse_qsl(scope["query_string"].decode()))
-            response = await run_in_threadpool(self._compare, query)
+            response = await run_in_threadpool(self._make_comparison, query)
             await response(scope, receive, send)
-        elif path.startswith(RUNS):
-            response = await run_in_threadpool(self._run, path, scope["method"], scope["query_string"])
+        elif path.startswith(RUNS_PATH):
+            response = await run_in_threadpool(
+                self._serve_recording, path, scope["method"], scope["query_string"]
+            )
             await response(scope, receive, send)
         elif path.startswith("/api"):
             text = "These are recorded runs: there is no daemon to ask\n"
@@ -95,12 +100,12 @@ class RecordingsApp:
         else:
             await self._pages(scope, receive, send)
 
-    def _run(self, path: str, method: str, query: bytes) -> Response:
+    def _serve_recording(self, path: str, method: str, query: bytes) -> Response:
         if method not in {"GET", "HEAD"}:
             return PlainTextResponse("Recordings can only be read\n", 405)
-        if path == RUNS:
+        if path == RUNS_PATH:
             items = "".join(
-                self._item(number, address, file)
+                self._make_list_item(number, address, file)
                 for number, (address, file) in enumerate(self._paths.items())
             )
             return HTMLResponse(_LIST_PAGE.format(items=items), headers={"Cache-Control": "no-cache"})
@@ -108,17 +113,19 @@ class RecordingsApp:
         if file is None:
             return PlainTextResponse("There is no such run here\n", 404)
         if query.startswith(_WHY_PREFIX):
-            return self._why(file, dict(parse_qsl(query.decode("ascii", "replace"))))
-        return _events(file, with_links=query == _LINKS_QUERY)
+            return self._explain(file, dict(parse_qsl(query.decode("ascii", "replace"))))
+        return _make_recording_response(file, with_links=query == _LINKS_QUERY)
 
-    def _item(self, number: int, address: str, file: Path) -> str:
+    def _make_list_item(self, number: int, address: str, file: Path) -> str:
         """Return the list item of a run, with a link to its comparison with the previous run."""
-        link = f'<a href="{html.escape(self._link(address))}">{html.escape(str(file))}</a>'
+        link = f'<a href="{html.escape(self._make_page_link(address))}">{html.escape(str(file))}</a>'
         if number:
-            link += f' <a href="{COMPARE}?a={number - 1}&amp;b={number}">compare with the previous run</a>'
+            link += (
+                f' <a href="{COMPARE_PATH}?a={number - 1}&amp;b={number}">compare with the previous run</a>'
+            )
         return f"<li>{link}</li>"
 
-    def _compare(self, query: Mapping[str, str]) -> Response:
+    def _make_comparison(self, query: Mapping[str, str]) -> Response:
         """Return the page that compares two runs."""
         addresses = list(self._paths)
         try:
@@ -126,23 +133,23 @@ class RecordingsApp:
             view, order = View(query.get("level", "transitions")), Order(query.get("order", "partial"))
         except (KeyError, IndexError, ValueError):
             return PlainTextResponse("Name two runs by their numbers: /compare?a=0&b=1\n", 400)
-        runs = {"a": self._link(first), "b": self._link(second)}
+        runs = {"a": self._make_page_link(first), "b": self._make_page_link(second)}
         try:
-            page = compared_page(self._paths[first], self._paths[second], view, order, runs)
+            page = make_comparison_page(self._paths[first], self._paths[second], view, order, runs)
         except CxbridgeError as error:
             return PlainTextResponse(f"{error}\n", 400)
         return HTMLResponse(page, headers={"Cache-Control": "no-cache"})
 
-    def _why(self, file: Path, query: Mapping[str, str]) -> Response:
+    def _explain(self, file: Path, query: Mapping[str, str]) -> Response:
         """Return the explanation of a part of a recording; status 400 if there is none."""
         try:
-            explain = self._explainer_of(file, query.get("at", ""), query.get("env", ""))
+            explain = self._get_explainer(file, query.get("at", ""), query.get("env", ""))
             return JSONResponse(explain(query.get("kind", ""), query.get("name", "")))
         except CxbridgeError as error:
             return JSONResponse({"message": str(error)}, 400)
 
-    def _explainer_of(self, file: Path, at: str, env: str) -> Explainer:
-        """Return the explainer of a recording at a moment. The last explainer is cached.
+    def _get_explainer(self, file: Path, at: str, env: str) -> Explainer:
+        """Return the explainer of a recording at a time. The last explainer is cached.
 
         :param at: the seconds since the start; empty for the end of the recording.
         :param env: the CLIPS environment; empty for the default.
@@ -161,7 +168,7 @@ class RecordingsApp:
             return self._explainer[1]
 
 
-def _events(file: Path, *, with_links: bool) -> Response:
+def _make_recording_response(file: Path, *, with_links: bool) -> Response:
     """Return a recording, or its guessed pairs of plan-actions and skill calls."""
     headers = {"Cache-Control": "no-cache"}
     if with_links:
@@ -169,10 +176,10 @@ def _events(file: Path, *, with_links: bool) -> Response:
         return JSONResponse(guessed_links(RunHistory.of(run, UNLIMITED, run.start_us)), headers=headers)
     if is_mcap(file):
         return FileResponse(file, media_type="application/octet-stream", headers=headers)
-    return StreamingResponse(_lines(file), media_type="application/x-ndjson", headers=headers)
+    return StreamingResponse(_encode_lines(file), media_type="application/x-ndjson", headers=headers)
 
 
-def compared_page(a: Path, b: Path, view: View, order: Order, runs: Mapping[str, str]) -> str:
+def make_comparison_page(a: Path, b: Path, view: View, order: Order, runs: Mapping[str, str]) -> str:
     """Return the page that compares two recorded runs.
 
     :param runs: the addresses of the pages of ``a`` and ``b``.
@@ -191,7 +198,7 @@ def compared_page(a: Path, b: Path, view: View, order: Order, runs: Mapping[str,
     return document_page("comparison", f"{a.name} and {b.name}", document)
 
 
-def _lines(path: Path) -> Iterator[bytes]:
+def _encode_lines(path: Path) -> Iterator[bytes]:
     """Yield a run as JSON lines, like ``trace cat --json``."""
     for event in open_run(path):
         if event.KIND.name:

@@ -43,7 +43,7 @@ class _Uvicorn(uvicorn.Server):
 
 
 class _LogHandler(logging.Handler):
-    """Forwards uvicorn's warnings to the log. Warnings that clients cause are limited."""
+    """Forwards uvicorn's warnings to the log, and limits the warnings that clients cause."""
 
     def __init__(self, log: Logger) -> None:
         super().__init__(logging.WARNING)
@@ -74,7 +74,7 @@ class HttpThread:
         self.port: int = self._listening.getsockname()[1]
         self._server: _Uvicorn | None = None
         self._thread: LoopThread | None = None
-        self._served: Future[None] = Future()
+        self._serving_result: Future[None] = Future()
         self._handler = _LogHandler(log)
 
     @property
@@ -88,21 +88,23 @@ class HttpThread:
         :raises CxbridgeError: if the certificate is unusable or the server does not start in time.
         """
         try:
-            self._server = _Uvicorn(self._configuration(app))
+            self._server = _Uvicorn(self._make_configuration(app))
         except Exception:
             self._listening.close()
             raise
         logging.getLogger("uvicorn.error").addHandler(self._handler)
         serving = self._server.serving
         self._thread = LoopThread("web")
-        self._served = self._thread.spawn(self._server.serve(sockets=[self._listening]))
-        self._served.add_done_callback(lambda _: serving.set())  # a failed start must end the wait, too
-        if not serving.wait(_START_TIMEOUT_S) or self._served.done():
+        self._serving_result = self._thread.spawn(self._server.serve(sockets=[self._listening]))
+        self._serving_result.add_done_callback(
+            lambda _: serving.set()
+        )  # a failed start must end the wait, too
+        if not serving.wait(_START_TIMEOUT_S) or self._serving_result.done():
             self.stop()
             self._listening.close()
             raise CxbridgeError("the web server does not start")
 
-    def _configuration(self, app: ASGIApp) -> uvicorn.Config:
+    def _make_configuration(self, app: ASGIApp) -> uvicorn.Config:
         settings = self._settings
         try:
             config = uvicorn.Config(
@@ -116,7 +118,7 @@ class HttpThread:
                 server_header=False,
                 proxy_headers=False,
                 limit_concurrency=MAX_CONNECTIONS,
-                timeout_graceful_shutdown=1,
+                timeout_graceful_shutdown=1,  # second
                 ssl_certfile=settings.tls_cert,
                 ssl_keyfile=settings.tls_key,
             )
@@ -132,17 +134,17 @@ class HttpThread:
         if self._thread is None:
             self._listening.close()
 
-    def stop(self, closing: Callable[[], None] = lambda: None) -> None:
+    def stop(self, close_streams: Callable[[], None] = lambda: None) -> None:
         """Stop serving; repeated calls are harmless.
 
-        :param closing: ends the endless answers, such as event streams; called in the server's thread.
+        :param close_streams: ends the endless answers, such as event streams; called in the server's thread.
         """
         thread, self._thread = self._thread, None
         if thread is not None and self._server is not None:
             self._server.should_exit = True
-            thread.call(closing)
+            thread.call(close_streams)
             with suppress(TimeoutError, CancelledError):
-                self._served.result(_STOP_TIMEOUT_S)
+                self._serving_result.result(_STOP_TIMEOUT_S)
             thread.close()
         logging.getLogger("uvicorn.error").removeHandler(self._handler)
 

@@ -80,7 +80,7 @@ class DaemonHost(WebHost):
     def status(self) -> dict[str, Any]:
         daemon = self._daemon
         components = daemon.status_of_components()
-        return self._status(
+        return self._make_status(
             daemon.state,
             [component.plain() for component in components],
             endpoints=daemon.endpoints,

@@ -40,7 +40,7 @@ class RunHost(WebHost):
         self._result: dict[str, Any] | None = None
         self._end_us = 0
         self.operations = OperationContext(
-            self.rights, lambda: self.executive, component_rows=self._components
+            self.rights, lambda: self.executive, component_rows=self._list_component_rows
         )
 
     @property
@@ -59,7 +59,7 @@ class RunHost(WebHost):
         managers = [agent.manager for agent in self._run.agents]
         return {name: env for manager in managers for name, env in manager.environments.items()}
 
-    def _components(self) -> list[dict[str, Any]]:
+    def _list_component_rows(self) -> list[dict[str, Any]]:
         state = "ACTIVE" if self._result is None else "INACTIVE"
         return [
             {"name": agent.name or "executive", "state": state, "since_us": self._start_us, "reason": ""}
@@ -75,7 +75,9 @@ class RunHost(WebHost):
         """Return the status of the run; ``FINISHED`` with the result after its end."""
         is_over = self._result is not None
         state = "FINISHED" if is_over else "PAUSED" if self.paused else "RUNNING"
-        status = self._status(state, self._components(), now_us=self._end_us if is_over else None)
+        status = self._make_status(
+            state, self._list_component_rows(), now_us=self._end_us if is_over else None
+        )
         return status | ({"result": self._result} if is_over else {})
 
     def command(self, verb: str) -> None:

@@ -12,19 +12,18 @@ from enum import IntEnum
 from typing import Any, Final
 
 from cxbridge.history.truncation import cut
-from cxbridge_web.escaping import visible
+from cxbridge_web.escaping import escape_invisible
 
-Moment = tuple[
-    int, int
-]  # the number of an event of the run, and its time in microseconds since the first event
+# The number of an event of the run, and its time in microseconds since the first event.
+Moment = tuple[int, int]
 
 # The limit of characters in the name of a slice or track; arguments of slices may be longer.
 MAX_NAME_LENGTH: Final = 80
 
 
-def label(text: str) -> str:
+def make_label(text: str) -> str:
     """Return a text as a name: one visible line of limited length, never empty."""
-    line = visible(cut(text.partition("\n")[0], MAX_NAME_LENGTH)).replace("\t", " ")
+    line = escape_invisible(cut(text.partition("\n")[0], MAX_NAME_LENGTH)).replace("\t", " ")
     return line or "(empty)"
 
 
@@ -61,27 +60,27 @@ class Tracks:
     _processes: int = 0
     _threads: int = 1000  # above the numbers of all processes
 
-    def process(self, name: str) -> int:
+    def add_process(self, name: str) -> int:
         """Add a process below the existing processes; return its number."""
         self._processes += 1
-        self._name("process", name, self._processes, 0)
+        self._add_name("process", name, self._processes, 0)
         return self._processes
 
-    def thread(self, process: int, name: str) -> Track:
+    def add_thread(self, process: int, name: str) -> Track:
         """Add and return a thread below the existing threads."""
         self._threads += 1
-        self._name("thread", name, process, self._threads)
+        self._add_name("thread", name, process, self._threads)
         return Track(process, self._threads)
 
-    def _name(self, kind: str, name: str, process: int, thread: int) -> None:
+    def _add_name(self, kind: str, name: str, process: int, thread: int) -> None:
         base_fields = {"ph": "M", "pid": process, "tid": thread, "ts": 0}
         index = thread or process
-        self.names.append({**base_fields, "name": f"{kind}_name", "args": {"name": label(name)}})
+        self.names.append({**base_fields, "name": f"{kind}_name", "args": {"name": make_label(name)}})
         self.names.append({**base_fields, "name": f"{kind}_sort_index", "args": {"sort_index": index}})
 
 
 class Lanes:
-    """Threads of one name for slices that may overlap: as many threads as slices that overlap at a time.
+    """Threads of one name for slices that may overlap, each in a separate thread.
 
     :param title: the name of the threads.
     :param numbered: whether the names of further threads have numbers.
@@ -92,7 +91,7 @@ class Lanes:
         # Each thread with the number of the event that ends its last slice.
         self._lanes: list[tuple[Track, int]] = []
 
-    def track(self, begin: Moment, end: Moment) -> Track:
+    def reserve_track(self, begin: Moment, end: Moment) -> Track:
         """Return a thread that is free at the start of a slice, and reserve the thread until the end."""
         for number, (track, busy_until) in enumerate(self._lanes):
             if busy_until <= begin[0]:
@@ -100,20 +99,20 @@ class Lanes:
                 return track
         number = len(self._lanes) + 1
         suffix = f" ({number})" if self._numbered and number > 1 else ""
-        track = self._tracks.thread(self._process, f"{self._title}{suffix}")
+        track = self._tracks.add_thread(self._process, f"{self._title}{suffix}")
         self._lanes.append((track, end[0]))
         return track
 
 
 @dataclass(slots=True)
-class Events:
+class TraceEvents:
     """Collects trace events and yields them in order."""
 
     _events: list[tuple[int, int, int, dict[str, Any]]] = field(default_factory=list)
     # By track: the time of its last instant, and the number of earlier instants at that time.
     _last_instants: dict[Track, tuple[int, int]] = field(default_factory=dict)
 
-    def slice(
+    def add_slice(
         self,
         track: Track,
         name: str,
@@ -128,14 +127,14 @@ class Events:
 
         :param depth: 0 for the outermost slice of its thread, up to 2.
         """
-        is_empty, name = begin[0] == end[0], label(name)
+        is_empty, name = begin[0] == end[0], make_label(name)
         begin_event = {"ph": "B", "name": name, "cat": category, "args": dict(args)}
         self._add(begin, Rank.BEGIN_OUTER + depth, track, begin_event)
         # an inner slice ends before its outer slice
         rank = Rank.END_SAME + 2 - depth if is_empty else Rank.END_OUTER - depth
         self._add(end, rank, track, {"ph": "E", "name": name, "cat": category})
 
-    def instant(
+    def add_instant(
         self, track: Track, name: str, moment: Moment, args: Mapping[str, Any], *, category: str
     ) -> None:
         """Add an instant. The instants of a track must be added in order.
@@ -148,7 +147,7 @@ class Events:
         event: dict[str, Any] = {
             "ph": "i",
             "s": "t",  # an instant of a thread
-            "name": label(name),
+            "name": make_label(name),
             "cat": category,
             "args": dict(args),
         }
@@ -156,10 +155,10 @@ class Events:
         if count:
             event["ts"] = moment[1] + count / 1000
 
-    def counter(self, track: Track, name: str, moment: Moment, values: Mapping[str, int]) -> None:
+    def add_counter(self, track: Track, name: str, moment: Moment, values: Mapping[str, int]) -> None:
         self._add(moment, Rank.INSTANT, track, {"ph": "C", "name": name, "args": dict(values)})
 
-    def flow(self, number: int, name: str, steps: list[tuple[Track, Moment]]) -> None:
+    def add_flow(self, number: int, name: str, steps: list[tuple[Track, Moment]]) -> None:
         """Add an arrow through the slices that are open in at least two tracks at the given moments."""
         last = len(steps) - 1
         for index, (track, moment) in enumerate(steps):

@@ -21,11 +21,11 @@ from cxbridge.history.linking import links
 from cxbridge.history.model import SkillExecution
 from cxbridge.history.truncation import cut
 from cxbridge.trace.formats.base import Run
-from cxbridge_web.timeline.events import Events, Lanes, Moment, Track, Tracks
-from cxbridge_web.timeline.goals import OPEN, add_goals
-from cxbridge_web.timeline.reading import BIN_US, MAX_VALUE_LENGTH, TimelineData, read
+from cxbridge_web.timeline.events import Lanes, Moment, TraceEvents, Track, Tracks
+from cxbridge_web.timeline.goals import OPEN_NOTE, add_goals
+from cxbridge_web.timeline.reading import BIN_US, MAX_VALUE_LENGTH, TimelineData, read_timeline
 
-_RATE: Final = "fired in 0.1 s"  # name of the counter of firings by bin
+_RATE_NAME: Final = "fired in 0.1 s"  # name of the counter of firings by bin
 _LEVELS: Final = {"D": "debug", "I": "info", "W": "warning", "E": "error"}
 _SKILLER_PREFIX: Final = "SkillerInterface::"
 
@@ -35,30 +35,30 @@ def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
 
     :returns: the number of written events, and warnings for the user.
     """
-    data = read(run)
+    data = read_timeline(run)
     count = 0
     with (
         replacing(output) as new_file,
         new_file.open("w", encoding="utf-8", errors="backslashreplace") as file,
     ):
-        metadata = _dump({**run.metadata(), "run": run.path.name, "notes": data.notes})
+        metadata = _encode_json({**run.metadata(), "run": run.path.name, "notes": data.notes})
         file.write(f'{{"displayTimeUnit":"ms","otherData":{metadata},"traceEvents":[\n')
         for event in trace_events(data):
             file.write(",\n" if count else "")
-            file.write(_dump(event))
+            file.write(_encode_json(event))
             count += 1
         file.write("\n]}\n")
     return count, data.notes
 
 
-def _dump(value: Any) -> str:
+def _encode_json(value: Any) -> str:
     """Encode a value as JSON without escapes of characters, which Perfetto would show."""
     return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
 
 
 def trace_events(data: TimelineData) -> Iterator[dict[str, Any]]:
     """Yield the trace events: names of processes and threads, then the run's events in order."""
-    tracks, events = Tracks(), Events()
+    tracks, events = Tracks(), TraceEvents()
     envs = dict.fromkeys(
         [
             *(goal.env for goal in data.history.goals),
@@ -66,7 +66,7 @@ def trace_events(data: TimelineData) -> Iterator[dict[str, Any]]:
             *(env for _, env, _ in data.firings.items()),
         ]
     )
-    processes = {env: tracks.process(f"environment {env}") for env in envs}
+    processes = {env: tracks.add_process(f"environment {env}") for env in envs}
     actions = add_goals(data.history, tracks, events, processes)
     _add_rules(data, tracks, events, processes)
     skillers = _add_calls(data, tracks, events)
@@ -76,64 +76,66 @@ def trace_events(data: TimelineData) -> Iterator[dict[str, Any]]:
     return chain(tracks.names, events)
 
 
-def _add_rules(data: TimelineData, tracks: Tracks, events: Events, processes: dict[str, int]) -> None:
+def _add_rules(data: TimelineData, tracks: Tracks, events: TraceEvents, processes: dict[str, int]) -> None:
     """Add the firings of each environment, their rate, and the number of facts."""
     envs = {env for _, env, _ in data.firings.items()}
-    env_tracks = {env: tracks.thread(process, "rules") for env, process in processes.items() if env in envs}
+    env_tracks = {
+        env: tracks.add_thread(process, "rules") for env, process in processes.items() if env in envs
+    }
     bins: Counter[tuple[str, int]] = Counter()
     for moment, env, rule in data.firings.items():
-        events.instant(env_tracks[env], rule, moment, {}, category="rule")
+        events.add_instant(env_tracks[env], rule, moment, {}, category="rule")
         bins[env, moment[1] // BIN_US] += 1
     for (env, number), count in bins.items():
         # counters are independent of slices, so their order does not matter
-        events.counter(env_tracks[env], "rules", (0, number * BIN_US), {_RATE: count})
+        events.add_counter(env_tracks[env], "rules", (0, number * BIN_US), {_RATE_NAME: count})
         if (env, number + 1) not in bins:  # viewers keep the last value of a counter
-            events.counter(env_tracks[env], "rules", (0, (number + 1) * BIN_US), {_RATE: 0})
+            events.add_counter(env_tracks[env], "rules", (0, (number + 1) * BIN_US), {_RATE_NAME: 0})
     if data.facts:
-        track = tracks.thread(next(iter(processes.values()), 0) or tracks.process("facts"), "facts")
+        track = tracks.add_thread(next(iter(processes.values()), 0) or tracks.add_process("facts"), "facts")
         for moment, count in data.facts.values():
-            events.counter(track, "facts", moment, {"since the begin": count})
+            events.add_counter(track, "facts", moment, {"since the begin": count})
 
 
-def _add_calls(data: TimelineData, tracks: Tracks, events: Events) -> dict[tuple[str, str], Track]:
+def _add_calls(data: TimelineData, tracks: Tracks, events: TraceEvents) -> dict[tuple[str, str], Track]:
     """Add the skills of each Skiller and the calls of planners; return the tracks of the Skillers."""
     skiller_tracks: dict[tuple[str, str], Track] = {}
     if not data.history.calls and not data.history.planner_calls:
         return skiller_tracks
-    process = tracks.process("skills")
+    process = tracks.add_process("skills")
     end = data.history.events, data.history.end
     for call in data.history.calls:
         key = call.env, call.skiller
         if key not in skiller_tracks:
-            skiller_tracks[key] = tracks.thread(process, call.skiller)
+            skiller_tracks[key] = tracks.add_thread(process, call.skiller)
         args: dict[str, Any] = {"skill": call.skill_string, "msgid": call.msgid, "status": call.status}
         if call.error:
             args["error"] = cut(call.error, MAX_VALUE_LENGTH)
         if call.end is None:
-            args["note"] = OPEN
-        events.slice(
+            args["note"] = OPEN_NOTE
+        events.add_slice(
             skiller_tracks[key], call.skill_string, call.begin, call.end or end, args, category="skill"
         )
     lanes = Lanes(tracks, process, "planner")  # several planners may work at the same time
     for plan in data.history.planner_calls:
         args = {"goal": plan.goal, "status": plan.status, "text": plan.text}
-        track = lanes.track(plan.begin, plan.end or end)
-        events.slice(track, plan.name, plan.begin, plan.end or end, args, category="planner")
+        track = lanes.reserve_track(plan.begin, plan.end or end)
+        events.add_slice(track, plan.name, plan.begin, plan.end or end, args, category="planner")
     return skiller_tracks
 
 
-def _add_interfaces(data: TimelineData, tracks: Tracks, events: Events) -> dict[str, Track]:
+def _add_interfaces(data: TimelineData, tracks: Tracks, events: TraceEvents) -> dict[str, Track]:
     """Add a slice from each change of an interface to the next one; return the tracks of the interfaces."""
     if not data.interfaces:
         return {}
-    process = tracks.process("interfaces")
-    interface_tracks = {uid: tracks.thread(process, uid) for uid in data.interfaces}
+    process = tracks.add_process("interfaces")
+    interface_tracks = {uid: tracks.add_thread(process, uid) for uid in data.interfaces}
     last_changes: dict[str, tuple[Moment, dict[str, str]]] = {}
 
     def add_slice(uid: str, end: Moment) -> None:
         begin, changed = last_changes[uid]
         text = ", ".join(f"{name}={value}" for name, value in changed.items())
-        events.slice(interface_tracks[uid], text, begin, end, changed, category="interface")
+        events.add_slice(interface_tracks[uid], text, begin, end, changed, category="interface")
 
     for moment, uid, changed in data.changes.items():
         if uid in last_changes:
@@ -142,13 +144,13 @@ def _add_interfaces(data: TimelineData, tracks: Tracks, events: Events) -> dict[
     for uid in last_changes:
         add_slice(uid, (data.history.events, data.history.end))
     for moment, uid, text in data.messages.items():
-        events.instant(interface_tracks[uid], text, moment, {"message": text}, category="message")
+        events.add_instant(interface_tracks[uid], text, moment, {"message": text}, category="message")
     return interface_tracks
 
 
 def _add_flows(
     data: TimelineData,
-    events: Events,
+    events: TraceEvents,
     actions: dict[int, Track],
     skillers: dict[tuple[str, str], Track],
     interfaces: dict[str, Track],
@@ -161,7 +163,7 @@ def _add_flows(
     writes = _SkillerWrites(data)
     for number, link in enumerate(links(data.history), start=1):
         call = link.call
-        begin_write, end_write = writes.begin_and_end(call, link.ordered[0])
+        begin_write, end_write = writes.find_begin_and_end(call, link.ordered[0])
         interface = interfaces.get(f"{_SKILLER_PREFIX}{call.skiller}")
         steps = [
             (actions[link.action.number], link.ordered),
@@ -170,7 +172,7 @@ def _add_flows(
             (interface, end_write),
         ]
         present = [(track, moment) for track, moment in steps if track is not None and moment is not None]
-        events.flow(number, f"{link.word}skill of an action", present)
+        events.add_flow(number, f"{link.word}skill of an action", present)
 
 
 class _SkillerWrites:
@@ -181,7 +183,7 @@ class _SkillerWrites:
         for moment, uid, changed in data.changes.items():
             self._changes.setdefault(uid, []).append((moment[0], moment, changed))
 
-    def begin_and_end(self, call: SkillExecution, ordered: int) -> tuple[Moment | None, Moment | None]:
+    def find_begin_and_end(self, call: SkillExecution, ordered: int) -> tuple[Moment | None, Moment | None]:
         """Return the writes that reported a skill's begin and end; None for a missing write.
 
         :param ordered: the number of the event that ordered the skill.
@@ -190,17 +192,17 @@ class _SkillerWrites:
         begin, end = call.begin[0], call.end[0] if call.end else call.begin[0]
         begin_writes = [
             moment
-            for moment, changed in self._between(call.skiller, ordered, begin)
+            for moment, changed in self._find_changes(call.skiller, ordered, begin)
             if changed.get("status") == RUNNING or "msgid" in changed
         ]
         end_writes = [
             moment
-            for moment, changed in self._between(call.skiller, begin, end)
+            for moment, changed in self._find_changes(call.skiller, begin, end)
             if changed.get("status") in ENDED
         ]
         return begin_writes[-1] if begin_writes else None, end_writes[-1] if end_writes else None
 
-    def _between(self, skiller: str, after: int, before: int) -> list[tuple[Moment, dict[str, str]]]:
+    def _find_changes(self, skiller: str, after: int, before: int) -> list[tuple[Moment, dict[str, str]]]:
         """Return the changes of a Skiller's interface between two events of the run."""
         changes = self._changes.get(f"{_SKILLER_PREFIX}{skiller}", [])
         first = bisect_right(changes, after, key=itemgetter(0))
@@ -208,14 +210,14 @@ class _SkillerWrites:
         return [(moment, changed) for _, moment, changed in changes[first:last]]
 
 
-def _add_log(data: TimelineData, tracks: Tracks, events: Events) -> None:
+def _add_log(data: TimelineData, tracks: Tracks, events: TraceEvents) -> None:
     """Add the log lines, one track per component."""
     lines = sorted((*line, level.value) for level, kept in data.log.items() for line in kept.items())
     if not lines:
         return
-    process = tracks.process("log")
+    process = tracks.add_process("log")
     components = dict.fromkeys(component for _, component, _, _ in lines)
-    component_tracks = {name: tracks.thread(process, name) for name in components}
+    component_tracks = {name: tracks.add_thread(process, name) for name in components}
     for moment, component, text, level in lines:
         args = {"level": _LEVELS[level], "text": text}
-        events.instant(component_tracks[component], f"{level} {text}", moment, args, category="log")
+        events.add_instant(component_tracks[component], f"{level} {text}", moment, args, category="log")

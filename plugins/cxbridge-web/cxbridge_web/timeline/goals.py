@@ -6,22 +6,22 @@ from typing import Final
 
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import DONE_STATES, ActionChange, GoalRecord, PlanActionRecord, goal_forest
-from cxbridge_web.timeline.events import Events, Lanes, Moment, Track, Tracks
+from cxbridge_web.timeline.events import Lanes, Moment, TraceEvents, Track, Tracks
 
-OPEN: Final = "not over at the end of the recording"  # note of a slice that ends with the recording
+OPEN_NOTE: Final = "not over at the end of the recording"  # note of a slice that ends with the recording
 
-DROPPED: Final = "not over when its goal was retracted"  # note of a plan-action that ends with its goal
+DROPPED_NOTE: Final = "not over when its goal was retracted"  # note of a plan-action that ends with its goal
 
 # The indentation of track names per level, since tracks cannot nest and blanks are trimmed.
 INDENT: Final = "· "
 
 MAX_DEPTH: Final = 12  # limit of indented levels
 
-_NOT_BEGUN: Final = "FORMULATED"  # state of a plan-action before its begin
+_FORMULATED: Final = "FORMULATED"  # state of a plan-action before its begin
 
 
 def add_goals(
-    history: RunHistory, tracks: Tracks, events: Events, processes: dict[str, int]
+    history: RunHistory, tracks: Tracks, events: TraceEvents, processes: dict[str, int]
 ) -> dict[int, Track]:
     """Add a track for each goal below the track of its parent, followed by the tracks of its plans.
 
@@ -33,20 +33,20 @@ def add_goals(
     for number, depth in forest.walk():
         goal = history.goals[number]
         process, parent = processes[goal.env], forest.parents[number]
-        track = tracks.thread(process, f"{_indent(depth)}{goal.name} {goal.goal_class}")
+        track = tracks.add_thread(process, f"{_indent(depth)}{goal.name} {goal.goal_class}")
         _add_goal(goal, "" if parent is None else history.goals[parent].name, history, events, track)
-        for plan, actions in _by_plan(goal.actions).items():
+        for plan, actions in _group_by_plan(goal.actions).items():
             title = f"{_indent(depth + 1)}plan {plan}"
             action_tracks |= _add_plan(history, events, Lanes(tracks, process, title, numbered=True), actions)
     # A recording may lack the goal of an action, so the plan gets a track without a goal.
     orphans = [action for action in history.actions if action.goal_record is None]
-    for plan, actions in _by_plan(orphans).items():
+    for plan, actions in _group_by_plan(orphans).items():
         lanes = Lanes(tracks, processes[actions[0].env], f"plan {plan}", numbered=True)
         action_tracks |= _add_plan(history, events, lanes, actions)
     return action_tracks
 
 
-def _by_plan(actions: list[PlanActionRecord]) -> dict[str, list[PlanActionRecord]]:
+def _group_by_plan(actions: list[PlanActionRecord]) -> dict[str, list[PlanActionRecord]]:
     plans: dict[str, list[PlanActionRecord]] = {}
     for action in actions:
         plans.setdefault(action.plan, []).append(action)
@@ -58,7 +58,7 @@ def _indent(depth: int) -> str:
     return INDENT * min(depth, MAX_DEPTH)
 
 
-def _add_goal(goal: GoalRecord, parent: str, history: RunHistory, events: Events, track: Track) -> None:
+def _add_goal(goal: GoalRecord, parent: str, history: RunHistory, events: TraceEvents, track: Track) -> None:
     """Add a slice for each life of a goal, containing slices for its modes."""
     end = history.events, history.end
     begin: Moment | None = None
@@ -72,8 +72,10 @@ def _add_goal(goal: GoalRecord, parent: str, history: RunHistory, events: Events
         error = {"error": state.error} if state.error else {}
         name = f"{state.mode} {state.outcome}" if outcome else state.mode
         if not is_retracted:
-            note = {} if successor is not None else {"note": OPEN}
-            events.slice(track, name, moment, until, {**outcome, **error, **note}, category="mode", depth=1)
+            note = {} if successor is not None else {"note": OPEN_NOTE}
+            events.add_slice(
+                track, name, moment, until, {**outcome, **error, **note}, category="mode", depth=1
+            )
         if is_retracted or successor is None:
             args = {
                 "goal": goal.name,
@@ -81,8 +83,8 @@ def _add_goal(goal: GoalRecord, parent: str, history: RunHistory, events: Events
                 "sub-type": goal.sub_type,
                 "parent": parent,
             }
-            note = {} if is_retracted else {"note": OPEN}
-            events.slice(
+            note = {} if is_retracted else {"note": OPEN_NOTE}
+            events.add_slice(
                 track,
                 f"{goal.name} {goal.goal_class}",
                 begin,
@@ -94,7 +96,7 @@ def _add_goal(goal: GoalRecord, parent: str, history: RunHistory, events: Events
 
 
 def _add_plan(
-    history: RunHistory, events: Events, lanes: Lanes, actions: list[PlanActionRecord]
+    history: RunHistory, events: TraceEvents, lanes: Lanes, actions: list[PlanActionRecord]
 ) -> dict[int, Track]:
     """Add slices for a plan, its actions and their states; return the tracks of the actions.
 
@@ -102,37 +104,37 @@ def _add_plan(
     :param actions: the actions of the plan.
     """
     plan = actions[0].plan
-    spans = [(span, action) for action in actions if (span := _span(action, history)) is not None]
+    spans = [(span, action) for action in actions if (span := _find_span(action, history)) is not None]
     spans.sort(key=lambda item: item[0][0])
     begin = min(action.changes[0][:2] for action in actions)
     end = max([*(span[1] for span, _ in spans), *(action.changes[-1][:2] for action in actions)])
-    not_begun = [f"{action.id} {action.name}" for action in actions if _span(action, history) is None]
+    not_begun = [f"{action.id} {action.name}" for action in actions if _find_span(action, history) is None]
     args = {
         "plan": plan,
         "actions": len(actions),
         **({"not begun": ", ".join(not_begun)} if not_begun else {}),
     }
     # The slice of the plan encloses its actions, so its track is not reserved: the first actions share it.
-    events.slice(lanes.track(begin, begin), f"plan {plan}", begin, end, args, category="plan")
+    events.add_slice(lanes.reserve_track(begin, begin), f"plan {plan}", begin, end, args, category="plan")
     action_tracks = {}
     for span, action in spans:
-        action_tracks[action.number] = track = lanes.track(*span)
-        _add_action(action, events, track, span, DROPPED if span[1][0] < history.events else OPEN)
+        action_tracks[action.number] = track = lanes.reserve_track(*span)
+        _add_action(action, events, track, span, DROPPED_NOTE if span[1][0] < history.events else OPEN_NOTE)
     return action_tracks
 
 
-def _span(action: PlanActionRecord, history: RunHistory) -> tuple[Moment, Moment] | None:
+def _find_span(action: PlanActionRecord, history: RunHistory) -> tuple[Moment, Moment] | None:
     """Return the start of an action, when it left FORMULATED, and its end; None if it never began."""
-    begin = next((change[:2] for change in action.changes if change.state != _NOT_BEGUN), None)
+    begin = next((change[:2] for change in action.changes if change.state != _FORMULATED), None)
     if begin is None:
         return None
     last_change = action.changes[-1]
     if last_change.state in DONE_STATES:
         return begin, last_change[:2]
-    return begin, _retraction(action, last_change) or (history.events, history.end)
+    return begin, _find_retraction(action, last_change) or (history.events, history.end)
 
 
-def _retraction(action: PlanActionRecord, last_change: ActionChange) -> Moment | None:
+def _find_retraction(action: PlanActionRecord, last_change: ActionChange) -> Moment | None:
     """Return the moment when the goal was retracted after the action's last change; None if it was not."""
     if action.goal_record is None:
         return None
@@ -144,7 +146,7 @@ def _retraction(action: PlanActionRecord, last_change: ActionChange) -> Moment |
 
 
 def _add_action(
-    action: PlanActionRecord, events: Events, track: Track, span: tuple[Moment, Moment], remark: str
+    action: PlanActionRecord, events: TraceEvents, track: Track, span: tuple[Moment, Moment], remark: str
 ) -> None:
     """Add a slice for an action, containing slices for its states.
 
@@ -154,8 +156,10 @@ def _add_action(
     note = {} if action.state in DONE_STATES else {"note": remark}
     args = {"action": action.name, "id": action.id, "goal": action.goal, "plan": action.plan}
     name = f"{action.id} {action.name}"
-    events.slice(track, name, begin, end, {**args, "state": action.state, **note}, category="action", depth=1)
+    events.add_slice(
+        track, name, begin, end, {**args, "state": action.state, **note}, category="action", depth=1
+    )
     ends = [*(change[:2] for change in action.changes[1:]), end]
     for (seq, time, state), until in zip(action.changes, ends, strict=True):
         if seq >= begin[0] and seq < end[0]:
-            events.slice(track, state, (seq, time), until, {}, category="state", depth=2)
+            events.add_slice(track, state, (seq, time), until, {}, category="state", depth=2)

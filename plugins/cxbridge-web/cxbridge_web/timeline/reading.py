@@ -1,7 +1,7 @@
 """Reads a run in one pass into the data of its timeline: history, rules, facts, log and interfaces.
 
-A recording may have millions of events. The first and the last events of each kind are kept, up to a limit,
-and a note states how many events are left out.
+A recording may have millions of events. The timeline keeps the first and the last events of each kind, up to
+a limit, and a note states the number of omitted events.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class TimelineData:
     notes: list[str] = field(default_factory=list)
 
 
-def read(run: Run, limits: TimelineLimits | None = None) -> TimelineData:
+def read_timeline(run: Run, limits: TimelineLimits | None = None) -> TimelineData:
     """Read a run and return the data of its timeline."""
     limits = limits or TimelineLimits()
     data = TimelineData(
@@ -81,21 +81,21 @@ def read(run: Run, limits: TimelineLimits | None = None) -> TimelineData:
             fact_count += 1 if event.asserted else -1
             data.facts[moment[1] // BIN_US] = moment, fact_count
         else:
-            _add(data, event, moment)
-    kept: dict[str, TruncatedList[Any]] = {
+            _add_event(data, event, moment)
+    lists_by_noun: dict[str, TruncatedList[Any]] = {
         f"log lines of level {level.value}": lines for level, lines in data.log.items()
     }
-    kept |= {"interface writes": data.changes, "messages": data.messages, "firings": data.firings}
+    lists_by_noun |= {"interface writes": data.changes, "messages": data.messages, "firings": data.firings}
     data.notes = [
         *run.notes,
         *data.history.clock.notes(),
-        *(_note(noun, items) for noun, items in kept.items() if items.lost),
+        *(_make_note(noun, items) for noun, items in lists_by_noun.items() if items.lost),
         *data.history.left_out(),
     ]
     return data
 
 
-def _add(data: TimelineData, event: Event, moment: Moment) -> None:
+def _add_event(data: TimelineData, event: Event, moment: Moment) -> None:
     """Add an event other than a change of a fact."""
     match event:
         case RuleFired():
@@ -119,10 +119,10 @@ def _add(data: TimelineData, event: Event, moment: Moment) -> None:
             data.messages.add((moment, event.uid, cut(text)))
 
 
-def _note(noun: str, kept: TruncatedList[Any]) -> str:
+def _make_note(noun: str, lists_by_noun: TruncatedList[Any]) -> str:
     """Return the warning about events that are left out."""
     return (
-        f"{kept.lost} of {kept.total} {noun} are left out, from the middle of the run: "
+        f"{lists_by_noun.lost} of {lists_by_noun.total} {noun} are left out, from the middle of the run: "
         "'cxbridge trace cat' has them."
     )
 

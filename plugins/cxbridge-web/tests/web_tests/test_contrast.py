@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from cxbridge_web.pages import FOLDER
+from cxbridge_web.pages import STATIC_FOLDER
 
 TEXT, SHAPE = 4.5, 3.0
 """The contrasts that WCAG 2.2 wants for text (1.4.3) and for shapes (1.4.11)."""
@@ -19,7 +19,7 @@ OUTCOMES = ("formulated", "running", "completed", "failed", "rejected", "retract
 
 def colours() -> dict[str, tuple[str, str]]:
     """Return light and dark value of each variable of the style sheet."""
-    text = (FOLDER / "css" / "outcomes.css").read_text("utf-8")
+    text = (STATIC_FOLDER / "css" / "outcomes.css").read_text("utf-8")
     found = re.findall(r"--([\w-]+): light-dark\((#\w{6}), (#\w{6})\)", text)
     return {name: (light, dark) for name, light, dark in found}
 

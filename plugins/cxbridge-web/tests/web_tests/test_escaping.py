@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge_web.escaping import embed, html, visible
+from cxbridge_web.escaping import encode_for_script, escape_html, escape_invisible
 
 HOSTILE = [
     "</script><script>document.title='owned'</script>",
@@ -48,30 +48,30 @@ texts = st.one_of(st.sampled_from(HOSTILE), st.text(st.characters()), st.text("<
 @given(texts)
 def test_an_escaped_text_is_one_text_and_one_attribute(text):
     seen = Collector()
-    seen.feed(f'<b title="{html(text)}">{html(text)}</b>')
+    seen.feed(f'<b title="{escape_html(text)}">{escape_html(text)}</b>')
     seen.close()
     assert seen.tags == ["b"]
-    assert seen.attributes == [("title", visible(text))]
-    assert "".join(seen.data) == visible(text)
+    assert seen.attributes == [("title", escape_invisible(text))]
+    assert "".join(seen.data) == escape_invisible(text)
 
 
 @given(texts)
 def test_embedded_data_has_no_markup_and_says_what_it_said(text):
-    embedded = embed({text: [text]})
+    embedded = encode_for_script({text: [text]})
     assert not set("<>&\u2028\u2029") & set(embedded)
     embedded.encode()
-    # below 0x20 the page's script does what visible() does
+    # below 0x20 the page's script does what escape_invisible() does
     said = json.loads(embedded)
-    assert {visible(key): [visible(each) for each in value] for key, value in said.items()} == {
-        visible(text): [visible(text)]
-    }
+    assert {
+        escape_invisible(key): [escape_invisible(each) for each in value] for key, value in said.items()
+    } == {escape_invisible(text): [escape_invisible(text)]}
 
 
 @pytest.mark.parametrize("text", HOSTILE)
 def test_unseen_characters_are_shown(text):
-    assert all(character.isprintable() for character in visible(text))
+    assert all(character.isprintable() for character in escape_invisible(text))
 
 
 def test_numbers_that_json_does_not_know_are_refused():
     with pytest.raises(ValueError, match="JSON"):
-        embed([float("nan")])
+        encode_for_script([float("nan")])

@@ -180,7 +180,7 @@ def test_files_of_the_page_are_served_with_etag_and_policy(tmp_path, monkeypatch
     (tmp_path / "page" / "index.html").write_text("<title>page</title>")
     (tmp_path / "page" / "app.js").write_text("1")
     (tmp_path / "secret").write_text("s")
-    monkeypatch.setattr(pages, "FOLDER", tmp_path / "page")
+    monkeypatch.setattr(pages, "STATIC_FOLDER", tmp_path / "page")
     with serving((("executive", False),)) as (_, client, _lines):
         page = client.get("/")
         assert (page.status, page.text) == (200, "<title>page</title>")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge_web.fawkes import formulas
-from cxbridge_web.fawkes.formulas import Groundings, tree
+from cxbridge_web.fawkes.formulas import Groundings, make_precondition
 from tests.bounds.ladder import LADDER, LEAF, LEVELS
 from tests.executive.problem.test_terms import NAMES
 
@@ -16,7 +16,7 @@ def test_a_constant_in_a_tree_of_rest(name: str):
     atom = {"id": "a", "part-of": "go", "predicate": "at", **terms}
     grounding = {"id": "g", "param-names": ("x", "c"), "param-values": ("r1", "wrong")}
     groundings = Groundings({"g": grounding}, {"go": [(True, atom)]}, {("g", "a"): True})
-    found = tree(groundings, "go", grounding)
+    found = make_precondition(groundings, "go", grounding)
     assert found is not None
     assert found.param_values == ["r1", name]
 
@@ -28,5 +28,5 @@ def test_the_parts_of_a_precondition_for_the_web_are_looked_at_once(monkeypatch:
     ]
     known["grounded-pddl-predicate"] = [{"grounding": "g", "predicate-id": "leaf", "is-satisfied": "FALSE"}]
     monkeypatch.setattr(formulas, "facts", lambda _call, template: known[template])
-    made = formulas.Groundings.of(None)  # type: ignore[arg-type]
+    made = formulas.Groundings.read(None)  # type: ignore[arg-type]
     assert sum(len(nodes) for nodes in made.nodes.values()) == LEVELS + 1

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from cxbridge_web.pages import FOLDER
+from cxbridge_web.pages import STATIC_FOLDER
 
-JS = FOLDER / "js"
+JS = STATIC_FOLDER / "js"
 MODULES = {path.relative_to(JS).as_posix(): path.read_text(encoding="utf-8") for path in JS.rglob("*.js")}
 EXPORT = re.compile(
     r"^export\s+(?:(?:const|let|class|function\*?|async\s+function)\s+(\{[^}]*\}|\w+)|(\{[^}]*\}))",

@@ -27,7 +27,7 @@ MODELS = [{"kind": "X", "name": f"N{i}", "values": [str(i), "ä" * (i % 2)], "nu
     ],
 )
 def test_parts(query, numbers, total):
-    part = Window.of(query).cut(MODELS)
+    part = Window.of(query).select(MODELS)
     assert [model["number"] for model in part.items] == list(numbers)
     assert part.total == total
 

@@ -24,7 +24,7 @@ from cxbridge.events import (
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_web.pages import FOLDER
+from cxbridge_web.pages import STATIC_FOLDER
 from cxbridge_web.report import STYLES, report
 from tests.support import share
 from tests.trace.html.browser import Shown, needs_browser, show
@@ -96,10 +96,10 @@ def test_an_mcap_file_is_inside_as_it_is(tmp_path):
 
 def test_every_module_and_style_of_the_page_is_inside():
     page = report(MemoryRun(family()))
-    folder = FOLDER / "js"
+    folder = STATIC_FOLDER / "js"
     own = {f"cx/{path.relative_to(folder).as_posix()}": path.read_text() for path in folder.rglob("*.js")}
     assert {name: text for name, text in modules_of(page).items() if name.startswith("cx/")} == own
-    index = (FOLDER / "index.html").read_text()
+    index = (STATIC_FOLDER / "index.html").read_text()
     assert tuple(re.findall(r'href="css/(\w+)\.css"', index)) == STYLES
 
 

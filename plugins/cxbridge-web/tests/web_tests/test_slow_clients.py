@@ -28,7 +28,7 @@ class EventCollector:
     def request(self, kinds: Any, *, add: bool) -> None:
         pass
 
-    def drain(self) -> tuple[list[Any], int]:
+    def take_events(self) -> tuple[list[Any], int]:
         events = list(self.events)
         self.events.clear()
         return events, 0

@@ -37,7 +37,7 @@ from cxbridge_explore.worlds.points import RandomChooser
 from cxbridge_studio.explain.goals import Goals
 from cxbridge_studio.explain.recorded import RecordedEvidence
 from cxbridge_web.timeline.export import trace_events
-from cxbridge_web.timeline.reading import read
+from cxbridge_web.timeline.reading import read_timeline
 from explore_tests.defects.seeded import DEFECTS, Defect, runs
 from tests.history import runs as made
 from tests.history.runs import ListRun
@@ -114,7 +114,7 @@ def in_timeline(run: Run) -> Iterator[Pair]:
     names: dict[int, str] = {}
     slices: dict[int, list[dict[str, Any]]] = {}
     arrows: dict[int, list[dict[str, Any]]] = {}
-    for event in trace_events(read(run)):
+    for event in trace_events(read_timeline(run)):
         if event["ph"] == "M" and event["name"].endswith("_name"):
             names[event["tid"] or event["pid"]] = event["args"]["name"]
         elif event["ph"] == "B":
@@ -194,7 +194,7 @@ def check(run: Run, modules: Path) -> int:
         model = in_page(run, modules)
         assert sorted(set(page_pairs(model))) == said
         compare_histories(RunHistory.of(run), model)
-        actions = read(run).history.actions
+        actions = read_timeline(run).history.actions
         assert sorted(text for *_, text in model["actions"]) == sorted(each.text for each in actions)
     return len(known)
 

@@ -366,10 +366,10 @@ def test_every_operation_has_all_ways() -> None:
 
 @needs_plugin("web")
 def test_every_operation_has_an_endpoint() -> None:
-    from cxbridge_web.catalogue import directory
+    from cxbridge_web.catalogue import make_directory
 
     figures: Any = SimpleNamespace(status=None, describe_navgraphs=None, describe_constructs=None)
-    known = {(each.method, each.path) for each in directory(figures).endpoints}
+    known = {(each.method, each.path) for each in make_directory(figures).endpoints}
     assert known >= {
         ("GET", "/cxbridge/features/{feature}"),
         ("GET", "/cxbridge/components/{component}"),

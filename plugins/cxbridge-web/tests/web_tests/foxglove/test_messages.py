@@ -16,7 +16,7 @@ from cxbridge.events import Event, InterfaceWrite, Level, LogLine, NavGraphRead
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_web.foxglove.messages import FoxgloveMessage, foxglove_messages
-from cxbridge_web.foxglove.schemas import json_schema
+from cxbridge_web.foxglove.schemas import make_json_schema
 from tests.trace.events import events as any_event
 from tests.trace.runs import MemoryRun
 from web_tests.foxglove.published import check_message, check_schema, descriptor
@@ -74,7 +74,7 @@ def only(event: Event) -> FoxgloveMessage:
 
 @pytest.mark.parametrize("message", ["Log", "PoseInFrame", "FrameTransform", "SceneUpdate"])
 def test_our_schemas_have_the_fields_of_the_published_ones(message):
-    check_schema(json_schema(message), descriptor(message))
+    check_schema(make_json_schema(message), descriptor(message))
 
 
 @pytest.mark.parametrize("event", [pose(), transform(), navigator(), graph(), *ALL[:1]])

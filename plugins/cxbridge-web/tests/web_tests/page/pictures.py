@@ -37,7 +37,7 @@ LOOKS: Final[Mapping[str, dict[str, Any]]] = {
     "dark": {"viewport": {"width": 1440, "height": 900}, "color_scheme": "dark"},
     "phone": {"viewport": {"width": 390, "height": 844}},
 }
-COMPARE: Final = "compare"
+COMPARE_PATH: Final = "compare"
 _SEED: Final = 47
 _SETTLE_MS: Final = 1500
 _POSE: Final = "Position3DInterface::Pose.translation"
@@ -121,7 +121,7 @@ SHOTS: Final[Mapping[str, Shot]] = {
     "recording": Shot("goals/gen14", _moment(0.4), run="test-scenario"),
     "plot": Shot("plot/" + "/".join(quote(name, safe="") for name in _SERIES), _moment(0.7), run="waypoints"),
     "world": Shot("world", _moment(0.7), run="two-robots"),
-    "compare": Shot("", run=COMPARE),
+    "compare": Shot("", run=COMPARE_PATH),
 }
 
 
@@ -162,13 +162,13 @@ def viewing(folder: Path, scenarios: list[str]) -> Iterator[dict[str, str]]:
         for scenario in scenarios:
             recordings = RecordingsApp(
                 [record(folder, "two-robots"), with_failures(folder)]
-                if scenario == COMPARE
+                if scenario == COMPARE_PATH
                 else [record(folder, scenario)]
             )
             server = HttpThread(WebSettings(port=0), EventBus(RealClock()).logger("Web"))
             server.start(recordings)
             stack.callback(server.stop)
-            addresses[scenario] = server.url + recordings.start
+            addresses[scenario] = server.url + recordings.start_path
         yield addresses
 
 
@@ -176,9 +176,9 @@ def shoot(browser: Any, url: str, name: str, shot: Shot) -> None:
     """Take the pictures of one view."""
     for look, options in LOOKS.items():
         page = browser.new_page(reduced_motion="reduce", **options)
-        page.goto(url if shot.run == COMPARE else f"{url}#/{shot.address}")
+        page.goto(url if shot.run == COMPARE_PATH else f"{url}#/{shot.address}")
         state = "RECORDING" if shot.run else "RUNNING"
-        page.wait_for_selector(".comparison" if shot.run == COMPARE else f"#state >> text={state}")
+        page.wait_for_selector(".comparison" if shot.run == COMPARE_PATH else f"#state >> text={state}")
         page.wait_for_timeout(_SETTLE_MS)
         shot.prepare(page)
         page.wait_for_timeout(_SETTLE_MS / 2)
@@ -190,7 +190,7 @@ def main(names: list[str]) -> None:
     """Make the pictures."""
     from playwright.sync_api import sync_playwright
 
-    tabs = {path.stem for path in pages.VIEWS.glob("*.js") if "export const tab" in path.read_text()}
+    tabs = {path.stem for path in pages.VIEWS_FOLDER.glob("*.js") if "export const tab" in path.read_text()}
     shots = {**SHOTS, **{name: Shot(name) for name in sorted(tabs - SHOTS.keys())}}
     wanted = {name: shots[name] for name in names or shots}
     runs = sorted({shot.run for shot in wanted.values()} - {""})

@@ -140,7 +140,7 @@ def test_axe_finds_nothing_serious(browser, site, daemon, axe, size):
     page.evaluate(f"() => {{ {axe} }}")  # a script of the page itself would be against its policy
     page.click("#debug-open")
     found: dict[str, list[str]] = {}
-    for view in (*sorted(path.stem for path in pages.VIEWS.glob("*.js")), *ADDRESSES):
+    for view in (*sorted(path.stem for path in pages.VIEWS_FOLDER.glob("*.js")), *ADDRESSES):
         page.goto(f"{site.url}#/{view}")
         page.wait_for_selector("#main h2:visible")
         page.wait_for_timeout(300)

@@ -25,12 +25,14 @@ export function open(main) {
 
 def test_a_tab_is_one_file(tab, site, tmp_path, monkeypatch):
     """A file in the folder of views is a tab; without it there is none."""
-    names = {path.stem for path in pages.VIEWS.glob("*.js")}
-    assert json.loads(pages.views_module().removeprefix("export default ").rstrip(";\n")) == sorted(names)
+    names = {path.stem for path in pages.VIEWS_FOLDER.glob("*.js")}
+    assert json.loads(pages.make_views_module().removeprefix("export default ").rstrip(";\n")) == sorted(
+        names
+    )
     (tmp_path / "weather.js").write_text(VIEW, encoding="utf-8")
-    for path in pages.VIEWS.glob("*.js"):
+    for path in pages.VIEWS_FOLDER.glob("*.js"):
         (tmp_path / path.name).symlink_to(path)
-    monkeypatch.setattr(pages, "VIEWS", tmp_path)
+    monkeypatch.setattr(pages, "VIEWS_FOLDER", tmp_path)
     tab.route(
         "**/js/views/weather.js", lambda route: route.fulfill(body=VIEW, content_type="text/javascript")
     )

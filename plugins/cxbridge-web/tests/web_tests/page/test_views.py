@@ -10,7 +10,7 @@ import pytest
 from web_tests.page.conftest import PHONE, wait_for
 from web_tests.page.fake import START_US, fact_model, goal_event, goal_model
 
-VIEWS = ("timeline", "goals", "skills", "domain", "blackboard", "clips", "log", "config")
+VIEWS_FOLDER = ("timeline", "goals", "skills", "domain", "blackboard", "clips", "log", "config")
 DOT = """digraph say { graph [rankdir="TB"]; node [shape="rect"]; START [color="#ffc080"];
  SPEAK [color="#ff8000", active="true"]; FINAL [color="#6fdd6f", shape="doubleoctagon"];
  FAILED [color="#ff8080", shape="doubleoctagon"];
@@ -409,7 +409,7 @@ def test_missed_events_are_told_and_read_again(tab, site, daemon):
 
 
 @pytest.mark.smoke
-@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("view", VIEWS_FOLDER)
 def test_every_view_is_empty_without_harm_and_fits_a_phone(tab, site, view):
     tab.set_viewport_size(PHONE)
     tab.goto(f"{site.url}#/{view}")
@@ -523,7 +523,7 @@ def test_a_token_that_is_no_longer_the_right_one_is_told(tab, site, daemon):
 
 def test_number_keys_change_the_view_and_help_tells_of_them(tab, site):
     tab.goto(site.url)
-    tabs = (*VIEWS[:5], "plot", "world", "clips", "log")  # the first nine have keys
+    tabs = (*VIEWS_FOLDER[:5], "plot", "world", "clips", "log")  # the first nine have keys
     for key, view in enumerate(tabs, 1):
         tab.keyboard.press(str(key))
         tab.wait_for_url(re.compile(rf"#/{view}$"))

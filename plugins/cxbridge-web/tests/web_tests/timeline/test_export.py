@@ -25,8 +25,8 @@ from cxbridge.history.builder import RunHistory
 from cxbridge.history.linking import links
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_web.timeline.export import trace_events, write_timeline
-from cxbridge_web.timeline.goals import DROPPED, INDENT, OPEN
-from cxbridge_web.timeline.reading import read
+from cxbridge_web.timeline.goals import DROPPED_NOTE, INDENT, OPEN_NOTE
+from cxbridge_web.timeline.reading import read_timeline
 from tests.trace.events import events
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun, family, goal, recording
 from web_tests.test_escaping import HOSTILE
@@ -35,7 +35,7 @@ from web_tests.timeline.checker import check, counts, load, threads
 
 
 def made(*run: Event) -> list[dict[str, Any]]:
-    found = list(trace_events(read(MemoryRun(run))))
+    found = list(trace_events(read_timeline(MemoryRun(run))))
     check(found)
     return found
 
@@ -80,14 +80,14 @@ def test_a_goal_that_is_retracted_and_comes_again_has_two_lives():
     times = [("FORMULATED", 0), ("RETRACTED", 5), ("FORMULATED", 5), ("RETRACTED", 9)]
     found = made(*(goal("a", mode, time_us=time) for mode, time in times))
     assert slices(found, "goal") == ["a WORK", "a WORK"]
-    assert OPEN not in str(found)
+    assert OPEN_NOTE not in str(found)
 
 
 def test_what_is_not_over_ends_with_the_recording():
     found = made(
         goal("g", "FORMULATED"), act(1, "1", "PENDING"), say(2, "a", "S_RUNNING"), say(9, "a", "S_RUNNING")
     )
-    assert str(found).count(OPEN) == 4
+    assert str(found).count(OPEN_NOTE) == 4
     assert {
         each["ts"] for each in found if each["ph"] == "E" and each["cat"] in {"goal", "action", "skill"}
     } == {9}
@@ -101,7 +101,7 @@ def test_an_action_that_is_not_over_ends_with_its_goal():
         LogLine(9, Level.INFO, "c", "later"),
     )
     action = next(each for each in found if each["ph"] == "B" and each["cat"] == "action")
-    assert action["args"]["note"] == DROPPED
+    assert action["args"]["note"] == DROPPED_NOTE
     assert {each["ts"] for each in found if each["ph"] == "E"} == {5}
 
 

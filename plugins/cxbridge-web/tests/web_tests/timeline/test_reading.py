@@ -17,7 +17,7 @@ from cxbridge.events import (
 )
 from cxbridge.history.model import goal_forest
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_web.timeline.reading import BIN_US, TimelineLimits, read
+from cxbridge_web.timeline.reading import BIN_US, TimelineLimits, read_timeline
 from tests.trace.events import events
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun, action, family, recording
 
@@ -26,13 +26,15 @@ SMALL = TimelineLimits(goals=2, actions=1, calls=1, transitions=3, log=2, writes
 
 def test_of_writes_the_changes_are_kept():
     values = ({"x": 1.5, "on": True}, {"x": 1.5, "on": True}, {"x": 1.5, "on": False})
-    data = read(MemoryRun([InterfaceWrite(time, "T::i", value) for time, value in enumerate(values)]))
+    data = read_timeline(
+        MemoryRun([InterfaceWrite(time, "T::i", value) for time, value in enumerate(values)])
+    )
     assert [row[2] for row in data.changes.items()] == [{"x": "1.5", "on": "true"}, {"on": "false"}]
 
 
 def test_messages_are_told_with_their_interface():
     message = InterfaceMessage(7, "T::i", "ExecSkillMessage", 4, "me", "queued", {"skill_string": "say{}"})
-    data = read(MemoryRun([message]))
+    data = read_timeline(MemoryRun([message]))
     assert data.messages.items() == [
         ((0, 0), "T::i", "ExecSkillMessage 4 queued from me: skill_string=say{}")
     ]
@@ -41,7 +43,7 @@ def test_messages_are_told_with_their_interface():
 
 def test_the_number_of_facts_has_one_value_in_each_bin():
     changes = [FactChange(time, "e", True, time, "t", "(t)") for time in range(0, 3 * BIN_US, 100)]
-    data = read(MemoryRun(changes))
+    data = read_timeline(MemoryRun(changes))
     assert [count for _, count in data.facts.values()] == [1000, 2000, 3000]
 
 
@@ -54,7 +56,7 @@ def test_what_is_left_out_is_told():
         for number, text, state in ((1, "a", "S_RUNNING"), (2, "b", "S_RUNNING"), (2, "b", "S_FINAL"))
     ]
     actions = [action("gen1", str(number), "FORMULATED") for number in range(2)]
-    data = read(MemoryRun([*family(), *actions, *lines, *writes, *firings, *skills]), SMALL)
+    data = read_timeline(MemoryRun([*family(), *actions, *lines, *writes, *firings, *skills]), SMALL)
     text = "\n".join(data.notes)
     assert "3 of 5 log lines of level I" in text
     assert "3 of 5 interface writes" in text
@@ -67,22 +69,22 @@ def test_what_is_left_out_is_told():
 
 
 def test_an_empty_run():
-    data = read(MemoryRun([]))
+    data = read_timeline(MemoryRun([]))
     assert (data.history.events, data.history.end, data.history.clock.first_us) == (0, 0, None)
 
 
 @given(st.lists(events, max_size=30))
 def test_any_events_can_be_read(several):
-    data = read(MemoryRun(several))
+    data = read_timeline(MemoryRun(several))
     assert data.history.events == len(several)
     assert all(at.seq <= data.history.events for each in data.history.goals for at in each.changes)
-    read(MemoryRun(several), SMALL)
+    read_timeline(MemoryRun(several), SMALL)
 
 
 @pytest.mark.skipif(not RECORDINGS.is_dir(), reason="needs the recordings of Fawkes, shared/traces")
 @pytest.mark.parametrize("name", NAMES)
 def test_the_recordings_of_fawkes(name):
-    data = read(open_run(recording(name)))
+    data = read_timeline(open_run(recording(name)))
     assert len(data.history.goals) == 20
     assert data.firings.total == 728
     assert [call.status for call in data.history.calls] == ["S_FINAL"] * 4
