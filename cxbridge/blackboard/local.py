@@ -114,8 +114,8 @@ class InterfaceMemory(BoardPort):
     def values(self) -> dict[str, Any]:
         """Return the present values of the fields by name."""
         view = self.interface_class.VIEW.from_buffer_copy(self._snapshot.block)
-        # READ appends two values without a field, because attrgetter returns a tuple only for several names
-        return dict(zip(self.interface_class.ACCESSORS, self.interface_class.READ(view), strict=False))
+        # the two values of READ_FIELDS after those of the fields have no name in ACCESSORS
+        return dict(zip(self.interface_class.ACCESSORS, self.interface_class.READ_FIELDS(view), strict=False))
 
     def has_writer(self) -> bool:
         return self._writer is not None

@@ -17,7 +17,7 @@ from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.listeners import ListenerTable
 from cxbridge.interfaces.instance import STAMP, Interface, Message
 from cxbridge.interfaces.message import UNKNOWN_THREAD
-from cxbridge.interfaces.message_ids import id_in, id_offset, next_id
+from cxbridge.interfaces.message_ids import id_offset, next_id, read_id
 
 
 class Snapshot(Struct, frozen=True, gc=False):
@@ -106,7 +106,7 @@ class BoardPort:
 
     def next_id(self, last: int) -> int:
         """Return the id that follows ``last``, skipping the id that the interface shows at present."""
-        return next_id(last, id_in(self._snapshot.block, self._id_offset))
+        return next_id(last, read_id(self._snapshot.block, self._id_offset))
 
     def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - only a Fawkes server's ids depend on it
         """Return False, because `next_id` skips the id that the interface shows."""

@@ -1,4 +1,4 @@
-"""Assignments ``NAME=VALUE`` to fields of interfaces and messages, and values as text."""
+"""Assignments ``NAME=VALUE`` to fields of interfaces and messages, and values of fields as text."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cxbridge.interfaces.schema import FieldSchema
 
 _ASSIGNMENT = re.compile(r"(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>\d+)\])?=(?P<value>.*)", re.DOTALL)
 _QUOTED = re.compile(r'".*"', re.DOTALL)
-_BOOLS = {
+_BOOL_LITERALS = {
     "true": True,
     "yes": True,
     "on": True,
@@ -31,7 +31,7 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
     """Set fields by ``NAME=VALUE``, ``NAME=V,V,V`` or ``NAME[INDEX]=VALUE``.
 
     Numbers may be hexadecimal; enum values are names or numbers. A text in double quotes is parsed as JSON,
-    so the results of :func:`field_text` can be read back.
+    so that the results of :func:`field_text` can be read back.
 
     :returns: whether a value changed.
     :raises InterfaceError: if an assignment is invalid; the previous assignments keep their effect.
@@ -61,31 +61,31 @@ def _parse_element(field: FieldSchema, text: str) -> bool | int | float | str:
     stripped = text.strip()
     try:
         if field.is_string:
-            return _unquoted(text)
+            return _remove_quotes(text)
         if field.type == "bool":
-            return _BOOLS[stripped.lower()]
+            return _BOOL_LITERALS[stripped.lower()]
         if field.type in ("float", "double"):
             return float(stripped)
         if field.enum is not None and any(item.name == stripped for item in field.enum.items):
             return stripped
-        return _whole_number(stripped)
+        return _parse_integer(stripped)
     except (KeyError, ValueError):
         raise _misfit_error(field, stripped) from None
 
 
-def _whole_number(text: str) -> int:
+def _parse_integer(text: str) -> int:
     """Parse an integer."""
-    # base 0 takes 0x10, but refuses the leading zeros of 007
+    # base 0 accepts 0x10, but refuses the leading zeros of 007
     try:
         return int(text)
     except ValueError:
         return int(text, 0)
 
 
-def _unquoted(text: str) -> str:
+def _remove_quotes(text: str) -> str:
     """Remove the quotes that :func:`field_text` adds."""
     if _QUOTED.fullmatch(text):
-        with suppress(ValueError):  # a text in quotes that is not JSON is taken literally
+        with suppress(ValueError):  # a text in quotes that is not JSON keeps its quotes
             text = json.loads(text, strict=False)
     return text
 
@@ -111,7 +111,7 @@ def _check_text(field: FieldSchema, text: str) -> None:
     try:
         size = len(text.encode("utf-8", "surrogateescape"))
     except UnicodeEncodeError:
-        return  # the field refuses it
+        return  # `Block.set` raises the error
     if size > field.text_room:
         raise InterfaceError(
             f"this text for {field.name} has {size} bytes: '{text}'",
@@ -122,7 +122,7 @@ def _check_text(field: FieldSchema, text: str) -> None:
 
 
 def _misfit_error(field: FieldSchema, text: str) -> InterfaceError:
-    allowed = field.storage.fits
+    allowed = field.storage.allowed_values
     if field.enum is not None:
         allowed = "one of " + ", ".join(item.name for item in field.enum.items)
     return InterfaceError(

@@ -16,12 +16,12 @@ _STAMP = Struct("=qq")
 
 
 class Block:
-    """The bytes of an interface or message as in Fawkes' C struct, with a property per field.
+    """The bytes of an interface or message as in Fawkes' C struct, with a property for each field.
 
-    The classes with fields are made by :mod:`cxbridge.interfaces.classes`. A field whose name is a Python
+    :mod:`cxbridge.interfaces.classes` makes the classes with fields. A field whose name is a Python
     keyword or an attribute of the class has the property ``name_``; `get` and `set` take the original name.
 
-    The views refer to the buffer: write into ``_buf[:]`` and never replace it.
+    Views refer to the buffer: write into ``_buf[:]``, and never replace the buffer.
     """
 
     __slots__ = ("_buf", "_changed", "_refreshed", "_view")
@@ -35,11 +35,11 @@ class Block:
     ACCESSORS: ClassVar[dict[str, Any]]
     """The properties by field name in the definition."""
 
-    # one call for all fields takes a third of the time that the properties take
-    READ: ClassVar[attrgetter[tuple[Any, ...]]]
+    # one call for all fields takes a third of the time of all properties
+    READ_FIELDS: ClassVar[attrgetter[tuple[Any, ...]]]
     """Returns all fields of a view in order, followed by padding values."""
 
-    CONVERTED: ClassVar[tuple[str, ...]]
+    CONVERTED_FIELDS: ClassVar[tuple[str, ...]]
     """The fields whose values differ between view and property."""
 
     def __init__(self) -> None:
@@ -83,21 +83,19 @@ class Block:
         value = accessor.fget(self)
         if index is None:
             return value
-        return value[self._checked_index(self.field(name), index)]
+        return value[self._check_index(self.field(name), index)]
 
     def set(self, name: str, value: Any, index: int | None = None) -> None:
-        """Set a field, or an element of an array.
+        """Set a field, or an element of an array; enum values may be names or numbers.
 
-        Like Fawkes' generic access (field iterators, CLIPS), it marks the block as refreshed but never as
-        changed.
-
-        Enum values may be names or numbers.
+        Like Fawkes' generic access (field iterators, CLIPS), this method marks the block as refreshed but
+        never as changed.
 
         :raises InterfaceError: if there is no such field or element, or the value does not fit.
         """
         accessor = self._accessor(name)
         if index is not None:
-            position = self._checked_index(self.field(name), index)
+            position = self._check_index(self.field(name), index)
             elements = list(accessor.fget(self))
             elements[position] = value
             value = elements
@@ -115,9 +113,9 @@ class Block:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all values by field name, in the order of declaration."""
-        # one call reads all numbers; the properties of the other fields convert texts, arrays and enums
-        values = dict(zip(self.ACCESSORS, self.READ(self._view), strict=False))
-        for name in self.CONVERTED:
+        # one call reads all fields, then properties convert texts, arrays and enums
+        values = dict(zip(self.ACCESSORS, self.READ_FIELDS(self._view), strict=False))
+        for name in self.CONVERTED_FIELDS:
             values[name] = self.ACCESSORS[name].fget(self)
         return values
 
@@ -147,7 +145,7 @@ class Block:
     def timestamp_us(self, time_us: int) -> None:
         _STAMP.pack_into(self._buf, 0, *split_us(time_us))
 
-    def _checked_index(self, field: FieldSchema, index: int) -> int:
+    def _check_index(self, field: FieldSchema, index: int) -> int:
         if not field.is_array:
             raise InterfaceError(f"{self.SCHEMA.name}.{field.name} is a single value and has no index")
         if not 0 <= index < field.runtime_length:

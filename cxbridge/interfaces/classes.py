@@ -1,4 +1,8 @@
-"""Creation of Python classes from schemas: enums, messages, interfaces."""
+"""Makes the Python classes of a schema: enums, messages, the interface.
+
+A class has a property for each field. Classes come from XML at run time, or from modules that
+``cxbridge interface compile`` has written, which :func:`define` completes.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +21,9 @@ from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.pseudomap import pseudomap_property
 from cxbridge.interfaces.schema import EnumSchema, FieldSchema, InterfaceSchema, MessageSchema
 
-Enums = dict[str, type[IntEnum]]
-B = TypeVar("B", bound=Block)
-I = TypeVar("I", bound=Interface)  # noqa: E741 - I for interface
+EnumClasses = dict[str, type[IntEnum]]
+BlockT = TypeVar("BlockT", bound=Block)
+InterfaceT = TypeVar("InterfaceT", bound=Interface)
 
 _UNKNOWN = "UNKNOWN"
 _C_TYPES: dict[str, Any] = {
@@ -40,10 +44,10 @@ _C_TYPES: dict[str, Any] = {
 
 @cache
 def make_interface_class(schema: InterfaceSchema) -> type[Interface]:
-    """Return the class of an interface, the same one for equal schemas.
+    """Return the class of an interface, always the same class for equal schemas.
 
-    It has a property per field, attributes for message classes, enums, enum items and constants, and a
-    function ``tostring_ENUM(value)`` per enum.
+    The class has a property for each field, attributes for message classes, enums, enum items and constants,
+    and a function ``tostring_ENUM(value)`` for each enum.
     """
     interface_class = type(
         schema.name, (Interface,), {"__slots__": (), "__doc__": schema.comment or schema.name}
@@ -51,13 +55,13 @@ def make_interface_class(schema: InterfaceSchema) -> type[Interface]:
     return define(schema)(interface_class)
 
 
-def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
-    """Return a decorator that completes a class of ``interface compile``.
+def define(schema: InterfaceSchema) -> Callable[[type[InterfaceT]], type[InterfaceT]]:
+    """Return a decorator that completes the class of an interface.
 
-    Enums and messages that the class body defines are kept.
+    The class keeps the enums and messages that its body defines.
     """
 
-    def complete(interface_class: type[I]) -> type[I]:
+    def complete(interface_class: type[InterfaceT]) -> type[InterfaceT]:
         # a compiled class defines typed enums and messages; a class from XML gets them here
         enums = {
             enum.name: _own_attribute(interface_class, enum.name) or make_enum(enum) for enum in schema.enums
@@ -67,20 +71,20 @@ def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
             message_class = _own_attribute(interface_class, message.name) or _make_message_class(
                 message, schema
             )
-            messages[message.name] = _attach(message_class, message, enums)
+            messages[message.name] = _add_fields(message_class, message, enums)
             message_class.INTERFACE = schema
             message_class.FILL = make_filler(
                 message.fields, [enums.get(field.type) if field.is_enum else None for field in message.fields]
             )
         interface_class.MESSAGES = messages
-        _attach(interface_class, schema, enums)
+        _add_fields(interface_class, schema, enums)
         for pseudomap in schema.pseudomaps:
             setattr(interface_class, attribute_name(pseudomap.name, Interface), pseudomap_property(pseudomap))
         _add_members(interface_class, {**enums, **messages})
         _add_members(interface_class, {constant.name: constant.value for constant in schema.constants})
         for definition in schema.enums:
             enum = enums[definition.name]
-            _add_members(interface_class, {f"tostring_{definition.name}": staticmethod(_tostring(enum))})
+            _add_members(interface_class, {f"tostring_{definition.name}": staticmethod(_make_tostring(enum))})
             _add_members(interface_class, {item.name: enum(item.value) for item in definition.items})
         return interface_class
 
@@ -89,7 +93,7 @@ def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
 
 @cache
 def make_enum(schema: EnumSchema) -> type[IntEnum]:
-    """Return the class of an enum, the same one for equal schemas."""
+    """Return the class of an enum, always the same class for equal schemas."""
     items = [(enum_member_name(item.name), item.value) for item in schema.items]
     enum = IntEnum(schema.name, items)  # type: ignore[misc]
     enum.__doc__ = schema.comment
@@ -98,15 +102,15 @@ def make_enum(schema: EnumSchema) -> type[IntEnum]:
 
 def enum_member_name(name: str) -> str:
     """Return the name of an enum item in Python, with an underscore if the name is reserved."""
-    # an enum refuses an item called mro, and reads names with underscores at both ends as its attributes
+    # Python's enums refuse an item called mro, and take names with underscores at both ends for attributes
     reserved = keyword.iskeyword(name) or name == "mro" or (name.startswith("_") and name.endswith("_"))
     return f"{name}_" if reserved else name
 
 
 def attribute_name(name: str, base: type) -> str:
     """Return the attribute for a name in a definition, with an underscore if ``base`` uses the name."""
-    taken = keyword.iskeyword(name) or name in Block.__annotations__ or hasattr(base, name)
-    return f"{name}_" if taken else name
+    is_taken = keyword.iskeyword(name) or name in Block.__annotations__ or hasattr(base, name)
+    return f"{name}_" if is_taken else name
 
 
 def make_view(fields: tuple[FieldSchema, ...], datasize: int) -> type[ctypes.Structure]:
@@ -119,14 +123,16 @@ def make_view(fields: tuple[FieldSchema, ...], datasize: int) -> type[ctypes.Str
         c_type = _C_TYPES[field.storage.code]
         members.append((f"f{number}", c_type if field.length is None else c_type * field.length))
     view = type("View", (ctypes.Structure,), {"_fields_": members})
-    # a schema may come from a recording or a compiled module, not only from the parser of this version
+    # a recording or a compiled module may have a schema of another version
     offsets = [getattr(view, f"f{number}").offset for number in range(len(fields))]
     if ctypes.sizeof(view) != datasize or offsets != [field.offset for field in fields]:
         raise InterfaceError("the fields of this schema do not lie as in a C struct on this machine")
     return view
 
 
-def _attach(block_class: type[B], schema: InterfaceSchema | MessageSchema, enums: Enums) -> type[B]:
+def _add_fields(
+    block_class: type[BlockT], schema: InterfaceSchema | MessageSchema, enums: EnumClasses
+) -> type[BlockT]:
     """Give a class its schema and the properties of its fields."""
     block_class.SCHEMA = schema
     block_class.VIEW = make_view(schema.fields, schema.datasize)
@@ -137,9 +143,9 @@ def _attach(block_class: type[B], schema: InterfaceSchema | MessageSchema, enums
         for number, field in enumerate(schema.fields)
     }
     names = [f"f{number}" for number in range(len(schema.fields))]
-    # attrgetter returns a tuple only for two or more names
-    block_class.READ = attrgetter(*names, "__class__", "__class__")
-    block_class.CONVERTED = tuple(
+    # two more names, because attrgetter returns a tuple only for two or more
+    block_class.READ_FIELDS = attrgetter(*names, "__class__", "__class__")
+    block_class.CONVERTED_FIELDS = tuple(
         field.name for field in schema.fields if field.is_string or field.is_array or field.is_enum
     )
     base = Message if isinstance(schema, MessageSchema) else Interface
@@ -176,7 +182,7 @@ def enum_value_name(enum: type[IntEnum], value: int) -> str:
     return next((item.name for item in enum if item == value), _UNKNOWN)
 
 
-def _tostring(enum: type[IntEnum]) -> Callable[[int], str]:
+def _make_tostring(enum: type[IntEnum]) -> Callable[[int], str]:
     def tostring(value: int) -> str:
         """Return the name of a value, or UNKNOWN."""
         return enum_value_name(enum, value)

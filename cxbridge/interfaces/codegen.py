@@ -1,7 +1,7 @@
 """Source of typed Python modules and stubs for interface types.
 
-A module needs no XML at run time: it holds the schema as JSON and declares classes with typed attributes.
-:func:`cxbridge.interfaces.classes.define` adds the properties. A stub has the declarations alone.
+A module needs no XML at run time: the module has the schema as JSON, and classes with typed attributes, to
+which :func:`cxbridge.interfaces.classes.define` adds the properties. A stub has the declarations alone.
 """
 
 from __future__ import annotations
@@ -21,44 +21,44 @@ from cxbridge.interfaces.schema import (
 )
 
 _WIDTH = 88  # columns of docstrings, as in ruff's default
-_MADE_BY = "Made by 'cxbridge interface compile': do not edit, make it again."
+_GENERATOR_NOTE = "Made by 'cxbridge interface compile': do not edit, make it again."
 _QUOTES = '"""'
 _INDENT = "    "
 _PYTHON_TYPES = {"bool": "bool", "string": "str", "float": "float", "double": "float"}
 _ZEROS = {"bool": "False", "str": '""', "float": "0.0"}
-# rules that a definition may break by its names, long messages or bool fields; docstrings in stubs are for
-# editors
+# The names of a definition, messages with many fields, and bool fields may break these rules of ruff. The
+# docstrings of stubs, which PYI021 forbids, are for editors.
 _NOQA = "# ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917, PYI021, RUF100, TC001, TC003"
 
 
 def module_source(schema: InterfaceSchema) -> str:
     """Return the source of a module with the class of an interface."""
-    return _Writer(schema, stub=False).source()
+    return _SourceWriter(schema, is_stub=False).source()
 
 
 def stub_source(schema: InterfaceSchema) -> str:
     """Return the source of a stub (``.pyi``) with the class of an interface."""
-    return _Writer(schema, stub=True).source()
+    return _SourceWriter(schema, is_stub=True).source()
 
 
-class _Writer:
+class _SourceWriter:
     """Writes one module or stub."""
 
-    def __init__(self, schema: InterfaceSchema, *, stub: bool) -> None:
+    def __init__(self, schema: InterfaceSchema, *, is_stub: bool) -> None:
         self._schema = schema
-        self._stub = stub
+        self._is_stub = is_stub
 
     def source(self) -> str:
-        return "\n".join([*self._head(), *self._interface()]) + "\n"
+        return "\n".join([*self._header_lines(), *self._class_lines()]) + "\n"
 
-    def _head(self) -> Iterator[str]:
+    def _header_lines(self) -> Iterator[str]:
         """Yield the lines before the class."""
         schema = self._schema
-        yield from _class_docstring(f"The interface type {schema.name}.", _MADE_BY, "")
+        yield from _class_docstring_lines(f"The interface type {schema.name}.", _GENERATOR_NOTE, "")
         yield ""
         yield _NOQA
         yield ""
-        if not self._stub:
+        if not self._is_stub:
             yield "from __future__ import annotations"
             yield ""
         standard = list(self._standard_imports())
@@ -66,17 +66,17 @@ class _Writer:
             yield from [*standard, ""]
         if self._uses_arrays():
             yield "from cxbridge.interfaces.accessors import Array"
-        if not self._stub:
+        if not self._is_stub:
             names = ["define", "enum_value_name"] if schema.enums else ["define"]
             yield f"from cxbridge.interfaces.classes import {', '.join(names)}"
         bases = "Interface, Message" if schema.messages else "Interface"
         yield f"from cxbridge.interfaces.instance import {bases}"
         if schema.pseudomaps:
             yield "from cxbridge.interfaces.pseudomap import PseudoMap"
-        if not self._stub:
+        if not self._is_stub:
             yield "from cxbridge.interfaces.schema import schema_from_json"
             yield ""
-            # no text of a definition can end this literal: JSON escapes quotes, and has no three in a row
+            # JSON escapes quotes: no text of the definition can end this literal
             yield '_DEFINITION = r"""'
             yield schema_to_json(schema)
             yield '"""'
@@ -100,72 +100,72 @@ class _Writer:
             blocks.append(self._schema.fields)
         return any(field.is_array for fields in blocks for field in fields)
 
-    def _interface(self) -> Iterator[str]:
+    def _class_lines(self) -> Iterator[str]:
         schema = self._schema
-        if not self._stub:
+        if not self._is_stub:
             yield "@define(SCHEMA)"
         yield f"class {schema.name}(Interface):"
-        yield from _class_docstring(f"The interface type {schema.name}.", schema.comment, _INDENT)
-        if not self._stub:
+        yield from _class_docstring_lines(f"The interface type {schema.name}.", schema.comment, _INDENT)
+        if not self._is_stub:
             yield ""
             yield f"{_INDENT}__slots__ = ()"
         for enum in schema.enums:
-            yield from self._enum(enum)
-        yield from self._members()
+            yield from self._enum_lines(enum)
+        yield from self._constant_lines()
         for message in schema.messages:
-            yield from self._message(message)
-        yield from self._annotations(schema.fields, Interface, _INDENT, "")
+            yield from self._message_lines(message)
+        yield from self._annotation_lines(schema.fields, Interface, _INDENT, "")
         for pseudomap in schema.pseudomaps:
             yield ""
             yield f"{_INDENT}{attribute_name(pseudomap.name, Interface)}: PseudoMap"
-            yield from _docstring(pseudomap.comment, _INDENT)
+            yield from _docstring_lines(pseudomap.comment, _INDENT)
 
-    def _enum(self, enum: EnumSchema) -> Iterator[str]:
+    def _enum_lines(self, enum: EnumSchema) -> Iterator[str]:
         """Yield an enum class, its items as members of the interface, and tostring_ENUM."""
-        inner, name = _INDENT * 2, attribute_name(enum.name, Interface)
+        inner_indent, name = _INDENT * 2, attribute_name(enum.name, Interface)
         yield ""
         yield f"{_INDENT}class {name}(IntEnum):"
-        yield from _class_docstring(f"Values of type {enum.name}.", enum.comment, inner)
+        yield from _class_docstring_lines(f"Values of type {enum.name}.", enum.comment, inner_indent)
         for item in enum.items:
             yield ""
-            yield f"{inner}{enum_member_name(item.name)} = {item.value}"
-            yield from _docstring(item.comment, inner)
+            yield f"{inner_indent}{enum_member_name(item.name)} = {item.value}"
+            yield from _docstring_lines(item.comment, inner_indent)
         yield ""
         for item in enum.items:
             member, value = attribute_name(item.name, Interface), f"{name}.{enum_member_name(item.name)}"
             # C++ has the items in the scope of the interface
-            yield f"{_INDENT}{member}: ClassVar[{name}]" + ("" if self._stub else f" = {value}")
+            yield f"{_INDENT}{member}: ClassVar[{name}]" + ("" if self._is_stub else f" = {value}")
         yield ""
         yield f"{_INDENT}@staticmethod"
         signature = f"{_INDENT}def tostring_{enum.name}(value: int) -> str:"
-        if self._stub:
+        if self._is_stub:
             yield f"{signature} ..."
             return
         yield signature
-        yield from _docstring("Return the name of a value, UNKNOWN when it has none.", inner)
-        yield f"{inner}return enum_value_name({self._schema.name}.{name}, value)"
+        yield from _docstring_lines("Return the name of a value, UNKNOWN when it has none.", inner_indent)
+        yield f"{inner_indent}return enum_value_name({self._schema.name}.{name}, value)"
 
-    def _members(self) -> Iterator[str]:
+    def _constant_lines(self) -> Iterator[str]:
         for constant in self._schema.constants:
-            python = type(constant.value).__name__
+            python_type = type(constant.value).__name__
             yield ""
-            value = "" if self._stub else f" = {_literal(constant.value)}"
-            yield f"{_INDENT}{attribute_name(constant.name, Interface)}: ClassVar[{python}]{value}"
-            yield from _docstring(constant.comment, _INDENT)
+            value = "" if self._is_stub else f" = {_literal(constant.value)}"
+            yield f"{_INDENT}{attribute_name(constant.name, Interface)}: ClassVar[{python_type}]{value}"
+            yield from _docstring_lines(constant.comment, _INDENT)
 
-    def _message(self, message: MessageSchema) -> Iterator[str]:
-        inner = _INDENT * 2
+    def _message_lines(self, message: MessageSchema) -> Iterator[str]:
+        inner_indent = _INDENT * 2
         yield ""
         yield f"{_INDENT}class {message.name}(Message):"
-        yield from _class_docstring(f"The message {message.name}.", message.comment, inner)
-        if not self._stub:
+        yield from _class_docstring_lines(f"The message {message.name}.", message.comment, inner_indent)
+        if not self._is_stub:
             yield ""
-            yield f"{inner}__slots__ = ()"
-        yield from self._annotations(message.fields, Message, inner, f"{self._schema.name}.")
+            yield f"{inner_indent}__slots__ = ()"
+        yield from self._annotation_lines(message.fields, Message, inner_indent, f"{self._schema.name}.")
         if message.fields:
-            yield from self._constructor(message, inner)
+            yield from self._constructor_lines(message, inner_indent)
 
-    def _constructor(self, message: MessageSchema, indent: str) -> Iterator[str]:
+    def _constructor_lines(self, message: MessageSchema, indent: str) -> Iterator[str]:
         """Yield the constructor of a message, which takes fields by position or keyword."""
         body = indent + _INDENT
         names = [attribute_name(field.name, Message) for field in message.fields]
@@ -173,29 +173,29 @@ class _Writer:
         yield f"{indent}def __init__("
         yield f"{body}self,"
         for name, field in zip(names, message.fields, strict=True):
-            python = _python_type(field, f"{self._schema.name}.")
+            python_type = _python_type(field, f"{self._schema.name}.")
             if field.is_array:
-                yield f"{body}{name}: Sequence[{python}] = (),"
+                yield f"{body}{name}: Sequence[{python_type}] = (),"
             elif field.is_enum:
-                yield f"{body}{name}: {python} | int = 0,"
+                yield f"{body}{name}: {python_type} | int = 0,"
             else:
-                yield f"{body}{name}: {python} = {_ZEROS.get(python, '0')},"
-        if self._stub:
+                yield f"{body}{name}: {python_type} = {_ZEROS.get(python_type, '0')},"
+        if self._is_stub:
             yield f"{indent}) -> None: ..."
             return
         yield f"{indent}) -> None:"
-        yield from _docstring("Make a message; values that are not given are zero.", body)
+        yield from _docstring_lines("Make a message; values that are not given are zero.", body)
         yield f"{body}super().__init__({', '.join(names)})"
 
-    def _annotations(
+    def _annotation_lines(
         self, fields: tuple[FieldSchema, ...], base: type, indent: str, enum_prefix: str
     ) -> Iterator[str]:
         for field in fields:
-            python = _python_type(field, enum_prefix)
+            python_type = _python_type(field, enum_prefix)
             yield ""
             name = attribute_name(field.name, base)
-            yield f"{indent}{name}: {f'Array[{python}]' if field.is_array else python}"
-            yield from _docstring(field.comment, indent)
+            yield f"{indent}{name}: {f'Array[{python_type}]' if field.is_array else python_type}"
+            yield from _docstring_lines(field.comment, indent)
 
 
 def _python_type(field: FieldSchema, enum_prefix: str) -> str:
@@ -204,7 +204,7 @@ def _python_type(field: FieldSchema, enum_prefix: str) -> str:
     return _PYTHON_TYPES.get(field.type, "int")
 
 
-def _class_docstring(summary: str, comment: str, indent: str) -> Iterator[str]:
+def _class_docstring_lines(summary: str, comment: str, indent: str) -> Iterator[str]:
     if not comment:
         yield f'{indent}"""{summary}"""'
         return
@@ -214,7 +214,7 @@ def _class_docstring(summary: str, comment: str, indent: str) -> Iterator[str]:
     yield f'{indent}"""'
 
 
-def _docstring(text: str, indent: str) -> Iterator[str]:
+def _docstring_lines(text: str, indent: str) -> Iterator[str]:
     """Yield a docstring, on one line if it fits; nothing for an empty text."""
     lines = _wrap(text, indent + '"""')
     if not lines:
@@ -229,7 +229,7 @@ def _docstring(text: str, indent: str) -> Iterator[str]:
 
 def _wrap(text: str, indent: str) -> list[str]:
     """Wrap a text for a docstring, without backslashes and double quotes, which could end the docstring."""
-    # the text is for people: the schema has the exact one
+    # the docstring is for readers, the schema has the exact text
     text = text.replace("\\", "/").replace('"', "'")
     return textwrap.wrap(text, _WIDTH - len(indent), break_on_hyphens=False)
 
@@ -237,6 +237,6 @@ def _wrap(text: str, indent: str) -> list[str]:
 def _literal(value: bool | float | str) -> str:
     """Return the Python literal of a constant."""
     if isinstance(value, str) and '"' not in value:
-        # a string of JSON is one of Python, too, and has the double quotes that formatters want
+        # a JSON string is a Python string with double quotes, which formatters want
         return json.dumps(value, ensure_ascii=False)
     return repr(value)

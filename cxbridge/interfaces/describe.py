@@ -1,4 +1,4 @@
-"""Descriptions of schemas as text and JSON."""
+"""Descriptions of schemas as text and JSON, for ``cxbridge interface show``."""
 
 from __future__ import annotations
 
@@ -67,11 +67,12 @@ def _constant_value(constant: ConstantSchema) -> bool | int | float | str:
     return constant.value
 
 
-def describe(schema: InterfaceSchema) -> Iterator[str]:
+def describe_schema(schema: InterfaceSchema) -> Iterator[str]:
     """Yield lines that describe a schema."""
     yield f"{schema.name}: {schema.datasize} bytes, hash {schema.hash_printable}"
     hashes = known_hashes(schema)
-    if hashes and schema.hash not in hashes:  # another hash with an equal layout is not a mistake
+    # our files differ from Fawkes' in comments, and so in their hashes
+    if hashes and schema.hash not in hashes:
         yield f"  Fawkes knows this layout as {', '.join(hash_.hex().upper() for hash_ in hashes)}"
     if schema.comment:
         yield f"  {schema.comment}"

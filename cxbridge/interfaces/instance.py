@@ -1,8 +1,8 @@
 """Opened interfaces: a private copy of a shared block and its connection to the blackboard.
 
-A blackboard makes instances, and a :class:`Port` connects each to its shared memory. An instance may be used
-by one thread at a time; different instances of an interface are independent. Names and semantics are those of
-Fawkes (libs/interface); docs/blackboard.md lists the differences.
+A blackboard makes instances, and a :class:`Port` connects each instance to its shared memory. Only one thread
+at a time may use an instance; different instances of an interface are independent. Names and semantics are
+those of Fawkes (libs/interface); docs/blackboard.md lists the differences.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from cxbridge.interfaces.shared import SharedBlock
 
 __all__ = ["STAMP", "Interface", "Message", "MessageQueue", "Port"]
 
-M = TypeVar("M", bound=Message)
+MessageT = TypeVar("MessageT", bound=Message)
 
 
 class Interface(SharedBlock):
@@ -105,7 +105,7 @@ class Interface(SharedBlock):
             raise MessageAlreadyQueuedError
         if message_id is None:
             message_id = self._port.next_id(self._last_message_id)
-        # also after a failure: the next message must not get the id of one that may have arrived
+        # before sending: a message that fails may have arrived, and the next one must get another id
         self._last_message_id = message_id & MESSAGE_ID_MASK
         source = None if proxy else self.serial
         message.address(self._last_message_id, self._port.mem_serial, self.serial, source)
@@ -122,7 +122,7 @@ class Interface(SharedBlock):
         return self._port.next_id_is_stale(self._last_message_id)
 
     def msgq_enqueue_copy(self, message: Message) -> int:
-        """Send a copy; ``message`` gets its id and can be sent again."""
+        """Send a copy; ``message`` gets the id of the copy, and can be sent again."""
         copy = message.copy()
         message_id = self.msgq_enqueue(copy)
         message.address(message_id, copy.recipient, self.serial, self.serial)
@@ -130,7 +130,7 @@ class Interface(SharedBlock):
 
     def msgq_append(self, message: Message) -> None:
         """Append a message to the queue of this writer without an event, for example in a listener."""
-        # without a call in the usual case, because a writer looks at its queue in each cycle
+        # a writer uses its queue in each cycle: the usual case needs no call
         queue = self._queue if self._queue is not None else self._writer_queue("append")
         queue.append(message, self._port.now_us())
 
@@ -145,17 +145,17 @@ class Interface(SharedBlock):
     def msgq_first_is(self, message_class: type[Message]) -> bool:
         """Return whether the oldest message is of this class, or of a class with the same definition."""
         message = self._writer_queue("first").first()
-        return message is not None and _is_a(message, message_class)
+        return message is not None and _has_class(message, message_class)
 
-    def msgq_first_as(self, message_class: type[M]) -> M | None:
+    def msgq_first_as(self, message_class: type[MessageT]) -> MessageT | None:
         """Return the oldest message without removing it, or None.
 
-        :raises WrongMessageError: if it is of another class.
+        :raises WrongMessageError: if the message is of another class.
         """
         message = self._writer_queue("first").first()
         if message is None:
             return None
-        if _is_a(message, message_class):
+        if _has_class(message, message_class):
             return message
         raise WrongMessageError
 
@@ -191,7 +191,7 @@ class Interface(SharedBlock):
         return self._queue
 
 
-def _is_a(message: Message, message_class: type[M]) -> TypeGuard[M]:
+def _has_class(message: Message, message_class: type[MessageT]) -> TypeGuard[MessageT]:
     """Return whether a message is of a class, or of another class with the same definition."""
     return isinstance(message, message_class) or (
         message.type == message_class.SCHEMA.name and message_class.belongs_to(message.INTERFACE)

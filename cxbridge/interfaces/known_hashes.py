@@ -1,8 +1,8 @@
-"""Hashes of interface types in Fawkes whose layout equals that of a definition.
+"""Hashes of Fawkes' interface types whose layout equals that of a definition of cxbridge.
 
-Fawkes identifies the version of an interface by the MD5 of the definition file, so another definition of the
-same layout counts as another version. If the layouts are equal, Fawkes' hash can safely be used instead. The
-table ``interfaces/known-hashes.json`` maps type names and fingerprints of layouts to hashes of Fawkes (commit
+Fawkes identifies the version of an interface by the MD5 of the definition file: another file with the same
+layout counts as another version. If the layouts are equal, cxbridge can safely use Fawkes' hash. The table
+``interfaces/known-hashes.json`` maps type names and fingerprints of layouts to hashes of Fawkes (commit
 649cec084).
 """
 
@@ -23,15 +23,15 @@ TABLE_NAME = "known-hashes.json"
 def layout_fingerprint(schema: InterfaceSchema) -> str:
     """Return a digest of everything that two programs must agree on, as 64 hexadecimal digits.
 
-    It covers the type's name and size; name, type, length, offset and size of the fields, also of messages;
-    and the values of enums. It does not cover comments, constants, defaults and authors.
+    The digest covers the type's name and size; name, type, length, offset and size of the fields, also of
+    messages; and the values of enums. The digest does not cover comments, constants, defaults and authors.
     """
     layout = {
         "name": schema.name,
         "datasize": schema.datasize,
-        "fields": _fields(schema.fields),
+        "fields": _layout_rows(schema.fields),
         "messages": [
-            [message.name, message.datasize, _fields(message.fields)] for message in schema.messages
+            [message.name, message.datasize, _layout_rows(message.fields)] for message in schema.messages
         ],
         "enums": [[enum.name, [(item.name, item.value) for item in enum.items]] for enum in schema.enums],
     }
@@ -40,7 +40,7 @@ def layout_fingerprint(schema: InterfaceSchema) -> str:
 
 def known_hashes(schema: InterfaceSchema) -> tuple[bytes, ...]:
     """Return the 16 byte hashes that Fawkes has for this layout."""
-    entry = _table().get(schema.name, {})
+    entry = _load_table().get(schema.name, {})
     return tuple(bytes.fromhex(text) for text in entry.get(layout_fingerprint(schema), ()))
 
 
@@ -49,25 +49,25 @@ def hash_for_wire(schema: InterfaceSchema) -> bytes:
     return next(iter(known_hashes(schema)), schema.hash)
 
 
-def accepts_hash(schema: InterfaceSchema, remote: bytes) -> bool:
-    """Return whether a received hash belongs to this definition or to a known one of equal layout.
+def accepts_hash(schema: InterfaceSchema, remote_hash: bytes) -> bool:
+    """Return whether a received hash belongs to this definition or to a known definition of equal layout.
 
-    The known definitions are those of Fawkes and the one that cxbridge ships.
+    The known definitions are those of Fawkes, and the definition that cxbridge ships.
     """
-    if remote == schema.hash or remote in known_hashes(schema):
+    if remote_hash == schema.hash or remote_hash in known_hashes(schema):
         return True
-    # a copy of the shipped definition may differ from it by comments alone
-    shipped = _shipped(schema.name)
-    return shipped is not None and shipped == (remote, layout_fingerprint(schema))
+    # a copy of the shipped definition may have other comments
+    shipped = _shipped_version(schema.name)
+    return shipped is not None and shipped == (remote_hash, layout_fingerprint(schema))
 
 
-def _fields(fields: tuple[FieldSchema, ...]) -> list[list[Any]]:
+def _layout_rows(fields: tuple[FieldSchema, ...]) -> list[list[Any]]:
     """Return the properties of fields that affect the layout."""
     return [[field.name, field.type, field.length, field.offset, field.size] for field in fields]
 
 
 @cache
-def _shipped(name: str) -> tuple[bytes, str] | None:
+def _shipped_version(name: str) -> tuple[bytes, str] | None:
     """Return hash and fingerprint of the shipped definition of a type, if any."""
     path = shipped_dir("interfaces") / f"{name}.xml"
     if not path.is_file():
@@ -77,7 +77,7 @@ def _shipped(name: str) -> tuple[bytes, str] | None:
 
 
 @cache
-def _table() -> dict[str, dict[str, list[str]]]:
+def _load_table() -> dict[str, dict[str, list[str]]]:
     """Return the table: type name, fingerprint, hexadecimal hashes."""
     text = (shipped_dir("interfaces") / TABLE_NAME).read_text(encoding="utf-8")
     table: dict[str, dict[str, list[str]]] = json.loads(text)

@@ -17,7 +17,7 @@ TIMESTAMP_SIZE = 16
 """The bytes of the time stamp at the start of a block."""
 
 BLOCK_ALIGNMENT = 8
-"""The alignment of a block; its size is a multiple of it."""
+"""The size of a block is a multiple of this number of bytes."""
 
 
 def make_field(
@@ -45,13 +45,13 @@ def place_fields(fields: Iterable[FieldSchema]) -> tuple[tuple[FieldSchema, ...]
     placed = []
     end = TIMESTAMP_SIZE
     for field in fields:
-        offset = align(end, field.elem_size)
+        offset = round_up(end, field.elem_size)
         placed.append(replace(field, offset=offset))
         end = offset + field.size
-    return tuple(placed), align(end, BLOCK_ALIGNMENT)
+    return tuple(placed), round_up(end, BLOCK_ALIGNMENT)
 
 
-def align(offset: int, alignment: int) -> int:
+def round_up(offset: int, alignment: int) -> int:
     """Round an offset up to a multiple of the alignment."""
-    # `//` rounds down, so the negative number is divided
+    # `//` rounds down: the division of the negative number rounds up
     return -(-offset // alignment) * alignment

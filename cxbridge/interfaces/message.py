@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Final, Protocol, Self, TypeVar
 from uuid import UUID
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.interfaces.accessors import MISFITS, Fill, refuse_values
+from cxbridge.interfaces.accessors import MISFIT_ERRORS, Filler, refuse_values
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance_errors import (
     InvalidInstanceError,
@@ -69,19 +69,19 @@ class Port(Protocol[InstanceT_contra]):
     def next_id(self, last: int) -> int:
         """Return the id of the next message of an instance.
 
-        :param last: the id of its last message, 0 if there is none.
+        :param last: the id of the instance's last message, 0 before the first message.
         """
 
     def next_id_is_stale(self, last: int) -> bool:
         """Return whether the next message gets the id 0, or that of an earlier message.
 
-        :param last: the id of the instance's last message, 0 if there is none.
+        :param last: the id of the instance's last message, 0 before the first message.
         """
 
     def transmit(self, sender: InstanceT_contra, message: Message) -> None:
         """Deliver an addressed message to the writer.
 
-        :raises BlackBoardError: if there is no writer, or it cannot take the message.
+        :raises BlackBoardError: if there is no writer, or the writer cannot queue the message.
         """
 
     def writer_owner(self) -> str:
@@ -93,7 +93,7 @@ class Port(Protocol[InstanceT_contra]):
         """Return the owners of the readers in the order of opening."""
 
     def reader_owner(self, serial: str) -> str:
-        """Return the owner of the reader with a serial, empty if it is unknown."""
+        """Return the owner of the reader with a serial, empty if the serial is unknown."""
 
     def close(self, instance: InstanceT_contra) -> None:
         """Close the instance."""
@@ -115,7 +115,7 @@ _OPERATIONS: Final = {
 
 
 class ClosedPort:
-    """The port of a closed instance, which refuses every operation except closing."""
+    """The port of a closed instance, which refuses all operations except closing."""
 
     version = -3  # differs from the versions of all instances, so that read() calls fetch()
     mem_serial = 0
@@ -157,7 +157,7 @@ class Message(Block):
     INTERFACE: ClassVar[InterfaceSchema]
     """The definition of the message's interface."""
 
-    FILL: ClassVar[Fill] = refuse_values
+    FILL: ClassVar[Filler] = refuse_values
     """Sets all fields at once if possible; made by ``accessors.make_filler``."""
 
     __slots__ = (
@@ -198,7 +198,7 @@ class Message(Block):
         if len(values) == len(fields):
             try:
                 self.FILL(values)
-            except MISFITS:
+            except MISFIT_ERRORS:
                 pass  # the setters convert the values or raise the error
             else:
                 return
@@ -241,7 +241,7 @@ class Message(Block):
     def mark_foreign(self, hops: int, thread_name: str = UNKNOWN_THREAD) -> None:
         """Mark the message as received over a network.
 
-        :param hops: the number of networks that it crossed.
+        :param hops: the number of networks that the message crossed.
         :param thread_name: the sender's thread, if the transport knows it.
         """
         self.hops = min(hops, MAX_HOPS)
@@ -250,7 +250,7 @@ class Message(Block):
     def mark_enqueued(self, time_us: int) -> None:
         """Mark the message as queued, with the time as its time stamp.
 
-        :raises MessageAlreadyQueuedError: if it was queued before.
+        :raises MessageAlreadyQueuedError: if the message was queued before.
         """
         if self.enqueued:
             raise MessageAlreadyQueuedError
@@ -258,17 +258,17 @@ class Message(Block):
         STAMP.pack_into(self._buf, 0, time_us // MICROSECONDS, time_us % MICROSECONDS)
 
     def copy(self) -> Self:
-        """Return a copy of content and envelope that was not queued."""
-        twin = type(self)()
-        twin.set_from_chunk(self.to_bytes())
-        STAMP.pack_into(twin._buf, 0, 0, 0)  # erases the time of queueing
-        twin.id, twin.recipient = self.id, self.recipient
-        twin.sender_id, twin.source_id = self.sender_id, self.source_id
-        twin.sender_thread_name, twin.hops = self.sender_thread_name, self.hops
-        return twin
+        """Return a copy of content and envelope, which has not been queued."""
+        duplicate = type(self)()
+        duplicate.set_from_chunk(self.to_bytes())
+        STAMP.pack_into(duplicate._buf, 0, 0, 0)  # erases the time of queueing
+        duplicate.id, duplicate.recipient = self.id, self.recipient
+        duplicate.sender_id, duplicate.source_id = self.sender_id, self.source_id
+        duplicate.sender_thread_name, duplicate.hops = self.sender_thread_name, self.hops
+        return duplicate
 
 
-# a writer takes all its messages in each cycle, so only a client that sends without end reaches the limit
+# A writer processes its messages in each cycle: only a client that sends without end reaches this limit.
 MAX_WAITING: Final = 1024
 """The default maximum of messages waiting for a writer."""
 
@@ -299,7 +299,7 @@ class MessageQueue:
     def append(self, message: Message, time_us: int) -> None:
         """Append a message with a time stamp.
 
-        :raises MessageAlreadyQueuedError: if it is, or was, in a queue.
+        :raises MessageAlreadyQueuedError: if the message is, or was, in a queue.
         :raises QueueFullError: if the queue is full.
         """
         with self._lock:
@@ -315,7 +315,7 @@ class MessageQueue:
 
     def pop(self) -> Message | None:
         """Remove and return the oldest message, or None."""
-        if not self.waiting:  # the queue is empty in most cycles, which needs no lock
+        if not self.waiting:  # in most cycles the queue is empty, and the lock is not needed
             return None
         with self._lock:
             return self.waiting.popleft() if self.waiting else None

@@ -1,13 +1,14 @@
 """Numbers that senders assign to their messages.
 
 An instance counts its messages with 16 bits. A writer shows the number of the message it processes, by
-convention in the field ``msgid``; readers recognise the results of their messages only by it. Two numbers are
-therefore left out:
+convention in the field ``msgid``; readers recognise the results of their messages only by this number. A
+sender therefore leaves out two numbers:
 
 - 0, which means that no message is processed or was sent;
 
-- the number that the interface already shows. It belongs to an earlier message, perhaps of another sender,
-  because all senders count from 1. The sender would take the shown state for the result of its new message.
+- the number that the interface already shows. All senders count from 1: the number belongs to an earlier
+message,
+  perhaps of another sender. The sender would take the shown state for the result of its new message.
 """
 
 from __future__ import annotations
@@ -24,23 +25,23 @@ NO_MESSAGE: Final = 0
 """The id that means no message."""
 
 ID_FIELDS: Final = ("msgid", "msg_id")
-"""The fields in which writers show, by convention, the message they process."""
+"""The fields in which writers show, by convention, the number of the message that they process."""
 
 _U32: Final = struct.Struct("=I")
 
 
 def next_id(last_id: int, shown_id: int = NO_MESSAGE) -> int:
-    """Return the id after ``last_id`` that is neither 0 nor the one that the interface shows.
+    """Return the id after ``last_id`` that is neither 0 nor the id that the interface shows.
 
-    :param last_id: the last id of the sender, 0 if there is none.
-    :param shown_id: the id that the interface shows, 0 if there is none.
+    :param last_id: the last id of the sender, 0 before its first message.
+    :param shown_id: the id that the interface shows, 0 for no message.
     """
     number = last_id % MESSAGE_ID_MASK + 1  # 65535 is followed by 1
     return number if number != shown_id else number % MESSAGE_ID_MASK + 1
 
 
 def id_offset(schema: InterfaceSchema) -> int | None:
-    """Return the offset of the message id in a block, or None if there is no such field."""
+    """Return the offset of the message id in a block, or None if no field shows the id."""
     for name in ID_FIELDS:
         field = schema.field(name)
         if field is not None and field.type == "uint32" and field.length is None:
@@ -48,7 +49,7 @@ def id_offset(schema: InterfaceSchema) -> int | None:
     return None
 
 
-def id_in(block: bytes | bytearray, offset: int | None) -> int:
+def read_id(block: bytes | bytearray, offset: int | None) -> int:
     """Return the message id that a block shows, 0 without such a field.
 
     :param offset: the result of :func:`id_offset`.
@@ -59,6 +60,6 @@ def id_in(block: bytes | bytearray, offset: int | None) -> int:
     return number
 
 
-def with_id(block: bytes, offset: int, number: int) -> bytes:
+def replace_id(block: bytes, offset: int, number: int) -> bytes:
     """Return a copy of a block that shows another message id."""
     return block[:offset] + _U32.pack(number) + block[offset + _U32.size :]

@@ -1,4 +1,4 @@
-"""Rules for names in interface definitions: reserved identifiers and limits of Fawkes."""
+"""Rules for names in interface definitions: reserved identifiers, and limits of Fawkes."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ RESERVED_IN_MESSAGES: Final = frozenset(
 # fmt: on
 
 _IDENTIFIER = re.compile(r"(?!__)[A-Za-z_][A-Za-z0-9_]*")
-_PREFIXES = {
+_ACCESSOR_PREFIXES = {
     "set_": 5,
     "is_": 4,
 }  # the prefixes and the number of removed characters, one more than their length
@@ -53,12 +53,12 @@ _PREFIXES = {
 def is_reserved(name: str, reserved: frozenset[str]) -> bool:
     """Return whether a name is reserved.
 
-    Prefixes of accessors are removed together with the next character, which cxbridge copies from
-    Fawkes: ``set_id`` is allowed, ``set__id`` is not.
+    As in Fawkes' generator, the prefix of an accessor is removed together with the next character: ``set_id``
+    is allowed, ``set__id`` is not.
     """
-    for prefix, dropped in _PREFIXES.items():
+    for prefix, removed_count in _ACCESSOR_PREFIXES.items():
         if name.startswith(prefix):
-            return name[dropped:] in reserved
+            return name[removed_count:] in reserved
     return name in reserved
 
 

@@ -11,7 +11,7 @@ from cxbridge.interfaces.schema import PseudoMapSchema
 
 
 class PseudoMap(MutableMapping[int, Any]):
-    """A mapping from numbers to the fields of a block; the data are those of the block.
+    """A mapping from numbers to the fields of a block, which contains the values.
 
     :param block: the interface.
     :param schema: the fields of the keys.
@@ -23,11 +23,11 @@ class PseudoMap(MutableMapping[int, Any]):
         self._fields = {int(ref.key): ref.field for ref in schema.refs}
 
     def __getitem__(self, key: int) -> Any:
-        return self._block.get(self._field(key))
+        return self._block.get(self._field_name(key))
 
     def __setitem__(self, key: int, value: Any) -> None:
-        # by the property, because `Block.set` would not mark the block as changed
-        self._block.ACCESSORS[self._field(key)].__set__(self._block, value)
+        # the property marks the block as changed, `Block.set` does not
+        self._block.ACCESSORS[self._field_name(key)].__set__(self._block, value)
 
     def __delitem__(self, key: int) -> None:
         raise InterfaceError(f"key {key} of pseudo map '{self._schema.name}' stands for a field and stays")
@@ -38,7 +38,7 @@ class PseudoMap(MutableMapping[int, Any]):
     def __len__(self) -> int:
         return len(self._fields)
 
-    def _field(self, key: int) -> str:
+    def _field_name(self, key: int) -> str:
         field = self._fields.get(key)
         if field is None:
             keys = ", ".join(map(str, self._fields))

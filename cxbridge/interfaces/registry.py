@@ -20,8 +20,8 @@ from cxbridge.suggestions import did_you_mean
 class InterfaceRegistry:
     """The interface types of some folders, read on first use. Thread-safe.
 
-    :param dirs: folders with files ``<Type>.xml``; earlier ones take precedence.
-    :param shipped: whether to search cxbridge's definitions, after the folders.
+    :param dirs: folders with files ``<Type>.xml``; earlier folders take precedence.
+    :param shipped: whether to search the definitions of cxbridge after the folders.
     """
 
     def __init__(self, dirs: Iterable[str | Path] = (), *, shipped: bool = True) -> None:
@@ -30,7 +30,7 @@ class InterfaceRegistry:
             self._dirs.append(shipped_dir("interfaces"))
         self._schemas: dict[str, InterfaceSchema] = {}
         self._classes: dict[str, type[Interface]] = {}
-        self._lock = threading.RLock()  # re-entrant, because `get` calls `schema`
+        self._lock = threading.RLock()  # re-entrant: `get` calls `schema`
 
     @property
     def dirs(self) -> tuple[Path, ...]:
@@ -44,7 +44,7 @@ class InterfaceRegistry:
 
     def path(self, name: str) -> Path | None:
         """Return the definition file of a type, or None."""
-        if not name.isidentifier():  # for example '../secret': names come from the network, too
+        if not name.isidentifier():  # a name from the network may be '../secret'
             return None
         return next((path for folder in self._dirs if (path := folder / f"{name}.xml").is_file()), None)
 
@@ -57,11 +57,11 @@ class InterfaceRegistry:
         with self._lock:
             schema = self._schemas.get(name)
             if schema is None:
-                schema = self._schemas[name] = self._parse(name)
+                schema = self._schemas[name] = self._parse_definition(name)
             return schema
 
     def get(self, name: str) -> type[Interface]:
-        """Return the class of a type, always the same one.
+        """Return the class of a type, always the same class.
 
         :raises InterfaceError: if no folder has the type.
         :raises InterfaceDefinitionError: if its file is invalid.
@@ -74,17 +74,17 @@ class InterfaceRegistry:
         return interface_class
 
     def add(self, interface_class: type[Interface]) -> None:
-        """Add a class, for example from ``interface compile``; it takes precedence over files."""
+        """Add a class, for example of a compiled module, which takes precedence over files."""
         schema: InterfaceSchema = interface_class.SCHEMA
         with self._lock:
             self._schemas[schema.name] = schema
             self._classes[schema.name] = interface_class
 
-    def _parse(self, name: str) -> InterfaceSchema:
+    def _parse_definition(self, name: str) -> InterfaceSchema:
         """Read the file of a type."""
         path = self.path(name)
         if path is None:
-            raise self._not_found(name)
+            raise self._not_found_error(name)
         schema = parse_file(path)
         if schema.name != name:
             raise InterfaceDefinitionError(
@@ -95,7 +95,7 @@ class InterfaceRegistry:
             )
         return schema
 
-    def _not_found(self, name: str) -> InterfaceError:
+    def _not_found_error(self, name: str) -> InterfaceError:
         """Return the error for an undefined type, in the words of Fawkes."""
         folders = ", ".join(str(folder) for folder in self._dirs) or "no folder"
         near = did_you_mean(interface_type_name(name), self.names(), "check the type's name")

@@ -1,4 +1,4 @@
-"""Schemas of interfaces as immutable values, independent of XML and Python classes; their form in JSON."""
+"""Schemas of interfaces: immutable values, independent of XML and Python classes; their form in JSON."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class FieldSchema(Struct, frozen=True, omit_defaults=True):
     :param elem_size: the bytes of an element, also its alignment.
     :param validfor: the original text, which Fawkes checks but does not use.
     :param default: the original text, which Fawkes checks but does not use; blocks start as zeros.
-    :param flags: ``changed_indicator`` or empty; unused.
+    :param flags: ``changed_indicator`` or empty; Fawkes does not use the flag.
     """
 
     name: str
@@ -77,12 +77,12 @@ class FieldSchema(Struct, frozen=True, omit_defaults=True):
     @property
     def text_room(self) -> int:
         """The maximal bytes of a text."""
-        # the last byte is for NUL, except in a single char, which a string without length is
+        # the last byte is for NUL; a string without length is a single char without NUL
         return 1 if self.length is None else self.length - 1
 
     @property
     def is_array(self) -> bool:
-        """Whether the field has a length and is not a string, so that its value is a tuple.
+        """Whether the value of the field is a tuple: a field with a length that is not a string.
 
         A ``length="1"`` makes an array of one element, as in Fawkes' C struct. Fawkes' introspection (CLIPS,
         Lua, loggers) reports a single value, see `runtime_length`.
@@ -153,7 +153,7 @@ class InterfaceSchema(Struct, frozen=True, omit_defaults=True, dict=True):
         """The hash in 32 upper case hexadecimal digits, as Fawkes prints it."""
         return self.hash.hex().upper()
 
-    # looked up for each access by name; messages have few fields, and are accessed by property
+    # each access by name needs a field; messages have few fields and are accessed by property
     @cached_property
     def _fields_by_name(self) -> dict[str, FieldSchema]:
         return {field.name: field for field in self.fields}

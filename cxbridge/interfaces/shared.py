@@ -1,7 +1,8 @@
 """The data of an opened interface: a private copy of a shared block.
 
-Reads and writes copy between the two. The versions of the shared block's last write, time stamp and change
-tell a reader whether data, time stamp and values are new since its last read.
+Reads and writes copy between the private and the shared block. The version of a shared block is the number of
+its writes. A reader compares the versions of the last write, time stamp and change with that of its last
+read, and so knows whether time stamp and values are new.
 """
 
 from __future__ import annotations
@@ -32,32 +33,33 @@ class BufferedBlock(Block):
         return len(self._buffers)
 
     def resize_buffers(self, count: int) -> None:
-        """Set the number of buffers; new ones are zero, remaining ones keep their content."""
+        """Set the number of buffers; new buffers are zero, remaining buffers keep their content."""
         added = range(len(self._buffers), count)
         self._buffers = self._buffers[:count] + [bytearray(len(self._buf)) for _ in added]
 
     def copy_private_to_buffer(self, buffer: int) -> None:
         """Copy the private copy into a buffer."""
-        self._buffer(buffer)[:] = self._buf
+        self._find_buffer(buffer)[:] = self._buf
 
     def compare_buffers(self, buffer: int) -> int:
         """Compare a buffer with the private copy like memcmp: negative, 0 (equal) or positive."""
-        data = self._buffer(buffer)
+        data = self._find_buffer(buffer)
         return (data > self._buf) - (data < self._buf)
 
     def buffer_timestamp(self, buffer: int) -> int:
         """Return the time stamp in a buffer, in microseconds since the epoch."""
-        seconds, microseconds = STAMP.unpack_from(self._buffer(buffer))
+        seconds, microseconds = STAMP.unpack_from(self._find_buffer(buffer))
         return int(seconds) * MICROSECONDS + int(microseconds)
 
-    def _buffer(self, index: int) -> bytearray:
+    def _find_buffer(self, index: int) -> bytearray:
         if not 0 <= index < len(self._buffers):
             raise BufferIndexError(self.SCHEMA.name, index, len(self._buffers))
         return self._buffers[index]
 
 
 _NEVER_READ: Final = -1
-_REPLACED: Final = -2  # the private copy was replaced since the last read
+# The private copy was replaced since the last read: it equals no version of the shared block.
+_COPY_REPLACED: Final = -2
 
 
 class SharedBlock(BufferedBlock):
@@ -68,7 +70,7 @@ class SharedBlock(BufferedBlock):
 
     __slots__ = (
         "_data_version",
-        "_explicit_us",
+        "_explicit_stamp_us",
         "_port",
         "_read_changed",
         "_read_refreshed",
@@ -104,11 +106,11 @@ class SharedBlock(BufferedBlock):
         """The unique serial of the instance, the sender of its messages."""
         self.is_writer: Final = writer
         """Whether the instance was opened for writing."""
-        self._version = _NEVER_READ  # version of the shared block that the private copy equals
-        self._data_version = 0  # version of the shared block at the last read
+        self._version = _NEVER_READ  # the version of the shared block that the private copy equals
+        self._data_version = 0  # the version of the shared block at the last read
         self._read_refreshed = False
         self._read_changed = False
-        self._explicit_us: int | None = None
+        self._explicit_stamp_us: int | None = None
 
     def __repr__(self) -> str:
         mode = "writing" if self.is_writer else "reading"
@@ -163,9 +165,9 @@ class SharedBlock(BufferedBlock):
         return self._port.reader_owners()
 
     def reader_owner(self, serial: str) -> str:
-        """Return the owner of the reader with a serial, empty if it is unknown.
+        """Return the owner of the reader with a serial, empty if the serial is unknown.
 
-        Fawkes' server does not tell the serials of its readers.
+        Fawkes' server does not report the serials of its readers.
         """
         return self._port.reader_owner(serial)
 
@@ -177,7 +179,8 @@ class SharedBlock(BufferedBlock):
     def read(self) -> bool:
         """Update the private copy from the shared block.
 
-        Values that were set but not written are lost. It is cheap if nothing was written since the last call.
+        Values that were set but not written are lost. The call is cheap if nothing was written since the last
+        call.
 
         :returns: the value of :attr:`refreshed`.
         :raises InvalidInstanceError: if the instance is closed.
@@ -186,12 +189,12 @@ class SharedBlock(BufferedBlock):
         if port.version == self._version and not self._refreshed:
             self._read_refreshed = self._read_changed = False
             return False
-        local = bytes(self._buf) if self._version == _REPLACED else None
+        replaced_copy = bytes(self._buf) if self._version == _COPY_REPLACED else None
         version, stamped, changed = port.fetch(self._buf)
         self._read_refreshed = stamped > self._data_version
         self._read_changed = changed > self._data_version
-        if local is not None:
-            self._note_replaced(local)
+        if replaced_copy is not None:
+            self._compare_with_replaced(replaced_copy)
         self._version = self._data_version = version
         if not self.is_writer:
             self._refreshed = self._changed = False
@@ -201,7 +204,7 @@ class SharedBlock(BufferedBlock):
         """Publish the private copy; listeners are called in this thread before the method returns.
 
         If a setter was called since the last write, the block gets a new time stamp: that of the clock, or
-        the explicit one while :attr:`auto_timestamping` is off. Otherwise the old one is published.
+        the explicit time stamp while :attr:`auto_timestamping` is off. Otherwise the time stamp stays.
 
         :raises WriteDeniedError: on a reader.
         :raises InvalidInstanceError: if the instance is closed.
@@ -212,9 +215,9 @@ class SharedBlock(BufferedBlock):
         stamped: bool | None = self._refreshed
         self._refreshed = self._changed = False
         if stamped:
-            now_us = self._port.now_us() if self._explicit_us is None else self._explicit_us
+            now_us = self._port.now_us() if self._explicit_stamp_us is None else self._explicit_stamp_us
             STAMP.pack_into(self._buf, 0, now_us // MICROSECONDS, now_us % MICROSECONDS)
-        # the copy was replaced without setters, so only a comparison can tell whether its time stamp is new
+        # the copy was replaced without setters: only a comparison shows whether its time stamp is new
         elif self._version < 0:
             stamped = None
         self._version = self._data_version = self._port.publish(self, self._buf, stamped, changed)
@@ -226,9 +229,9 @@ class SharedBlock(BufferedBlock):
         :param stamped: whether the time stamp is new; None if only a comparison of the blocks can tell.
         :param changed: whether a value changed since the previous write.
         """
-        # each update of each client passes here: the port keeps these bytes without another copy
+        # each update of each client passes here: the port keeps these bytes, which saves a copy
         self._buf[:] = block
-        self._version = _REPLACED
+        self._version = _COPY_REPLACED
         self._port.publish(self, block, stamped, changed)
 
     @property
@@ -260,22 +263,22 @@ class SharedBlock(BufferedBlock):
     def set_from_chunk(self, chunk: bytes | bytearray | memoryview | Sequence[int]) -> None:
         """Replace the private copy including the time stamp, without setting a flag."""
         super().set_from_chunk(chunk)
-        self._version = _REPLACED
+        self._version = _COPY_REPLACED
 
-    def _note_replaced(self, local: bytes) -> None:
+    def _compare_with_replaced(self, replaced_copy: bytes) -> None:
         """Update the flags of a read by comparison with a replaced private copy."""
         head = STAMP.size
-        self._read_refreshed |= local[:head] != self._buf[:head]
-        self._read_changed |= local[head:] != self._buf[head:]
+        self._read_refreshed |= replaced_copy[:head] != self._buf[:head]
+        self._read_changed |= replaced_copy[head:] != self._buf[head:]
 
     @property
     def auto_timestamping(self) -> bool:
         """Whether writes carry the time of the clock; True by default."""
-        return self._explicit_us is None
+        return self._explicit_stamp_us is None
 
     @auto_timestamping.setter
-    def auto_timestamping(self, on: bool) -> None:
-        self._explicit_us = None if on else self.timestamp_us
+    def auto_timestamping(self, is_enabled: bool) -> None:
+        self._explicit_stamp_us = None if is_enabled else self.timestamp_us
 
     @property
     def timestamp_us(self) -> int:
@@ -292,21 +295,21 @@ class SharedBlock(BufferedBlock):
         :param time_us: the time in microseconds since the epoch, by default the time of the clock.
         :raises TimestampError: on a reader, or while :attr:`auto_timestamping` is on.
         """
-        if self._explicit_us is None:
+        if self._explicit_stamp_us is None:
             raise TimestampError("Auto timestamping enabled, cannot set explicit timestamp")
         if not self.is_writer:
             raise TimestampError("Timestamp can only be set on writing instance")
-        self._explicit_us = self._port.now_us() if time_us is None else time_us
+        self._explicit_stamp_us = self._port.now_us() if time_us is None else time_us
         self._refreshed = self._changed = True
 
     def copy_shared_to_buffer(self, buffer: int) -> None:
         """Copy the shared block into a buffer; the private copy does not change."""
-        self._port.fetch(self._buffer(buffer))
+        self._port.fetch(self._find_buffer(buffer))
 
     def read_from_buffer(self, buffer: int) -> None:
         """Set the private copy to a buffer, and :attr:`refreshed` and :attr:`changed` by comparison."""
-        data, local = self._buffer(buffer), bytes(self._buf)
+        data, replaced_copy = self._find_buffer(buffer), bytes(self._buf)
         self._buf[:] = data
-        self._version = _REPLACED
+        self._version = _COPY_REPLACED
         self._read_refreshed = self._read_changed = False
-        self._note_replaced(local)
+        self._compare_with_replaced(replaced_copy)

@@ -17,7 +17,11 @@ _ENUM = (
     '<enum name="Mode"><comment>c</comment><item name="OFF">c</item><item name="ON" value="5">c</item></enum>'
 )
 _VALUES: dict[str, st.SearchStrategy[Any]] = {
-    **{name: st.integers(each.low, each.high) for name, each in TYPES.items() if each.low is not None},
+    **{
+        name: st.integers(each.minimum, each.maximum)
+        for name, each in TYPES.items()
+        if each.minimum is not None
+    },
     "bool": st.booleans(),
     "float": st.floats(width=32, allow_nan=False),
     "double": st.floats(allow_nan=False),

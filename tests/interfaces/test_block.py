@@ -18,10 +18,10 @@ from tests.support import many
 ENUM = (
     '<enum name="Mode"><comment>c</comment><item name="OFF">c</item><item name="ON" value="5">c</item></enum>'
 )
-NUMBERS = [name for name, one in TYPES.items() if one.low is not None]
+NUMBERS = [name for name, one in TYPES.items() if one.minimum is not None]
 SCALARS = [*NUMBERS, "bool", "float", "double"]
 VALUES: dict[str, st.SearchStrategy[Any]] = {
-    **{name: st.integers(TYPES[name].low, TYPES[name].high) for name in NUMBERS},
+    **{name: st.integers(TYPES[name].minimum, TYPES[name].maximum) for name in NUMBERS},
     "bool": st.booleans(),
     "float": st.floats(width=32),
     "double": st.floats(),
@@ -165,13 +165,13 @@ def test_enums_are_members_and_unknown_numbers_stay_numbers() -> None:
 
 
 @pytest.mark.parametrize("name", NUMBERS)
-@pytest.mark.parametrize("far", ["low", "high"])
+@pytest.mark.parametrize("far", ["minimum", "maximum"])
 def test_a_number_out_of_range_is_refused_and_changes_nothing(name: str, far: str) -> None:
     attribute = name.upper()
     setattr(BLOCK, attribute, 1)
     limit = getattr(TYPES[name], far)
     with pytest.raises(InterfaceError) as caught:
-        setattr(BLOCK, attribute, limit + (1 if far == "high" else -1))
+        setattr(BLOCK, attribute, limit + (1 if far == "maximum" else -1))
     assert f"SampleInterface.{attribute} of type {name} cannot be" in caught.value.message
     assert str(limit) in (caught.value.hint or "")
     assert getattr(BLOCK, attribute) == 1

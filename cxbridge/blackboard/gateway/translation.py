@@ -14,7 +14,7 @@ from typing import Final
 from cxbridge.blackboard.exclusive_control import ACQUIRE, CONTROLLER, RELEASE
 from cxbridge.blackboard.stale_errors import ErrorTracker
 from cxbridge.interfaces.instance import STAMP, Interface
-from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in, id_offset, with_id
+from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_offset, read_id, replace_id
 from cxbridge.interfaces.schema import FieldSchema
 
 
@@ -58,7 +58,7 @@ class StateTranslator:
         """Return a writer's block for the other board."""
         if self._id_offset is None:
             return block
-        message_id = id_in(block, self._id_offset)
+        message_id = read_id(block, self._id_offset)
         if self._controller is not None and self._error is not None:
             block = self._replace_stale_error(block, message_id, self._error)
         sender_id = NO_MESSAGE
@@ -73,14 +73,14 @@ class StateTranslator:
                 block = self._make_idle_block(block)
                 message_id = NO_MESSAGE
         if sender_id not in (NO_MESSAGE, message_id):
-            block = with_id(block, self._id_offset, sender_id)
+            block = replace_id(block, self._id_offset, sender_id)
         return block if self._controller is None else self._translate_controller(block, self._controller)
 
     def _replace_stale_error(self, block: bytes, message_id: int, field: FieldSchema) -> bytes:
         """Return the block with the error of the present skill string instead of an earlier one."""
         view = self._class.VIEW.from_buffer_copy(block)
-        # READ appends two values without a field, because attrgetter returns a tuple only for several names
-        values = dict(zip(self._class.ACCESSORS, self._class.READ(view), strict=False))
+        # the two values of READ_FIELDS after those of the fields have no name in ACCESSORS
+        values = dict(zip(self._class.ACCESSORS, self._class.READ_FIELDS(view), strict=False))
         skill_string, error = (values[name].decode("utf-8", "replace") for name in ("skill_string", "error"))
         failed = values["status"] == getattr(self._class, "S_FAILED", None)
         current_error = self._error_tracker.current_error(message_id, skill_string, error, failed=failed)

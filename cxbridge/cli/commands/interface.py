@@ -69,13 +69,13 @@ def show(name: Type, interface_dir: InterfaceDirs = None, as_json: AsJson = Fals
 
     Example: cxbridge interface show SkillerInterface
     """
-    from cxbridge.interfaces.describe import describe, schema_row
+    from cxbridge.interfaces.describe import describe_schema, schema_row
 
     schema = _find_schema(name, interface_dir)
     if as_json:
         say_json(schema_row(schema), indent=2)
     else:
-        for line in describe(schema):
+        for line in describe_schema(schema):
             say(line)
 
 

@@ -18,10 +18,10 @@ MAX_DATASIZE: Final = 2 << 20
 
 Enums = dict[str, EnumSchema]
 DataFields = dict[str, FieldSchema | None]
-"""The data fields by name; None for a field with an error, which references must not report again."""
+"""The data fields by name. A field with an error is None, so that references to it report no second error."""
 
-_FLAG = "changed_indicator"
-_INTEGERS = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64")
+_ONLY_FLAG = "changed_indicator"
+_KEY_TYPES = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64")
 _FIELD_ATTRIBUTES = ("type", "name", "length", "validfor", "default", "flags", "datafield")
 
 
@@ -33,9 +33,9 @@ def read_field(
     :raises InterfaceDefinitionError: if it is invalid.
     """
     findings.check_form(element, _FIELD_ATTRIBUTES)
-    name = findings.name(element, "a field", reserved, "my_field")
+    name = findings.read_name(element, "a field", reserved, "my_field")
     scope.add(element, "field", name)
-    comment = findings.comment(element, f"field '{name}'")
+    comment = findings.read_comment(element, f"field '{name}'")
     type_name = read_type(element, enums, reserved, findings)
     attributes = element.attributes
     _check_literal(element, "validfor", "uint32", "is not a validity time", "write a number from 0", findings)
@@ -49,8 +49,10 @@ def read_field(
     )
     flags = tuple(flag for flag in attributes.get("flags", "").split(",") if flag)
     for flag in flags:
-        if flag != _FLAG:
-            raise findings.mistake(element, f"unknown flag '{flag}'", f"the only flag is {_FLAG}", "flags")
+        if flag != _ONLY_FLAG:
+            raise findings.make_error(
+                element, f"unknown flag '{flag}'", f"the only flag is {_ONLY_FLAG}", "flags"
+            )
     field = make_field(
         name,
         type_name,
@@ -62,7 +64,7 @@ def read_field(
         flags=flags,
     )
     if field.size > MAX_DATASIZE:
-        raise findings.mistake(
+        raise findings.make_error(
             element,
             f"field '{name}' would take {field.size} bytes, the limit is {MAX_DATASIZE}",
             "give it a shorter length",
@@ -78,7 +80,7 @@ def _read_length(element: Element, findings: Findings) -> int | None:
         return None
     length = parse_literal("uint32", text)
     if not isinstance(length, int) or length == 0:
-        raise findings.mistake(
+        raise findings.make_error(
             element,
             f"'{text}' is not a length",
             "write the number of elements (of bytes for a string, one more than its text), at least 1",
@@ -93,7 +95,7 @@ def _check_literal(
     """Check an optional attribute, which Fawkes checks but does not use."""
     text = element.attributes.get(attribute)
     if text and parse_literal(type_name, text) is None:
-        raise findings.mistake(element, f"'{text}' {problem}", hint, attribute)
+        raise findings.make_error(element, f"'{text}' {problem}", hint, attribute)
 
 
 def read_pseudomap(
@@ -104,26 +106,28 @@ def read_pseudomap(
     :raises InterfaceDefinitionError: if it is invalid.
     """
     findings.check_form(element, ("type", "keytype", "name"), ("comment", "mapref"))
-    name = findings.name(element, "a pseudo map", RESERVED_IN_INTERFACES, "values")
+    name = findings.read_name(element, "a pseudo map", RESERVED_IN_INTERFACES, "values")
     scope.add(element, "pseudo map", name)
     subject = f"pseudo map '{name}'"
-    comment = findings.comment_child(element, subject, loose=True)
+    comment = findings.read_comment_child(element, subject, allows_text=True)
     type_name = read_type(element, enums, RESERVED_IN_INTERFACES, findings)
-    keytype = findings.attribute(element, "keytype", "uint32")
-    if keytype not in _INTEGERS:
-        hint = f"use {', '.join(_INTEGERS)}"
-        raise findings.mistake(
+    keytype = findings.read_attribute(element, "keytype", "uint32")
+    if keytype not in _KEY_TYPES:
+        hint = f"use {', '.join(_KEY_TYPES)}"
+        raise findings.make_error(
             element, f"the keys of {subject} cannot be of type '{keytype}'", hint, "keytype"
         )
     maprefs = element.find_all("mapref")
     if not maprefs:
-        findings.error(element, f"{subject} has no entries", 'add <mapref key="1">name_of_a_field</mapref>')
+        findings.report_error(
+            element, f"{subject} has no entries", 'add <mapref key="1">name_of_a_field</mapref>'
+        )
     refs: dict[int, MapRef] = {}
     for mapref in maprefs:
-        with findings.collect():  # the other entries can still be checked
+        with findings.collecting_error():  # the other entries can still be checked
             key, ref = _read_mapref(mapref, keytype, fields, findings)
             if key in refs:
-                raise findings.mistake(
+                raise findings.make_error(
                     mapref, f"{subject} has the key {key} twice", "use every key once", "key"
                 )
             refs[key] = ref
@@ -135,13 +139,15 @@ def _read_mapref(
 ) -> tuple[int, MapRef]:
     """Return the key and the entry of a ``mapref``."""
     findings.check_form(element, ("key",))
-    text = findings.attribute(element, "key", "1")
+    text = findings.read_attribute(element, "key", "1")
     key = parse_literal(keytype, text)
     if not isinstance(key, int):
-        raise findings.mistake(element, f"'{text}' is not a key of type {keytype}", "write a number", "key")
+        raise findings.make_error(
+            element, f"'{text}' is not a key of type {keytype}", "write a number", "key"
+        )
     field = find_field(element, fields, findings)
     if field is not None and field.length is not None:
-        raise findings.mistake(
+        raise findings.make_error(
             element,
             f"a pseudo map cannot refer to '{field.name}', which has a length",
             "refer to fields with a single value only",
@@ -157,9 +163,9 @@ def find_field(element: Element, fields: DataFields, findings: Findings) -> Fiel
     name = element.text
     if name in fields:
         return fields[name]
-    # Fawkes compares the text as it is
+    # Fawkes compares the text with its blanks
     if name.strip() in fields:
         hint = f"write <{element.name}>{name.strip()}</{element.name}> without blanks"
     else:
         hint = did_you_mean(name.strip(), fields, f"the data fields are {', '.join(fields) or 'none'}")
-    raise findings.mistake(element, f"there is no data field '{name.strip()}' to refer to", hint)
+    raise findings.make_error(element, f"there is no data field '{name.strip()}' to refer to", hint)

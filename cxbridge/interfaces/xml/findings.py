@@ -1,7 +1,7 @@
 """The errors and warnings of a definition, collected during one reading.
 
-A mistake that prevents the reading of an element is raised, and collected where the element is left out, so
-that each element reports at most one such mistake. Other mistakes are reported, and the reading continues.
+A mistake that prevents the reading of an element is raised and collected where the element is left out: each
+element reports at most one such mistake. After other mistakes the reading of the element continues.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from cxbridge.interfaces.names import is_identifier, is_reserved
 from cxbridge.interfaces.xml.tree import Element
 from cxbridge.suggestions import did_you_mean
 
-# a file of a mebibyte may have 100,000 mistakes, and each mistake costs a search for similar names
+# A file of a mebibyte may have 100,000 mistakes, and each mistake costs a search for similar names.
 MAX_FINDINGS: Final = 100
 """The maximal number of reported errors of a file."""
 
@@ -38,69 +38,69 @@ class Findings(Struct):
     errors: list[InterfaceDefinitionError] = field(default_factory=list)
     warnings: list[InterfaceDefinitionError] = field(default_factory=list)
 
-    def mistake(
+    def make_error(
         self, element: Element, message: str, hint: str, attribute: str | None = None
     ) -> InterfaceDefinitionError:
         """Return an error at an element or one of its attributes, to be raised."""
-        line, column = element.place_of(attribute) if attribute else (element.line, element.column)
+        line, column = element.attribute_position(attribute) if attribute else (element.line, element.column)
         return InterfaceDefinitionError(message, file=self.file, line=line, column=column, hint=hint)
 
     @contextmanager
-    def collect(self) -> Iterator[None]:
+    def collecting_error(self) -> Iterator[None]:
         """Collect a mistake that is raised in this block.
 
-        :raises TooManyFindings: if there are too many.
+        :raises TooManyFindings: if the file has too many errors.
         """
         try:
             yield
         except InterfaceDefinitionError as error:
             self._add(error)
 
-    def error(self, element: Element, message: str, hint: str, attribute: str | None = None) -> None:
+    def report_error(self, element: Element, message: str, hint: str, attribute: str | None = None) -> None:
         """Report a mistake that does not prevent the reading of an element.
 
-        :raises TooManyFindings: if there are too many.
+        :raises TooManyFindings: if the file has too many errors.
         """
-        self._add(self.mistake(element, message, hint, attribute))
+        self._add(self.make_error(element, message, hint, attribute))
 
     def _add(self, error: InterfaceDefinitionError) -> None:
         if len(self.errors) >= MAX_FINDINGS:
             raise TooManyFindings
         self.errors.append(error)
 
-    def warn(self, element: Element, message: str, hint: str, attribute: str | None = None) -> None:
+    def report_warning(self, element: Element, message: str, hint: str, attribute: str | None = None) -> None:
         """Report a construct that Fawkes accepts but that is probably a mistake."""
         if len(self.warnings) < MAX_FINDINGS:
-            self.warnings.append(self.mistake(element, message, hint, attribute))
+            self.warnings.append(self.make_error(element, message, hint, attribute))
 
-    def attribute(self, element: Element, name: str, example: str) -> str:
+    def read_attribute(self, element: Element, name: str, example: str) -> str:
         """Return a required attribute.
 
-        :raises InterfaceDefinitionError: if it is missing or empty.
+        :raises InterfaceDefinitionError: if the attribute is missing or empty.
         """
         value = element.attributes.get(name)
         hint = f'write {name}="{example}"'
         if value is None:
-            raise self.mistake(element, f"<{element.name}> has no attribute '{name}'", hint)
+            raise self.make_error(element, f"<{element.name}> has no attribute '{name}'", hint)
         if not value:
-            raise self.mistake(element, f"attribute '{name}' is empty", hint, name)
+            raise self.make_error(element, f"attribute '{name}' is empty", hint, name)
         return value
 
-    def name(self, element: Element, subject: str, reserved: frozenset[str], example: str) -> str:
+    def read_name(self, element: Element, subject: str, reserved: frozenset[str], example: str) -> str:
         """Return the attribute ``name``.
 
-        :raises InterfaceDefinitionError: if it is missing, no identifier, or reserved.
+        :raises InterfaceDefinitionError: if the name is missing, not an identifier, or reserved.
         """
-        name = self.attribute(element, "name", example)
+        name = self.read_attribute(element, "name", example)
         if not is_identifier(name):
-            raise self.mistake(
+            raise self.make_error(
                 element,
                 f"'{name}' cannot be the name of {subject}",
                 "a name has letters, digits and underscores, and does not begin with a digit",
                 "name",
             )
         if is_reserved(name, reserved):
-            raise self.mistake(
+            raise self.make_error(
                 element,
                 f"'{name}' cannot be the name of {subject}: the name is reserved",
                 f"take another name, e.g. my_{name}",
@@ -108,24 +108,24 @@ class Findings(Struct):
             )
         return name
 
-    def comment(self, element: Element, subject: str) -> str:
+    def read_comment(self, element: Element, subject: str) -> str:
         """Return the text of an element, which is required as its comment."""
         if not element.text:
-            self.error(
+            self.report_error(
                 element,
                 f"{subject} has no comment",
                 f"describe its purpose: <{element.name} ...>purpose</{element.name}>",
             )
         return " ".join(element.text.split())
 
-    def comment_child(self, element: Element, subject: str, *, loose: bool = False) -> str:
+    def read_comment_child(self, element: Element, subject: str, *, allows_text: bool = False) -> str:
         """Return the text of the ``comment`` child, which is required.
 
         :param loose: whether text outside a ``comment`` is enough, with a warning, as in Fawkes.
         """
         comments = element.find_all("comment")
         if not comments or not comments[0].text:
-            report = self.warn if loose and element.text else self.error
+            report = self.report_warning if allows_text and element.text else self.report_error
             report(comments[0] if comments else element, f"{subject} has no comment", _COMMENT_HINT)
             return ""
         return " ".join(comments[0].text.split())
@@ -135,24 +135,24 @@ class Findings(Struct):
     ) -> None:
         """Report attributes and children that an element cannot have.
 
-        Fawkes ignores them. A child with a name similar to an allowed one is an error, because the interface
-        would lack that part; all other names cause a warning.
+        Fawkes ignores them. A child with a misspelt name is an error, because the interface would lack that
+        part; all other names cause a warning.
         """
         for name in element.attributes:
             if name not in attributes:
-                self.warn(
+                self.report_warning(
                     element,
                     f"attribute '{name}' of <{element.name}> is ignored",
                     did_you_mean(name, attributes, f"it knows {', '.join(attributes) or 'none'}"),
                     name,
                 )
         unknown = [child for child in element.children if child.name not in children]
-        # the search for similar names takes long, and later findings would be dropped anyway
+        # the search for similar names takes long, and further findings would be dropped
         for child in unknown[:MAX_FINDINGS]:
             contents = ", ".join(f"<{name}>" for name in children) or "text only"
             hint = did_you_mean(child.name, children, f"<{element.name}> may hold {contents}")
             misspelt = did_you_mean(child.name, [name for name in children if name != "comment"])
-            report = self.error if misspelt else self.warn
+            report = self.report_error if misspelt else self.report_warning
             report(child, f"<{child.name}> does not belong into <{element.name}>", hint)
 
 
@@ -173,7 +173,7 @@ class NameScope(Struct):
         """
         if name in self._owners:
             owner, line = self._owners[name]
-            raise self.findings.mistake(
+            raise self.findings.make_error(
                 element,
                 f"{subject} '{label or name}' has the name of {owner} in line {line}",
                 "every name may be used once: rename or remove one",

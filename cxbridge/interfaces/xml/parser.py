@@ -1,8 +1,9 @@
 """Parser of interface definitions, from XML to a schema.
 
-The rules are those of Fawkes' interface generator (its parser, not its DTD). It is stricter where no working
-C++ interface could result: invalid identifiers, names that clash within the class, enum items with equal
-numbers, the type ``char``, and constants that do not parse, which the generator silently drops.
+The rules are those of Fawkes' interface generator (its parser, not its DTD). This parser also refuses
+definitions of which no working C++ interface could result: invalid identifiers, names that clash within the
+class, enum items with equal numbers, the type ``char``, and constants that do not parse, which the generator
+silently drops.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ def parse_file(path: str | Path) -> InterfaceSchema:
 
     :raises InterfaceDefinitionError: the first error of the file, with the number of further ones.
     """
-    return _parse(_read(path), str(path))
+    return _parse(_read_bytes(path), str(path))
 
 
 def parse_bytes(data: bytes, file: str | Path | None = None) -> InterfaceSchema:
@@ -66,21 +67,21 @@ def parse_bytes(data: bytes, file: str | Path | None = None) -> InterfaceSchema:
 
     :raises InterfaceDefinitionError: the first error, with the number of further ones.
     """
-    return _schema_of(check_bytes(data, file))
+    return _require_schema(check_bytes(data, file))
 
 
 @lru_cache(maxsize=128)
 def _parse(data: bytes, file: str) -> InterfaceSchema:
     """Read a file once per process.
 
-    Errors are not cached; neither are definitions of recordings, which are freed with the recording.
+    Errors are not cached. Definitions of recordings are not cached either: they are freed with the recording.
     """
     return parse_bytes(data, file)
 
 
-def _read(path: str | Path) -> bytes:
+def _read_bytes(path: str | Path) -> bytes:
     """Return at most `MAX_FILE_SIZE` + 1 bytes of a file."""
-    # the extra byte lets the parser detect files that are too large
+    # the extra byte shows that a file is too large
     try:
         with Path(path).open("rb") as stream:
             return stream.read(MAX_FILE_SIZE + 1)
@@ -91,9 +92,9 @@ def _read(path: str | Path) -> bytes:
 
 
 def check_file(path: str | Path) -> CheckResult:
-    """Return all errors of a definition file, including that it cannot be read."""
+    """Return all errors of a definition file; a file that cannot be read is one."""
     try:
-        return check_bytes(_read(path), path)
+        return check_bytes(_read_bytes(path), path)
     except InterfaceDefinitionError as error:
         return CheckResult(None, (error,))
 
@@ -109,12 +110,12 @@ def check_bytes(data: bytes, file: str | Path | None = None) -> CheckResult:
     digest = hashlib.md5(data, usedforsecurity=False).digest()  # Fawkes' version of an interface
     schema = None
     with contextlib.suppress(TooManyFindings):  # reading ends early, but the errors so far are reported
-        schema = _Definition(root, findings).read(digest, name or "")
+        schema = _DefinitionReader(root, findings).read(digest, name or "")
     errors = tuple(sorted(findings.errors, key=lambda error: (error.line or 0, error.column or 0)))
     return CheckResult(None if errors else schema, errors, tuple(findings.warnings))
 
 
-def _schema_of(result: CheckResult) -> InterfaceSchema:
+def _require_schema(result: CheckResult) -> InterfaceSchema:
     """Return the schema, or raise the first error."""
     if result.schema is not None:
         return result.schema
@@ -130,7 +131,7 @@ def _schema_of(result: CheckResult) -> InterfaceSchema:
     raise first
 
 
-class _Definition:
+class _DefinitionReader:
     """Reads the tree of one definition."""
 
     def __init__(self, root: Element, findings: Findings) -> None:
@@ -147,7 +148,7 @@ class _Definition:
         """Read the whole definition; the result is only valid without errors."""
         root, findings = self._root, self._findings
         if root.name != "interface":
-            findings.error(
+            findings.report_error(
                 root,
                 f"the document is a <{root.name}>, not an interface",
                 'begin with <interface name="...">',
@@ -155,17 +156,17 @@ class _Definition:
             return None
         findings.check_form(root, ("name", "author", "year", "created"), ("constants", "data", "message"))
         name = ""
-        with findings.collect():
+        with findings.collecting_error():
             name = self._read_name()
         self._read_constants()
         self._read_data()
         messages: list[MessageSchema] = []
         for element in root.find_all("message"):
-            with findings.collect():
+            with findings.collecting_error():
                 messages.append(self._read_message(element))
         fields, datasize = place_fields(field for field in self._fields.values() if field is not None)
         if datasize > MAX_DATASIZE:
-            findings.error(
+            findings.report_error(
                 root, f"the block would have {datasize} bytes, the limit is {MAX_DATASIZE}", "shorten it"
             )
         return InterfaceSchema(
@@ -187,16 +188,16 @@ class _Definition:
     def _read_name(self) -> str:
         """Return the name of the type with suffix."""
         root, findings = self._root, self._findings
-        name = findings.attribute(root, "name", "MyInterface")
+        name = findings.read_attribute(root, "name", "MyInterface")
         type_name = interface_type_name(name)
         if not is_identifier(name):
             hint = "a name has letters and digits, and begins with a letter"
-            raise findings.mistake(root, f"'{name}' cannot be the name of an interface", hint, "name")
+            raise findings.make_error(root, f"'{name}' cannot be the name of an interface", hint, "name")
         if len(type_name) > MAX_TYPE_LENGTH:
             message = (
                 f"the type '{type_name}' has {len(type_name)} characters, the limit is {MAX_TYPE_LENGTH}"
             )
-            raise findings.mistake(root, message, "shorten the name", "name")
+            raise findings.make_error(root, message, "shorten the name", "name")
         return type_name
 
     def _single_child(self, name: str) -> Element | None:
@@ -204,7 +205,7 @@ class _Definition:
         children = self._root.find_all(name)
         for surplus in children[1:]:
             hint = f"put everything into the <{name}> of line {children[0].line}"
-            self._findings.error(surplus, f"a second <{name}>", hint)
+            self._findings.report_error(surplus, f"a second <{name}>", hint)
         return children[0] if children else None
 
     def _read_constants(self) -> None:
@@ -215,7 +216,7 @@ class _Definition:
         findings = self._findings
         findings.check_form(block, (), ("constant", "enum"))
         for element in block.children:
-            with findings.collect():
+            with findings.collecting_error():
                 if element.name == "constant":
                     self._constants.append(read_constant(element, self._scope, findings))
                 elif element.name == "enum":
@@ -227,28 +228,28 @@ class _Definition:
         findings = self._findings
         block = self._single_child("data")
         if block is None:
-            findings.error(
+            findings.report_error(
                 self._root,
                 "the interface has no <data>",
                 "add <data> with a <comment> and at least one <field>",
             )
             return
         findings.check_form(block, (), ("comment", "field", "pseudomap"))
-        self._data_comment = findings.comment_child(block, "the data block")
+        self._data_comment = findings.read_comment_child(block, "the data block")
         elements = block.find_all("field")
         if not elements:
-            findings.error(
+            findings.report_error(
                 block, "the data block has no field", 'add at least one <field type="..." name="...">'
             )
         for element in elements:
-            # known even if it is wrong, so that references to it cause no further errors
+            # a wrong field is known by its name: references to the field cause no further errors
             self._fields.setdefault(element.attributes.get("name", ""), None)
-            with findings.collect():
+            with findings.collecting_error():
                 field = read_field(element, self._enums, RESERVED_IN_INTERFACES, self._scope, findings)
                 self._fields[field.name] = field
         # after the fields, because pseudo maps may refer to any of them
         for element in block.find_all("pseudomap"):
-            with findings.collect():
+            with findings.collecting_error():
                 self._pseudomaps.append(
                     read_pseudomap(element, self._fields, self._enums, self._scope, findings)
                 )
@@ -256,17 +257,17 @@ class _Definition:
     def _read_message(self, element: Element) -> MessageSchema:
         findings = self._findings
         findings.check_form(element, ("name",), ("comment", "field", "ref"))
-        name = findings.name(element, "a message", frozenset(), "DoSomething")
+        name = findings.read_name(element, "a message", frozenset(), "DoSomething")
         self._add_message_name(element, name)
-        comment = findings.comment_child(element, f"message '{name}'", loose=True)
+        comment = findings.read_comment_child(element, f"message '{name}'", allows_text=True)
         scope = NameScope(findings)
         fields: list[FieldSchema] = []
-        # fields first, then references, in the order in which Fawkes lays them out
+        # fields first, then references: Fawkes' order of the fields in the struct
         for child in element.find_all("field"):
-            with findings.collect():
+            with findings.collecting_error():
                 fields.append(read_field(child, self._enums, RESERVED_IN_MESSAGES, scope, findings))
         for child in element.find_all("ref"):
-            with findings.collect():
+            with findings.collecting_error():
                 findings.check_form(child, ())
                 field = find_field(child, self._fields, findings)
                 if field is not None:
@@ -279,7 +280,7 @@ class _Definition:
         """Check that a message's name is short enough and unique."""
         max_length = MAX_MESSAGE_LENGTH - len(MESSAGE_SUFFIX)
         if len(name) > max_length:
-            raise self._findings.mistake(
+            raise self._findings.make_error(
                 element,
                 f"the message name '{name}' has {len(name)} characters, the limit is {max_length}",
                 f"shorten it: with the suffix {MESSAGE_SUFFIX} it must fit into {MAX_MESSAGE_LENGTH}",

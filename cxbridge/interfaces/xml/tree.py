@@ -1,7 +1,7 @@
-"""Reading of XML into a tree that knows line and column of its elements.
+"""Reading of XML into a tree with the lines and columns of elements.
 
-The parser is expat of the standard library. Nothing is fetched and no entity is expanded: a document type
-with declarations, or with another file than ``interface.dtd``, is refused before the rest is read.
+The parser is expat of the standard library. The reader fetches nothing and expands no entity: it refuses a
+document type with declarations, or with a file other than ``interface.dtd``, before it reads the rest.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from msgspec import Struct, field
 
 from cxbridge.errors import InterfaceDefinitionError
 
-# the definitions of Fawkes have fewer than 20 kB
+# The definitions of Fawkes have fewer than 20 kB.
 MAX_FILE_SIZE: Final = 1 << 20
 """The maximal size of a definition in bytes."""
 
@@ -37,7 +37,7 @@ class Element(Struct):
     attributes: dict[str, str]
     line: int
     column: int
-    tag: bytes = b""
+    start_tag: bytes = b""
     children: list[Element] = field(default_factory=list)
     text: str = ""
 
@@ -45,15 +45,17 @@ class Element(Struct):
         """Return the children with a name."""
         return [child for child in self.children if child.name == name]
 
-    def place_of(self, attribute: str) -> tuple[int, int]:
-        """Return line and column of an attribute, or of the element if it has no such attribute."""
+    def attribute_position(self, attribute: str) -> tuple[int, int]:
+        """Return line and column of an attribute, or of the element if the attribute is missing."""
         pattern = rb"\s(" + re.escape(attribute.encode()) + rb")\s*="
-        # values are hidden, because a value may contain the name of another attribute
-        values_hidden = re.sub(rb""""[^"]*"|'[^']*'""", lambda value: b"." * len(value.group()), self.tag)
+        # a value may contain the name of another attribute
+        values_hidden = re.sub(
+            rb""""[^"]*"|'[^']*'""", lambda value: b"." * len(value.group()), self.start_tag
+        )
         match = re.search(pattern, values_hidden)
         if match is None:
             return self.line, self.column
-        head = self.tag[: match.start(1)].decode("utf-8", "replace")
+        head = self.start_tag[: match.start(1)].decode("utf-8", "replace")
         newline = head.rfind("\n")
         if newline < 0:
             return self.line, self.column + len(head)
@@ -63,7 +65,8 @@ class Element(Struct):
 def read_tree(data: bytes, file: str | None = None) -> Element:
     """Read a document.
 
-    :raises InterfaceDefinitionError: if it is too large or not well-formed, or declares or uses entities.
+    :raises InterfaceDefinitionError: if the document is too large or not well-formed, or declares or uses
+        entities.
     """
     if len(data) > MAX_FILE_SIZE:
         raise InterfaceDefinitionError(
@@ -84,18 +87,18 @@ class _TreeReader:
         self._data = data
         self._file = file
         self._has_entities = _ENTITY.search(data) is not None
-        self._open: list[Element] = []
-        self._count = 0
+        self._open_elements: list[Element] = []
+        self._element_count = 0
         self._root: Element | None = None
         self._parser = parser = expat.ParserCreate()
         parser.buffer_text = True
-        parser.StartDoctypeDeclHandler = self._doctype
-        parser.EntityDeclHandler = self._entity_declared
-        parser.SkippedEntityHandler = self._entity_skipped
-        parser.ExternalEntityRefHandler = self._external_entity
+        parser.StartDoctypeDeclHandler = self._check_doctype
+        parser.EntityDeclHandler = self._refuse_declared_entity
+        parser.SkippedEntityHandler = self._refuse_entity
+        parser.ExternalEntityRefHandler = self._refuse_external_entity
         parser.StartElementHandler = self._start_element
         parser.EndElementHandler = self._end_element
-        parser.CharacterDataHandler = self._characters
+        parser.CharacterDataHandler = self._add_text
 
     def read(self) -> Element:
         """Parse the document."""
@@ -110,9 +113,9 @@ class _TreeReader:
                 hint=self._hint_for(error.code),
             ) from None
         except (LookupError, ValueError) as error:
-            raise self._error(f"not readable as XML: {error}", "save the file as UTF-8") from None
+            raise self._make_error(f"not readable as XML: {error}", "save the file as UTF-8") from None
         if self._root is None:  # pragma: no cover - expat reports a document without an element
-            raise self._error("the document is empty", "begin with <interface name=...>")
+            raise self._make_error("the document is empty", "begin with <interface name=...>")
         return self._root
 
     def _hint_for(self, code: int) -> str:
@@ -122,7 +125,7 @@ class _TreeReader:
             return "save the file as UTF-8, or name its encoding in the first line"
         return _EXPAT_HINTS.get(expat.ErrorString(code), "look at this place and just before it")
 
-    def _error(self, message: str, hint: str, start: bytes = b"") -> InterfaceDefinitionError:
+    def _make_error(self, message: str, hint: str, start: bytes = b"") -> InterfaceDefinitionError:
         """Return an error at the present position of expat, or at the last ``start`` before it."""
         line, column = self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
         head, separator, _ = self._data[: self._parser.CurrentByteIndex].rpartition(start or b"\n")
@@ -130,56 +133,64 @@ class _TreeReader:
             line, column = head.count(b"\n") + 1, len(head) - head.rfind(b"\n")
         return InterfaceDefinitionError(message, file=self._file, line=line, column=column, hint=hint)
 
-    def _doctype(self, name: str, system: str | None, public: str | None, has_subset: int) -> None:
+    def _check_doctype(self, name: str, system: str | None, public: str | None, has_subset: int) -> None:
         problem = ""
         if has_subset:
             problem = "a document type with declarations of its own is not accepted"
         elif public is not None or name != "interface" or not _is_local_dtd(system):
             problem = f"the document type '{system or public or name}' is not accepted"
         if problem:
-            raise self._error(problem, _DOCTYPE_HINT, b"<!DOCTYPE")
+            raise self._make_error(problem, _DOCTYPE_HINT, b"<!DOCTYPE")
 
-    def _entity_declared(self, name: str, *_: Any) -> None:
-        raise self._error(f"the file declares an entity '{name}'; entities are never expanded", _DOCTYPE_HINT)
+    def _refuse_declared_entity(self, name: str, *_: Any) -> None:
+        raise self._make_error(
+            f"the file declares an entity '{name}'; entities are never expanded", _DOCTYPE_HINT
+        )
 
-    def _entity_skipped(self, name: str, _is_parameter: bool) -> None:
-        raise self._error(
+    def _refuse_entity(self, name: str, _is_parameter: bool) -> None:
+        raise self._make_error(
             f"the entity '&{name};' is not expanded",
             "write the text itself; only &amp; &lt; &gt; &quot; &apos; work",
         )
 
-    def _external_entity(
+    def _refuse_external_entity(
         self, _context: str, _base: str | None, system: str | None, _public: str | None
     ) -> int:
-        raise self._error(f"the external entity '{system}' is not fetched", "write the text itself")
+        raise self._make_error(f"the external entity '{system}' is not fetched", "write the text itself")
 
     def _start_element(self, name: str, attributes: dict[str, str]) -> None:
         parser = self._parser
-        self._count += 1
-        if self._count > MAX_ELEMENTS:
-            raise self._error(f"there are more than {MAX_ELEMENTS} elements", "split the definition")
-        if len(self._open) >= MAX_DEPTH:
-            raise self._error(f"elements are nested more than {MAX_DEPTH} deep", "close the elements before")
+        self._element_count += 1
+        if self._element_count > MAX_ELEMENTS:
+            raise self._make_error(f"there are more than {MAX_ELEMENTS} elements", "split the definition")
+        if len(self._open_elements) >= MAX_DEPTH:
+            raise self._make_error(
+                f"elements are nested more than {MAX_DEPTH} deep", "close the elements before"
+            )
         match = _START_TAG.match(self._data, parser.CurrentByteIndex)
-        tag = (
+        start_tag = (
             match.group() if match else b""
         )  # without a tag, e.g. in UTF-16, errors have the place of the element
-        element = Element(name, attributes, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1, tag)
-        # with a DOCTYPE, expat silently drops unknown entities in attributes
-        entity = _ENTITY.search(tag) if self._has_entities else None
+        element = Element(
+            name, attributes, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1, start_tag
+        )
+        # in a document with a DOCTYPE, expat silently drops unknown entities in attributes
+        entity = _ENTITY.search(start_tag) if self._has_entities else None
         if entity is not None:
-            self._entity_skipped(tag[entity.end() :].partition(b";")[0].decode("utf-8", "replace"), False)
-        if self._open:
-            self._open[-1].children.append(element)
+            self._refuse_entity(
+                start_tag[entity.end() :].partition(b";")[0].decode("utf-8", "replace"), False
+            )
+        if self._open_elements:
+            self._open_elements[-1].children.append(element)
         else:
             self._root = element
-        self._open.append(element)
+        self._open_elements.append(element)
 
     def _end_element(self, _name: str) -> None:
-        self._open.pop()
+        self._open_elements.pop()
 
-    def _characters(self, text: str) -> None:
-        self._open[-1].text += text
+    def _add_text(self, text: str) -> None:
+        self._open_elements[-1].text += text
 
 
 def _is_local_dtd(system: str | None) -> bool:

@@ -21,7 +21,7 @@ from cxbridge.blackboard.publications import REFUSED, SENT, emit_message, emit_w
 from cxbridge.events import EventBus, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
 from cxbridge.interfaces.message import ClosedPort, OpenedBlock
-from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in
+from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, read_id
 
 MAX_COUNTED_READERS: Final = 0xFFFF
 """The maximum plausible number of readers, which Fawkes counts in 16 bits."""
@@ -184,7 +184,7 @@ class RemotePort(BoardPort):
     def next_id_is_stale(self, last: int) -> bool:
         """Return whether the server's next id is 0, or the id that the interface shows."""
         server_id = (last + 1 - self._unsent_count) & MESSAGE_ID_MASK
-        return server_id in (NO_MESSAGE, id_in(self._snapshot.block, self._id_offset))
+        return server_id in (NO_MESSAGE, read_id(self._snapshot.block, self._id_offset))
 
     def transmit(self, sender: Interface, message: Message) -> None:
         """Send an addressed message; its id becomes the server's id.

@@ -154,7 +154,7 @@ def a_value(field: FieldSchema, rng: Random) -> Any:
 
 
 def an_element(field: FieldSchema, rng: Random) -> Any:
-    low, high = field.storage.low, field.storage.high
+    low, high = field.storage.minimum, field.storage.maximum
     if field.enum is not None:
         return rng.choice(field.enum.items).value
     if field.type == "bool":

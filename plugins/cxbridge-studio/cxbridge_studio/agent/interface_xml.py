@@ -34,7 +34,9 @@ def read_interface(path: str, text: str) -> SourceFile:
     def add_definition(element: Element, kind: NameKind, owner_name: str) -> None:
         name = element.attributes.get("name", "")
         # The tree only has the position of the attribute's name, which precedes the value.
-        start = text.find(name, lines.place(*element.place_of("name")) + len("name")) if name else -1
+        start = (
+            text.find(name, lines.place(*element.attribute_position("name")) + len("name")) if name else -1
+        )
         if start >= 0:
             mentions.append(Mention(Name(kind, name, owner_name), Use.DEFINED, start, start + len(name)))
 
