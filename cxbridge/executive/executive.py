@@ -1,8 +1,8 @@
-"""The CLIPS Executive: initialisation in stages, one run of the rules at each `think` hook, as in Fawkes.
+"""The CLIPS Executive: initialisation in stages, then a run of the rules at each `think` hook, as in Fawkes.
 
-init.clp performs the stages: it requests features, loads the agent's files, and asserts
-``(executive-initialized)`` at the end. The executive only loads it, and asserts ``(executive-init)`` and
-``(executive-finalize)``.
+The core's file init.clp performs the stages: its rules request features, load the agent's files, and assert
+``(executive-initialized)`` at the end. The executive loads init.clp, and asserts ``(executive-init)`` at the
+beginning and ``(executive-finalize)`` at the end.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ ENVIRONMENT = "executive"
 
 
 class MappedAction(Protocol):
-    """The result of mapping an action."""
+    """The skill string that implements an action."""
 
     @property
     def text(self) -> str:
@@ -60,7 +60,10 @@ class MappedAction(Protocol):
 
 
 class ActionMapper(Protocol):
-    """Maps actions to skill strings, like :mod:`cxbridge.skiller.mapping`."""
+    """Maps actions to skill strings.
+
+    The implementation is in :mod:`cxbridge.skiller.mapping`, which this package must not import.
+    """
 
     def has(self, action: str) -> bool:
         """Return whether the action has a mapping."""
@@ -74,7 +77,7 @@ class CoreFiles(Struct, frozen=True):
 
     :param cx: the folder of the CX core, with saliences.clp, init.clp ...
     :param clips_dirs: the agent's folders, searched after the core's.
-    :param before: folders that are searched before the core's.
+    :param before: folders that are searched before the core's folder.
     :param substitutions: values of ``@BASEDIR@`` and other placeholders.
     :param config_feature: the feature that provides the configuration to init.clp.
     :param redefine_feature: the feature that reports redefinitions.
@@ -99,7 +102,7 @@ class Stopped(Protocol):
 
 
 class RuleControl(Protocol):
-    """A debugger; while it is active, it runs the rules instead of the environment."""
+    """A debugger. While it is active, the debugger runs the rules instead of the environment."""
 
     @property
     def active(self) -> bool:
@@ -120,14 +123,17 @@ class RuleControl(Protocol):
         """Continue stopped rules; otherwise do nothing."""
 
     def move_to(self, executive: Executive) -> None:
-        """Set the breakpoints in the executive that replaces this one after a reset."""
+        """Set the breakpoints in the executive that replaces the debugged executive after a reset."""
 
 
 class Executive:
     """Loads and runs the rules of an agent."""
 
     knows_goals: ClassVar[bool] = True
-    """Whether goals decide the end of a run. Otherwise a run lasts until its timeout."""
+    """Whether goals decide the end of a run. Otherwise a run lasts until its timeout.
+
+    A plug-in with environments of the CX for ROS 2, whose agents have no goals, overrides this.
+    """
 
     def __init__(
         self,
@@ -148,13 +154,13 @@ class Executive:
         self.goals = GoalWatch(self.env if self.knows_goals else None)
         self.skills = SkillWatch(self.env)
         self.known_skills: Callable[[], Collection[str] | None] = lambda: None
-        """Returns the existing skills; None when they are unknown."""
+        """Returns the existing skills; None if the skills are unknown."""
         self.core_files: frozenset[Path] = frozenset()
         """The files that were loaded before the agent."""
         self.control: RuleControl | None = None
-        """The debugger of the rules; None: the rules run to the end of each loop."""
+        """The debugger of the rules, if any."""
         self.place_of_action: Callable[[str], str] = lambda _action: ""
-        """Returns ``FILE:LINE`` of a plan's action for messages; empty if unknown."""
+        """Returns ``FILE:LINE`` of the rule that has planned an action, for messages; empty if unknown."""
         self._time = NumberFact(self.env.env, "time")
         self.env.time_of = files.time_of
 
@@ -217,7 +223,7 @@ class Executive:
             if control is not None and control.within_loop:
                 return control.run()
             self.manager.before_run(env.name)
-            # the rules that read interfaces wait for this fact
+            # rules wait for the fact `time`: blackboard-read, which reads the interfaces, and rules of agents
             if self._assert_time:
                 self._time.add(*self._files.time_of(self.bus.clock.now_us()))
             env.refresh_agenda()
@@ -229,7 +235,7 @@ class Executive:
         return self.control is not None and self.control.within_loop
 
     def _run(self) -> int:
-        """Run the rules, by the debugger if it is active."""
+        """Run the rules, in the debugger if it is active."""
         control = self.control
         return control.run() if control is not None and control.active else self.env.run()
 
@@ -250,7 +256,8 @@ class Executive:
         def follow_retraction(template: str, slots: dict[str, str]) -> None:
             tracker.retracted(template, slots, is_final=not self.env.maker.replaces)
 
-        # a retraction within a modify is no end: the tracker learns whether the fact has a successor
+        # a retraction within a `modify` is not the end of a goal: the tracker learns whether a new fact
+        # follows
         for template, slots in {**TRACKED_TEMPLATES, **CALL_TEMPLATES}.items():
             self.env.watcher.follow(template, follow_fact, slots)
         for template, slots in FORGETFUL_TEMPLATES.items():
@@ -263,7 +270,7 @@ class Executive:
         Waiting MAINTAIN goals do not count as open after another root goal has ended. An agent with only
         MAINTAIN goals never ends, because the maintained condition may change at any time.
         """
-        self.goals.settle()
+        self.goals.record_ended_goals()
         if self.env.quit_requested:
             return True
         if not self.goals.outcomes:
@@ -272,6 +279,7 @@ class Executive:
 
     @property
     def _is_at_rest(self) -> bool:
+        """Whether no rule can fire and no skill runs."""
         return not self.env.has_activations(1) and not self.skills.running
 
     @property
@@ -281,14 +289,14 @@ class Executive:
         A MAINTAIN goal waits if all open goals below it are MAINTAIN goals, their plans have no unfinished
         action, no planner runs, no skill runs and the agenda is empty, or the agent has quit.
         """
-        roots = self.goals.maintaining
+        roots = self.goals.maintaining_roots
         if not roots or not (self._is_at_rest or self.env.quit_requested):
             return []
         if any(slots["status"] == "RUNNING" for _, _, slots in self.env.facts("planner-call")):
             return []
-        pursued = {state.goal for state in self.goals.open.values() if state.is_maintaining}
+        maintaining = {state.goal for state in self.goals.open.values() if state.is_maintaining}
         for _, _, slots in self.env.facts("plan-action"):
-            if slots["state"] not in FINAL_ACTION_STATES and str(slots["goal-id"]) in pursued:
+            if slots["state"] not in FINAL_ACTION_STATES and str(slots["goal-id"]) in maintaining:
                 return []
         return [root.goal for root in roots]
 
@@ -316,7 +324,7 @@ class Executive:
         self._time.dispose()
 
     def _map_action_skill(self, action: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> str:
-        """Return the skill string of an action; "" after a log message if there is none."""
+        """Return the skill string of an action; empty after a log message about an error."""
         if action == "":
             self.log.warn("Failed to map, action name is empty")
             return ""
@@ -334,7 +342,7 @@ class Executive:
                 self.log.error(f"Param for '{action}' is not a string or symbol")
                 return ""
             if isinstance(value, str | int | float):
-                params[str(name)] = _text(value)
+                params[str(name)] = _parameter_text(value)
             else:  # as in Fawkes, the action is mapped without this parameter
                 self.log.error(f"Param '{name}' for action '{action}' of invalid type")
         mapped = self._mapper.map(action, params)
@@ -345,20 +353,20 @@ class Executive:
         return mapped.text
 
 
-def _text(value: Value) -> str:
-    """Return a parameter value as Fawkes passes it to the mapping: floats with six decimals."""
+def _parameter_text(value: Value) -> str:
+    """Return a parameter's value as Fawkes passes it to the mapping: floats with six decimals."""
     return f"{value:f}" if isinstance(value, float) else str(value)
 
 
 def place_of_mapping(config: Configuration, spec: str, action: str) -> str:
-    """Return ``FILE:LINE`` of an action's mapping; empty if it is in no file."""
+    """Return ``FILE:LINE`` of an action's mapping; empty without a mapping in a file."""
     path = f"/clips-executive/specs/{spec}/action-mapping/{action}"
     value = config.get(path) if config.exists(path) else None
     return f"{value.file}:{value.line}" if value is not None and value.file else ""
 
 
 def place_of_skill(config: Configuration, spec: str, skill_string: str) -> str:
-    """Return the place of the only mapping that can yield a skill string; empty if ambiguous."""
+    """Return ``FILE:LINE`` of the only mapping with the skill of a skill string; empty if several have it."""
     name = _SKILL.match(skill_string)
     actions = [
         action

@@ -1,4 +1,8 @@
-"""The base class of features, lazily imported features, and functions that log their errors."""
+"""Features: functions, templates and rules for CLIPS environments, which request them by name.
+
+The module has the base class of features, features that are imported on request, and functions that log their
+errors.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +21,9 @@ if TYPE_CHECKING:
 
 
 class Feature(ABC):
-    """Functions, templates and rules that environments can request.
+    """The base class of features.
 
     Subclasses have a name and define functions in :meth:`init_context`::
-
 
         class Answer(Feature):
             name = "answer"
@@ -49,6 +52,7 @@ class Feature(ABC):
 class LazyFeature(Struct, frozen=True):
     """A feature that is imported on request, to keep the start of a run fast.
 
+    :param name: the argument of ``(ff-feature-request ...)``.
     :param load: imports and makes the feature; may raise ``CxbridgeError``.
     :param origin: module and plug-in of the feature; empty for cxbridge's features.
     """
@@ -68,6 +72,7 @@ def define_logged(
 ) -> None:
     """Define a method as a CLIPS function whose errors never end a right-hand side, as in Fawkes.
 
+    :param function: the method, whose parameters are the arguments of the CLIPS function.
     :param failure: the result after an error.
     """
 

@@ -1,4 +1,8 @@
-"""Observation of goals and skills in the facts, to detect the end and the result of a run."""
+"""Observation of goals and skills in the facts, to detect the end and the result of a run.
+
+The facts ``goal`` change while rules run: a `modify` retracts a fact and asserts another. Therefore the end
+of a goal is known only between two runs of the rules, in :meth:`GoalWatch.record_ended_goals`.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +15,14 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.history.forest import NO_PARENT
 
 MAX_ENDED = 1000
-"""Limit of remembered root goals that have ended, for daemons that run for a long time."""
+"""The maximum number of remembered root goals that have ended: a daemon runs for a long time."""
 
 MAX_LISTED: Final = 10_000
-"""Limit of listed goals that have been removed, for long runs."""
+"""The maximum number of remembered goals that have been removed."""
 
 _FIRST_MODE = "FORMULATED"
 _LAST_MODE = "RETRACTED"
-_SLOTS = ("id", "class", "parent", "mode", "outcome", "error", "type")
+_GOAL_SLOTS = ("id", "class", "parent", "mode", "outcome", "error", "type")
 _MAINTAIN = "MAINTAIN"
 _RUNNING = "S_RUNNING"
 # a FORMULATED goal is not pursued yet; a FINISHED or EVALUATED goal is about to end
@@ -49,10 +53,10 @@ class GoalState(Struct, frozen=True):
 class GoalWatch:
     """Follows the goals of an environment. Without an environment it has no goals.
 
-    :ivar open: goals with a present fact, by id.
-    :ivar ended: root goals in the order of their end; at most :data:`MAX_ENDED`.
+    :ivar open: the last states of goals that have a fact, by id.
+    :ivar ended: the ended root goals in the order of their end; at most :data:`MAX_ENDED`.
     :ivar outcomes: the number of ended root goals by outcome.
-    :ivar forgotten: the number of removed goals that are no longer listed.
+    :ivar forgotten: the number of removed goals that :meth:`all` leaves out, see :data:`MAX_LISTED`.
     """
 
     def __init__(self, env: ClipsEnvironment | None) -> None:
@@ -60,17 +64,17 @@ class GoalWatch:
         self.ended: deque[GoalState] = deque(maxlen=MAX_ENDED)
         self.outcomes: Counter[str] = Counter()
         self.forgotten = 0
-        # the last state of each goal; the number distinguishes goals that have had the same id
-        self._last: dict[tuple[str, int], GoalState] = {}
-        self._lives: Counter[str] = Counter()  # how many goals with an id have been removed
-        self._tidy_at = 2 * MAX_LISTED
-        self._facts: Counter[str] = Counter()  # facts by id: goals without an id share the id nil
+        # the last state of each goal, by id and by the number of earlier goals with this id
+        self._last_states: dict[tuple[str, int], GoalState] = {}
+        self._removal_counts: Counter[str] = Counter()  # removed goals by id
+        self._max_states = 2 * MAX_LISTED  # the number of states above which removed goals are forgotten
+        self._fact_counts: Counter[str] = Counter()  # facts by id: goals without an id share the id nil
         self._retracted_ids: set[str] = set()
         self._modified = ""  # id of a goal that a modify has retracted and will assert again
         self._ended_ids: set[str] = set()  # present root goals that are recorded as ended
         self._env = env
         if env is not None:
-            env.watcher.follow("goal", self._record_assertion, _SLOTS)
+            env.watcher.follow("goal", self._record_assertion, _GOAL_SLOTS)
             env.watcher.follow_retractions("goal", self._record_retraction, ("id",))
 
     def _record_assertion(self, _template: str, slots: dict[str, str]) -> None:
@@ -80,13 +84,14 @@ class GoalWatch:
             self._retracted_ids.add(self._modified)  # the modify changed the goal's id
         self._modified = ""
         if goal in self._retracted_ids and previous is not None and mode == _FIRST_MODE:
+            # a goal that starts anew is another goal with the same id
             if previous.mode == _LAST_MODE:
-                self._record_removal(goal)  # an agent reuses the id of a removed goal
+                self._record_removal(goal)
             else:
-                self._lives[goal] += 1
-        self._facts[goal] += 1
+                self._removal_counts[goal] += 1
+        self._fact_counts[goal] += 1
         self._retracted_ids.discard(goal)
-        self.open[goal] = self._last[goal, self._lives[goal]] = GoalState(
+        self.open[goal] = self._last_states[goal, self._removal_counts[goal]] = GoalState(
             goal,
             slots.get("class", ""),
             slots.get("parent", NO_PARENT),
@@ -95,24 +100,23 @@ class GoalWatch:
             slots.get("error", ""),
             slots.get("type", ""),
         )
-        if len(self._last) > self._tidy_at:
-            self._forget()
-            self._tidy_at = len(self._last) + MAX_LISTED
+        if len(self._last_states) > self._max_states:
+            self._forget_removed()
+            self._max_states = len(self._last_states) + MAX_LISTED
 
     def _record_retraction(self, _template: str, slots: dict[str, str]) -> None:
         goal = slots["id"]
-        self._facts[goal] -= 1
-        if self._facts[goal] > 0:
+        self._fact_counts[goal] -= 1
+        if self._fact_counts[goal] > 0:
             return
-        del self._facts[goal]
+        del self._fact_counts[goal]
         if self._env is not None and self._env.maker.replaces:
             self._modified = goal
         else:
             self._retracted_ids.add(goal)
 
-    def settle(self) -> None:
-        """Record ended goals. To be called between runs of the rules."""
-        # within a run, a modify retracts and asserts: a missing fact does not mean a removed goal
+    def record_ended_goals(self) -> None:
+        """Record the goals that have ended. To be called between runs of the rules."""
         for goal in self._retracted_ids:
             self._record_removal(goal)
         self._retracted_ids.clear()
@@ -123,13 +127,13 @@ class GoalWatch:
 
     def _record_removal(self, goal: str) -> None:
         state = self.open.pop(goal, None)
-        # a FORMULATED goal without an id that disappears has been given an id
+        # a FORMULATED goal without an id is not removed: it has got an id
         has_id = state is not None and (goal != NO_PARENT or state.mode != _FIRST_MODE)
         if state is not None and has_id and state.is_root and goal not in self._ended_ids:
             self._record_end(state)
         self._ended_ids.discard(goal)
         if has_id:
-            self._lives[goal] += 1
+            self._removal_counts[goal] += 1
 
     def _record_end(self, state: GoalState) -> None:
         self.ended.append(state)
@@ -137,21 +141,25 @@ class GoalWatch:
 
     def all(self) -> tuple[GoalState, ...]:
         """Return the last state of each goal in order of appearance."""
-        self._forget()
-        unnamed = self._last.get((NO_PARENT, self._lives[NO_PARENT]))
+        self._forget_removed()
+        unnamed = self._last_states.get((NO_PARENT, self._removal_counts[NO_PARENT]))
         if unnamed is not None and unnamed.mode == _FIRST_MODE and NO_PARENT not in self.open:
-            del self._last[NO_PARENT, self._lives[NO_PARENT]]  # the goal has been given an id
-        return tuple(self._last.values())
+            # the goal has got an id, and has another state with this id
+            del self._last_states[NO_PARENT, self._removal_counts[NO_PARENT]]
+        return tuple(self._last_states.values())
 
-    def _forget(self) -> None:
+    def _forget_removed(self) -> None:
+        """Forget the oldest removed goals, except the last :data:`MAX_LISTED`."""
         removed = [
-            (goal, life) for (goal, life), state in self._last.items() if self.open.get(goal) is not state
+            (goal, number)
+            for (goal, number), state in self._last_states.items()
+            if self.open.get(goal) is not state
         ]
-        for goal, life in removed[:-MAX_LISTED]:
-            del self._last[goal, life]
+        for goal, number in removed[:-MAX_LISTED]:
+            del self._last_states[goal, number]
             self.forgotten += 1
             if goal not in self.open:
-                self._lives.pop(goal, None)
+                self._removal_counts.pop(goal, None)
 
     @property
     def roots(self) -> list[GoalState]:
@@ -164,10 +172,10 @@ class GoalWatch:
         return [root for root in self.roots if root.goal not in self._ended_ids]
 
     @property
-    def maintaining(self) -> list[GoalState]:
-        """The open root goals if they and all open goals below them wait in MAINTAIN; else empty.
+    def maintaining_roots(self) -> list[GoalState]:
+        """The open root goals, if these and all open goals below are waiting MAINTAIN goals; else empty.
 
-        A MAINTAIN goal with an active sub-goal is working, so the run has not ended.
+        A MAINTAIN goal with an active sub-goal of another type is working, so that the run has not ended.
         """
         roots = self.open_roots
         if not all(root.is_maintaining for root in roots):
@@ -187,15 +195,15 @@ class GoalWatch:
 
 
 class SkillWatch:
-    """Follows the skills that rules have called."""
+    """Follows the skills that rules have called, in the facts ``skill`` and ``SkillerInterface``."""
 
     def __init__(self, env: ClipsEnvironment) -> None:
         self._env = env
-        # a fact skill alone is not enough: when the action of a skill vanishes, Fawkes' rules leave its fact
+        # the fact `skill` is not enough: when the action of a skill vanishes, Fawkes' rules leave its fact
         # S_RUNNING forever, because the Skiller then shows the id of the stop message; the built-in rules
         # retract the fact immediately, while the Skiller has not stopped yet
-        self._shown: dict[str, tuple[str, str]] = {}
-        self._called: dict[str, str] = {}
+        self._shown: dict[str, tuple[str, str]] = {}  # message id and status of each Skiller
+        self._called: dict[str, str] = {}  # the message id of the last call of each Skiller
         env.watcher.follow("SkillerInterface", self._record_fact, ("id", "msgid", "status"))
         env.watcher.follow("skill", self._record_call, ("skiller", "msgid", "status"))
 
@@ -208,7 +216,7 @@ class SkillWatch:
 
     @property
     def running(self) -> bool:
-        """Whether a skill called by rules is running."""
+        """Whether a skill that rules have called is running."""
         return any(
             self._shown.get(skiller) == (msgid, _RUNNING) for skiller, msgid in self._called.items()
         ) or any(

@@ -24,17 +24,17 @@ HOST_LIBRARY = CORE_DIR / "host"
 _LIBRARY_FILES = ("utils.clp", "time.clp", "path.clp")
 
 
-class _Entry(Struct):
+class _ManagedEnvironment(Struct):
     """An environment with its features.
 
-    :param loaded: the names of the features, sorted.
-    :param run_before: the features with work before each run.
+    :param feature_names: the names of the features, sorted.
+    :param input_features: the features that assert input before each run.
     :param functions: the functions by feature.
     """
 
     environment: ClipsEnvironment
-    loaded: list[str] = field(default_factory=list)
-    run_before: list[Feature] = field(default_factory=list)
+    feature_names: list[str] = field(default_factory=list)
+    input_features: list[Feature] = field(default_factory=list)
     functions: dict[str, frozenset[str]] = field(default_factory=dict)
 
 
@@ -43,7 +43,7 @@ class FeatureInfo(Struct, frozen=True):
 
     :param origin: the Python class, or the description of a plug-in that is not loaded.
     :param offered: whether environments may request the feature.
-    :param environments: the environments that have loaded the feature.
+    :param environments: the names of the environments that have loaded the feature.
     """
 
     name: str
@@ -72,48 +72,53 @@ class EnvironmentManager:
         self.library = library
         self.log: Logger = bus.logger("ClipsEnvManager")
         self._features: dict[str, Feature] = {}
-        self._lazy: dict[str, LazyFeature] = {}  # stay after their import, for the list of all features
+        self._lazy: dict[str, LazyFeature] = {}  # features that may be imported already
         self._withdrawn: set[str] = set()
-        self._entries: dict[str, _Entry] = {}
+        self._managed_environments: dict[str, _ManagedEnvironment] = {}
         self.extra: list[str] = []
-        """The environments of clients: their rules run after those of the executive."""
+        """The names of the environments that clients have created. Their rules run after the executive's
+        rules."""
         for feature in features:
             self.add_feature(feature)
 
     @property
     def features(self) -> tuple[str, ...]:
-        """The available features, sorted."""
-        return tuple(sorted({*self._features, *self._lazy} - self._withdrawn))
+        """The names of the available features, sorted."""
+        return tuple(sorted(self._known_names - self._withdrawn))
+
+    @property
+    def _known_names(self) -> set[str]:
+        return {*self._features, *self._lazy}
 
     @property
     def catalogue(self) -> tuple[FeatureInfo, ...]:
-        """All features, including withdrawn ones, sorted by name."""
-        return tuple(self._info(name) for name in sorted({*self._features, *self._lazy}))
+        """All features, including withdrawn features, sorted by name."""
+        return tuple(self._feature_info(name) for name in sorted(self._known_names))
 
-    def _info(self, name: str) -> FeatureInfo:
+    def _feature_info(self, name: str) -> FeatureInfo:
         feature = self._features.get(name)
         if feature is not None:
             origin = f"{type(feature).__module__}:{type(feature).__qualname__}"
         else:
             origin = self._lazy[name].origin
-        users = tuple(env for env, entry in self._entries.items() if name in entry.loaded)
+        users = tuple(env for env, entry in self._managed_environments.items() if name in entry.feature_names)
         return FeatureInfo(name, origin, name not in self._withdrawn, users)
 
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:
-        return {name: entry.environment for name, entry in self._entries.items()}
+        return {name: entry.environment for name, entry in self._managed_environments.items()}
 
     def find(self, name: str) -> ClipsEnvironment:
         """Return an environment.
 
         :raises ClipsError: if no environment has this name.
         """
-        return self._entry(name).environment
+        return self._managed_environment(name).environment
 
-    def _entry(self, name: str) -> _Entry:
-        entry = self._entries.get(name)
+    def _managed_environment(self, name: str) -> _ManagedEnvironment:
+        entry = self._managed_environments.get(name)
         if entry is None:
-            names = ", ".join(self._entries)
+            names = ", ".join(self._managed_environments)
             raise ClipsError(f"there is no CLIPS environment '{name}'", hint=f"there are: {names}")
         return entry
 
@@ -122,7 +127,7 @@ class EnvironmentManager:
 
         :raises ClipsError: if the name exists.
         """
-        if feature.name in self._features or feature.name in self._lazy:
+        if feature.name in self._known_names:
             raise ClipsError(f"there is a CLIPS feature '{feature.name}' already")
         if isinstance(feature, LazyFeature):
             self.log.info(f"Adding feature {feature.name}{feature.origin and f' ({feature.origin})'}")
@@ -153,7 +158,7 @@ class EnvironmentManager:
             return
         self.log.info(f"Removing feature {name}")
         self._withdrawn.add(name)
-        for entry in self._entries.values():
+        for entry in self._managed_environments.values():
             with entry.environment.lock:
                 _retract(entry.environment, "ff-feature", name)
                 self._build_offers(entry.environment)
@@ -164,7 +169,7 @@ class EnvironmentManager:
         :raises ClipsError: if the feature is unknown or in use.
         """
         self._check_known(name)
-        users = self._info(name).environments
+        users = self._feature_info(name).environments
         if users:
             raise ClipsError(
                 f"the CLIPS feature '{name}' cannot be withdrawn: {', '.join(users)} has it",
@@ -172,23 +177,23 @@ class EnvironmentManager:
             )
 
     def _check_known(self, name: str) -> None:
-        names = sorted({*self._features, *self._lazy})
-        if name not in names:
-            raise ClipsError(f"there is no CLIPS feature '{name}'", hint=f"there are: {', '.join(names)}")
+        if name not in self._known_names:
+            names = ", ".join(sorted(self._known_names))
+            raise ClipsError(f"there is no CLIPS feature '{name}'", hint=f"there are: {names}")
 
     def _announce_offer(self, name: str) -> None:
-        """Announce an available feature to the existing environments."""
-        for entry in self._entries.values():
+        """Assert the fact of an available feature in the existing environments."""
+        for entry in self._managed_environments.values():
             with entry.environment.lock:
                 entry.environment.assert_string(f"(ff-feature {name})")
                 self._build_offers(entry.environment)
 
     def _build_offers(self, env: ClipsEnvironment) -> None:
         """Let a reset of the environment assert the available features again."""
-        env.build(_deffacts("ff-features-available", "ff-feature", self.features))
+        env.build(_deffacts_text("ff-features-available", "ff-feature", self.features))
 
-    def _find(self, name: str) -> Feature | None:
-        """Return a feature, imported if necessary; None if the feature is unknown or withdrawn."""
+    def _available_feature(self, name: str) -> Feature | None:
+        """Return a feature, and import it if necessary; None if the feature is unknown or withdrawn."""
         if name in self._withdrawn:
             return None
         if name not in self._features and name in self._lazy:
@@ -201,7 +206,7 @@ class EnvironmentManager:
         :param log_component: the component of the environment's log lines, by default ``CLIPS (NAME)``.
         :raises ClipsError: if the name exists or the library does not load.
         """
-        if name in self._entries:
+        if name in self._managed_environments:
             raise ClipsError(f"CLIPS environment '{name}' already exists")
         env = self._environment(name, self.bus, log_component)
         self.add_environment(env)
@@ -223,78 +228,78 @@ class EnvironmentManager:
 
     def add_environment(self, env: ClipsEnvironment) -> None:
         """Register an environment from :meth:`create`."""
-        self._entries[env.name] = _Entry(env)
+        self._managed_environments[env.name] = _ManagedEnvironment(env)
 
     def request(self, name: str, feature_name: str) -> Value:
         """Load a feature into an environment; return TRUE, or FALSE if the feature is unknown."""
         self.log.debug(f"Environment {name} requests feature {feature_name}")
-        entry = self._entries[name]
-        feature = self._find(feature_name)
+        entry = self._managed_environments[name]
+        feature = self._available_feature(feature_name)
         if feature is None:
             self.log.warn(f"Environment requested unavailable feature {feature_name}")
             return FALSE
-        if feature_name in entry.loaded:
+        if feature_name in entry.feature_names:
             self.log.warn(f"Environment {name} requested feature {feature_name} *again*")
             return TRUE
         env = entry.environment
         self.bus.emit_source("feature", name, feature_name)
         existing = env.udfs.names
         feature.init_context(env)
-        # the initialisation of the feature may have requested further features
-        owned = frozenset[str]().union(*entry.functions.values())
-        entry.functions[feature_name] = env.udfs.names - existing - owned
-        # most features have no work before a run: calls of their empty methods would cost time in each loop
+        # the initialisation may have requested further features, whose functions are recorded already
+        recorded = frozenset[str]().union(*entry.functions.values())
+        entry.functions[feature_name] = env.udfs.names - existing - recorded
+        # most features have no input: calls of their empty methods would cost time in each loop
         if type(feature).before_run is not Feature.before_run:
-            entry.run_before.append(feature)
-        entry.loaded.append(feature_name)
-        entry.loaded.sort()
+            entry.input_features.append(feature)
+        entry.feature_names.append(feature_name)
+        entry.feature_names.sort()
         env.assert_string(f"(ff-feature-loaded {feature_name})")
-        env.build(_deffacts("ff-features-loaded", "ff-feature-loaded", entry.loaded))
+        env.build(_deffacts_text("ff-features-loaded", "ff-feature-loaded", entry.feature_names))
         return TRUE
 
     def destroy_context(self, name: str, feature_name: str) -> None:
         """Remove a feature from an environment. It may be requested again.
 
-        Templates and rules stay. Functions stay known to CLIPS, because rules use them, but calls fail.
+        Templates and rules stay. Functions stay, too, because rules use them, but their calls fail.
 
         :raises ClipsError: if the environment is unknown or does not have the feature.
         """
-        entry = self._entry(name)
-        if feature_name not in entry.loaded:
+        entry = self._managed_environment(name)
+        if feature_name not in entry.feature_names:
             raise ClipsError(
                 f"the environment '{name}' does not have the CLIPS feature '{feature_name}'",
-                hint=f"it has: {', '.join(entry.loaded) or 'none'}",
+                hint=f"it has: {', '.join(entry.feature_names) or 'none'}",
             )
         env, feature = entry.environment, self._features[feature_name]
         with env.lock:
             self.log.info(f"Removing feature {feature_name} from environment {name}")
             feature.context_destroyed(env)
-            entry.loaded.remove(feature_name)
-            if feature in entry.run_before:
-                entry.run_before.remove(feature)
+            entry.feature_names.remove(feature_name)
+            if feature in entry.input_features:
+                entry.input_features.remove(feature)
             reason = f"the CLIPS feature '{feature_name}' was removed from the environment '{name}'"
             env.udfs.revoke(entry.functions.pop(feature_name), reason)
             _retract(env, "ff-feature-loaded", feature_name)
-            env.build(_deffacts("ff-features-loaded", "ff-feature-loaded", entry.loaded))
+            env.build(_deffacts_text("ff-features-loaded", "ff-feature-loaded", entry.feature_names))
 
     def loaded_features(self, name: str) -> tuple[str, ...]:
         """Return the features of an environment, sorted."""
-        return tuple(self._entries[name].loaded)
+        return tuple(self._managed_environments[name].feature_names)
 
     def feature_functions(self, name: str) -> dict[str, frozenset[str]]:
         """Return the functions of an environment by feature."""
-        return dict(self._entries[name].functions)
+        return dict(self._managed_environments[name].functions)
 
     def before_run(self, name: str) -> None:
         """Let features assert new input. The environment must be locked."""
-        entry = self._entries[name]
-        for feature in entry.run_before:
+        entry = self._managed_environments[name]
+        for feature in entry.input_features:
             feature.before_run(entry.environment)
 
     def run_extra(self) -> None:
-        """Run the rules of the environments of clients, in the order in which they were created."""
+        """Run the rules of the environments of clients, in the order of the environments' creation."""
         for name in self.extra:
-            env = self._entries[name].environment
+            env = self._managed_environments[name].environment
             with env.lock:
                 self.before_run(name)
                 env.refresh_agenda()
@@ -305,16 +310,16 @@ class EnvironmentManager:
 
         :raises ClipsError: if the environment is unknown.
         """
-        entry = self._entry(name)
-        del self._entries[name]
+        entry = self._managed_environment(name)
+        del self._managed_environments[name]
         if name in self.extra:
             self.extra.remove(name)
-        for feature in entry.loaded:  # while the environment still exists
+        for feature in entry.feature_names:  # while the environment still exists
             self._features[feature].context_destroyed(entry.environment)
         entry.environment.destroy()
 
     def close(self) -> None:
-        for name in list(self._entries):
+        for name in list(self._managed_environments):
             self.destroy(name)
 
 
@@ -325,7 +330,7 @@ def _retract(env: ClipsEnvironment, relation: str, value: str) -> None:
             env.retract(index)
 
 
-def _deffacts(name: str, relation: str, values: Iterable[str]) -> str:
-    """Return a deffacts with the fact ``(RELATION VALUE)`` of each value."""
+def _deffacts_text(name: str, relation: str, values: Iterable[str]) -> str:
+    """Return a deffacts with a fact ``(RELATION VALUE)`` for each value."""
     facts = " ".join(f"({relation} {value})" for value in values)
     return f"(deffacts {name} {facts})"

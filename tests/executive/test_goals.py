@@ -20,13 +20,13 @@ def goals(env):
 def test_a_root_is_over_when_it_is_retracted_or_gone(env, goals):
     first = env.assert_string("(goal (id a) (class A))")
     second = env.assert_string("(goal (id b) (class B))")
-    goals.settle()
+    goals.record_ended_goals()
     assert [root.goal for root in goals.open_roots] == ["a", "b"]
     env.eval(f"(modify {first} (mode RETRACTED) (outcome COMPLETED))")
-    goals.settle()
+    goals.record_ended_goals()
     assert [root.goal for root in goals.open_roots] == ["b"]
     env.retract(second)
-    goals.settle()
+    goals.record_ended_goals()
     assert not goals.open_roots
     assert goals.outcomes == {"COMPLETED": 1, "UNKNOWN": 1}
 
@@ -34,11 +34,11 @@ def test_a_root_is_over_when_it_is_retracted_or_gone(env, goals):
 def test_a_root_is_counted_once_though_its_fact_goes_later(env, goals):
     fact = env.assert_string("(goal (id a) (class A))")
     env.eval(f"(modify {fact} (mode RETRACTED) (outcome FAILED) (error X 1))")
-    goals.settle()
-    goals.settle()
+    goals.record_ended_goals()
+    goals.record_ended_goals()
     ((modified, _, _),) = env.facts("goal")  # a modify makes another fact, as in CLIPS 6.30
     env.retract(modified)
-    goals.settle()
+    goals.record_ended_goals()
     assert goals.outcomes == {"FAILED": 1}
     assert [(state.goal, state.error) for state in goals.ended] == [("a", "X 1")]
     assert goals.open == {}
@@ -47,7 +47,7 @@ def test_a_root_is_counted_once_though_its_fact_goes_later(env, goals):
 def test_a_goal_that_is_tried_again_is_one_goal(env, goals):
     env.assert_string("(goal (id a) (class A) (mode RETRACTED) (outcome FAILED))")
     env.eval("(do-for-fact ((?g goal)) TRUE (modify ?g (mode FORMULATED) (outcome UNKNOWN)))")
-    goals.settle()
+    goals.record_ended_goals()
     assert [(state.goal, state.mode) for state in goals.all()] == [("a", "FORMULATED")]
     assert [root.goal for root in goals.open_roots] == ["a"]
 
@@ -55,7 +55,7 @@ def test_a_goal_that_is_tried_again_is_one_goal(env, goals):
 def test_a_goal_with_the_id_of_one_that_is_gone_is_another_goal(env, goals):
     env.assert_string("(goal (id a) (class A) (mode RETRACTED) (outcome FAILED))")
     env.eval("(do-for-fact ((?g goal)) TRUE (retract ?g) (assert (goal (id a) (class A))))")
-    goals.settle()
+    goals.record_ended_goals()
     assert [(state.goal, state.outcome) for state in goals.all()] == [("a", "FAILED"), ("a", "UNKNOWN")]
     assert goals.outcomes == {"FAILED": 1}
 
@@ -63,7 +63,7 @@ def test_a_goal_with_the_id_of_one_that_is_gone_is_another_goal(env, goals):
 def test_a_goal_that_gets_its_id_later_is_one_goal(env, goals):
     env.assert_string("(goal (id nil) (class A))")
     env.eval("(do-for-fact ((?g goal)) TRUE (modify ?g (id A-gen1)))")
-    goals.settle()
+    goals.record_ended_goals()
     assert [state.goal for state in goals.all()] == ["A-gen1"]
     assert [root.goal for root in goals.open_roots] == ["A-gen1"]
     assert goals.outcomes == {}
@@ -73,8 +73,8 @@ def test_sub_goals_do_not_count(env, goals):
     env.assert_string("(goal (id a) (class A))")
     child = env.assert_string("(goal (id b) (class B))")
     env.eval(f"(modify {child} (parent a))")
-    goals.settle()
+    goals.record_ended_goals()
     env.retract(child)
-    goals.settle()
+    goals.record_ended_goals()
     assert goals.outcomes == {}
     assert [root.goal for root in goals.roots] == ["a"]

@@ -63,7 +63,7 @@ class ExecutiveComponent(ThinkingComponent):
 
     def check(self) -> None:
         """Raise if a Python function called by rules failed unexpectedly, or the agent has quit."""
-        self.executive.goals.settle()  # frees the memory of ended goals
+        self.executive.goals.record_ended_goals()  # frees the memory of ended goals
         env = self.executive.env
         if env.faults:
             raise ExecutiveError(env.faults[0])

@@ -57,7 +57,7 @@ class CxManager(EnvironmentManager):
 
         :raises CxbridgeError: if the name is taken or a parameter of the environment is invalid.
         """
-        if name in self._entries:
+        if name in self._managed_environments:
             # the text of the ROS 2 CX, with its misspelling
             raise ClipsError(f"Enviroment {name} already exists!")
         parameters = self.context.parameters
@@ -82,7 +82,7 @@ class CxManager(EnvironmentManager):
         return env
 
     def stock_environment(self, name: str) -> StockEnvironment:
-        entry = self._entries.get(name)
+        entry = self._managed_environments.get(name)
         if entry is None:
             raise ClipsError(f"there is no CLIPS environment '{name}'")
         assert isinstance(entry.environment, StockEnvironment)
@@ -102,7 +102,7 @@ class CxManager(EnvironmentManager):
 
         :raises CxbridgeError: if a plug-in or a parameter is invalid and the manager is strict.
         """
-        env = self._entries[name].environment
+        env = self._managed_environments[name].environment
         try:
             plugin = self._get_plugin(feature_name)
         except Exception as error:  # noqa: BLE001 - a plug-in of another package may raise anything
@@ -114,11 +114,11 @@ class CxManager(EnvironmentManager):
         with env.lock:
             # as in the ROS 2 CX, a second request defines all functions again
             if feature_name in self._loaded_plugins[name]:
-                env.udfs.revoke(self._entries[name].functions[feature_name], "")
+                env.udfs.revoke(self._managed_environments[name].functions[feature_name], "")
             previous_names = env.udfs.names
             if not self.attempt(plugin, partial(plugin.init_context, env)):
                 return FALSE
-            self._entries[name].functions[feature_name] = env.udfs.names - previous_names
+            self._managed_environments[name].functions[feature_name] = env.udfs.names - previous_names
         self._loaded_plugins[name].append(feature_name)
         return TRUE
 
@@ -180,11 +180,11 @@ class CxManager(EnvironmentManager):
         reason = f"the plug-in '{name}' was unloaded from the environment '{env.name}'"
         # a plug-in that was loaded twice keeps its functions until the second unloading
         if name not in self._loaded_plugins[env.name]:
-            env.udfs.revoke(self._entries[env.name].functions.pop(name, ()), reason)
+            env.udfs.revoke(self._managed_environments[env.name].functions.pop(name, ()), reason)
 
     def unload_plugins(self, name: str) -> None:
         """Unload all plug-ins of an environment, the last one first."""
-        env = self._entries[name].environment
+        env = self._managed_environments[name].environment
         with env.lock:
             for plugin in reversed(self._loaded_plugins[name][:]):
                 self._unload(env, plugin)
@@ -199,11 +199,11 @@ class CxManager(EnvironmentManager):
 
     def destroy(self, name: str) -> None:
         """Unload the plug-ins of an environment, then destroy the environment."""
-        if name not in self._entries:
+        if name not in self._managed_environments:
             raise ClipsError(f"there is no CLIPS environment '{name}'")
-        env = self._entries[name].environment
+        env = self._managed_environments[name].environment
         self.unload_plugins(name)
-        del self._entries[name], self._loaded_plugins[name]
+        del self._managed_environments[name], self._loaded_plugins[name]
         env.destroy()
 
     def close(self) -> None:
